@@ -37,6 +37,14 @@ std::string faceText(std::uint32_t face) {
 std::string depthText(double depth) {
     return depth < 0 ? "-" : fmt::format("{:.4g}", depth);
 }
+/// Of a smooth surface its own face and parameters, for people as for programs.
+std::string placeText(std::uint32_t face, std::uint32_t patch, const Vec2d& uv) {
+    return patch == ContactValue::kNoFace ? faceText(face) : fmt::format("{} at {:.4g} {:.4g}", patch, uv.x(), uv.y());
+}
+Json patchJson(std::uint32_t patch, const Vec2d& uv) {
+    if (patch == ContactValue::kNoFace) return nullptr;
+    return {{"face", patch}, {"uv", {uv.x(), uv.y()}}};
+}
 Json placeJson(const Vec2d& uv) {
     return Json::array({uv.x(), uv.y()});
 }
@@ -96,13 +104,14 @@ void list(Listing& listing, const std::vector<Value>& values, SceneNames& names,
 Listing listed(const answer::Contacts& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
     Listing out{.table = TextTable({"objects", "faces", "point", "normal", "depth", "time", "interest"})};
     list(out, told.contacts, names, wanted, interest, [&](const ContactValue& c) {
-        out.table.add({names.pair(c.objectA, c.objectB), faceText(c.faceA) + " - " + faceText(c.faceB), textOf(c.point),
+        out.table.add({names.pair(c.objectA, c.objectB), placeText(c.faceA, c.patchA, c.patchUvA) + " - " + placeText(c.faceB, c.patchB, c.patchUvB), textOf(c.point),
                        textOf(c.normal), depthText(c.depth), fmt::format("{:.4g}", c.time),
                        names.interest(c.interest)});
         out.entries.push_back({{"objects", names.pairJson(c.objectA, c.objectB)},
                                {"faces", Json::array({faceJson(c.faceA), faceJson(c.faceB)})},
                                {"point", jsonOf(c.point)},
                                {"places", Json::array({placeJson(c.uvA), placeJson(c.uvB)})},
+                               {"patches", Json::array({patchJson(c.patchA, c.patchUvA), patchJson(c.patchB, c.patchUvB)})},
                                {"normal", jsonOf(c.normal)},
                                {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
                                {"error", c.error},
@@ -400,12 +409,14 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
         if (!pairs.emplace(mine, other).second) continue;
         names.learnInterests(std::span(&c.interest, 1));
         const Vec3d normal = a ? c.normal : Vec3d(-c.normal);
+        const Json ofA = patchJson(c.patchA, c.patchUvA), ofB = patchJson(c.patchB, c.patchUvB);
         answer.text +=
             fmt::format("{} was stopped by {} at {}\n", names.node(mine), names.node(other), textOf(c.point));
         answer.json.push_back(
             {{"object", names.node(mine)},
              {"by", names.node(other)},
              {"faces", Json::array({faceJson(a ? c.faceA : c.faceB), faceJson(a ? c.faceB : c.faceA)})},
+             {"patches", a ? Json::array({ofA, ofB}) : Json::array({ofB, ofA})},
              {"point", jsonOf(c.point)},
              {"normal", jsonOf(normal)},
              {"time", c.time},

@@ -26,6 +26,10 @@ struct ContactValue {
     double depth = kNoDepth;
     /// Where on the faces: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
     Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
+    /// Of a body that is looked at as the smooth surface that it is: the surface's own face (of a subdivision surface its ptex face,
+    /// u and v from 0 to 1; of a NurbsSurface 0, and the parameters of its knots). kNoFace: looked at as something else.
+    std::uint32_t patchA = kNoFace, patchB = kNoFace;
+    Vec2d patchUvA = Vec2d::Zero(), patchUvB = Vec2d::Zero();
     double error = 0;   ///< the point may be off by so much; 0: exact to rounding
     ObjectId interest;  ///< the one that decides about the pair; none: not known
     double time = 1;    ///< when in the frame's motion, 0 to 1; less than 1 for what stopped a motion on its way

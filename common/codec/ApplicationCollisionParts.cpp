@@ -31,6 +31,8 @@ struct ContactRecord {
     Bits2 uvA, uvB;
     std::uint64_t interest;
     Bits time;
+    std::uint32_t patchA, patchB;
+    Bits2 patchUvA, patchUvB;
 };
 struct PairEventRecord {
     std::uint64_t interest, objectA, objectB;
@@ -92,6 +94,7 @@ public:
         check(uv.x() >= 0 && uv.y() >= 0 && uv.x() <= 1 && uv.y() <= 1, "a place beside its face");
         return uv;
     }
+    Vec2d parameters(const Bits2& bits) { return {number(bits.x), number(bits.y)}; }
     double distance(Bits bits) {
         const double value = number(bits);
         check(value >= 0, "a distance below zero");
@@ -134,7 +137,11 @@ ContactRecord recordOf(const ContactValue& c) {
             .uvA = bitsOf(c.uvA),
             .uvB = bitsOf(c.uvB),
             .interest = c.interest.value,
-            .time = bitsOf(c.time)};
+            .time = bitsOf(c.time),
+            .patchA = c.patchA,
+            .patchB = c.patchB,
+            .patchUvA = bitsOf(c.patchUvA),
+            .patchUvB = bitsOf(c.patchUvB)};
 }
 ContactValue valueOf(const ContactRecord& r, Reader& in) {
     return {.objectA = ObjectId{r.objectA},
@@ -146,6 +153,10 @@ ContactValue valueOf(const ContactRecord& r, Reader& in) {
             .depth = in.depth(r.depth),
             .uvA = in.place(r.uvA),
             .uvB = in.place(r.uvB),
+            .patchA = r.patchA,
+            .patchB = r.patchB,
+            .patchUvA = in.parameters(r.patchUvA),
+            .patchUvB = in.parameters(r.patchUvB),
             .error = in.distance(r.error),
             .interest = ObjectId{r.interest},
             .time = in.time(r.time)};

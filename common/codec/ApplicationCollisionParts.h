@@ -10,7 +10,7 @@
 
 namespace tessera {
 
-inline constexpr std::size_t kContactBytes = 136, kPairEventBytes = 88, kPairDistanceBytes = 120, kQuestionBytes = 248;
+inline constexpr std::size_t kContactBytes = 176, kPairEventBytes = 88, kPairDistanceBytes = 120, kQuestionBytes = 248;
 
 [[nodiscard]] Bytes packContacts(std::span<const ContactValue> contacts);
 [[nodiscard]] Bytes packEvents(std::span<const PairEventValue> events);

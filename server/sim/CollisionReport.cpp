@@ -23,6 +23,12 @@ Json faceOf(std::uint32_t face) {
     return face == Contact::kNoFace ? Json(nullptr) : Json(face);
 }
 
+/// Null for what is not looked at as a smooth surface.
+Json patchOf(std::uint32_t patch, const Vec2d& uv) {
+    if (patch == Contact::kNoFace) return nullptr;
+    return {{"face", patch}, {"uv", jsonOf(uv)}};
+}
+
 std::string_view nameOf(Phase phase) {
     switch (phase) {
         case Phase::kBegan:
@@ -108,6 +114,7 @@ nlohmann::ordered_json CollisionReport::toJson(const Aspect& scene) const {
                             {"faces", {faceOf(c.faceA), faceOf(c.faceB)}},
                             {"point", jsonOf(c.point)},
                             {"places", {jsonOf(c.uvA), jsonOf(c.uvB)}},
+                            {"patches", {patchOf(c.patchA, c.patchUvA), patchOf(c.patchB, c.patchUvB)}},
                             {"normal", jsonOf(c.normal)},
                             {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
                             {"error", c.error},

@@ -77,7 +77,7 @@ public:
                                                                                    const TreeOptions& trees = {});
 
     /// A smooth surface that is looked at as itself (../freeform), to `error` diagonals of the box of its triangles: with these, `drawn`,
-    /// motions are stopped, points and grids compared, and they are the faces that answers name.
+    /// points and grids are compared, free bodies fall, and they are the faces that answers name.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ofFreeform(FreeformShape surface, TriangleMesh drawn, double error,
                                                                     const TreeOptions& trees = {});
 

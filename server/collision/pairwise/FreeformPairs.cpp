@@ -1,6 +1,7 @@
 #include "server/collision/pairwise/FreeformPairs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -56,6 +57,11 @@ FacePair facesAt(const CollisionShape& a, const CollisionShape& b, const Freefor
     return {faceAt(a, onA, a_T_shared * onA.point), faceAt(b, onB, b_T_shared * onB.point)};
 }
 
+PatchPlace patchOf(const CollisionShape& shape, const FreeformPlace& place) {
+    if (shape.smoothSurface() == nullptr || place.face == kNoIndex) return {};
+    return {place.face, {place.u, place.v}};
+}
+
 /// As PartChoice.h: along the difference of the normals, else A's, else the way between.
 Vec3d normalBetween(const FreeformPlace& a, const FreeformPlace& b) {
     const Vec3d difference = a.normal - b.normal, between = b.point - a.point;
@@ -74,6 +80,8 @@ PairTouch asWholes(Touch touch) {
     out.count = touch == Touch::kYes ? 1 : 0;
     return out;
 }
+
+constexpr std::uint64_t kMostTestsOfAPlace = 20'000;
 
 /// An empty mesh is no body to ../freeform; to trees it meets nothing.
 bool anyIsEmpty(const CollisionShape& a, const CollisionShape& b) { return a.faceCount() == 0 || b.faceCount() == 0; }
@@ -124,7 +132,7 @@ PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d
     PairTouch out = asWholes(found.touch);
     if (found.touch != Touch::kYes || found.inside) return out;
     out.faces = {facesAt(a, b, found.a, found.b, Affine3d::Identity(), a_T_b.inverse())};
-    out.places = {{0.5 * (found.a.point + found.b.point), normalBetween(found.a, found.b)}};
+    out.places = {{0.5 * (found.a.point + found.b.point), normalBetween(found.a, found.b), patchOf(a, found.a), patchOf(b, found.b)}};
     return out;
 }
 
@@ -152,9 +160,25 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
     named.resize(std::min(named.size(), most));
     for (const auto& [faces, i] : named) {
         out.faces.push_back(faces);
-        out.places.push_back({found.contacts[i].point, found.contacts[i].normal});
+        const FreeformContact& at = found.contacts[i];
+        out.places.push_back({at.point, at.normal, patchOf(a, at.a), patchOf(b, at.b)});
     }
     return out;
+}
+
+PatchPlace patchAt(const CollisionShape& shape, const Vec3d& point) {
+    if (shape.smoothSurface() == nullptr) return {};
+    const std::array<double, 9> corners{point.x(), point.y(), point.z(), point.x(), point.y(), point.z(), point.x(), point.y(), point.z()};
+    const std::array<std::uint32_t, 3> face{0, 1, 2};
+    Expected<TriangleMesh> alone = TriangleMesh::make(std::span<const double>(corners), face);
+    if (!alone) return {};
+    const Expected<FreeformShape> place = FreeformShape::ofTriangles(*std::move(alone));
+    if (!place) return {};
+    FreeformPair pair(*shape.smoothSurface(), *place);
+    QueryWork work{.limit = kMostTestsOfAPlace};
+    const FreeformDistance near = pair.distance(Affine3d::Identity(), work, {.tolerance = 1e-3 * shape.freeformTolerance()});
+    // What is as near everywhere, the middle of a sphere, has no place.
+    return std::isfinite(near.distance) ? patchOf(shape, near.a) : PatchPlace{};
 }
 
 Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work, const DistanceOptions& options) {
@@ -270,6 +294,52 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
         if (still.touch == Touch::kUnknown) return PairDepth{};
         if (still.touch == Touch::kYes) return out;
     }
+}
+
+bool answersFor(const CollisionShape& a, const CollisionShape& b) { return pairMethods(a, b).touch == touch && !anyIsEmpty(a, b); }
+
+double provenGap(const PlacedShape& a, const PlacedShape& b, double most, QueryWork& work) {
+    if (!invertible(a.world) || !invertible(b.world)) return 0;
+    const Mat3d a_T_world = a.world.linear().inverse();
+    const double shrinks = largestStretch(a_T_world);  // a length of A's frame is at least 1/so much of the world's
+    FreeformPair pair(a.shape.freeform(), b.shape.freeform());
+    // Half of what there is will do.
+    const FreeformDistance found =
+        pair.distance(a.world.inverse() * b.world, ShareOfWork(work), {.tolerance = 0, .relative = 0.5, .upperBound = most * shrinks * (1 + 1e-12)});
+    if (found.farther) return most;
+    if (!(found.least > 0)) return 0;
+    return std::min(most, found.least / shrinks * (1 - 1e-12));
+}
+
+Touch meeting(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    if (!invertible(a.world) || !invertible(b.world)) return Touch::kUnknown;
+    FreeformPair pair(a.shape.freeform(), b.shape.freeform());
+    return pair.touch(a.world.inverse() * b.world, 0, ShareOfWork(work)).touch;
+}
+
+std::optional<NearestPlaces> nearestPlaces(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
+    if (anyIsEmpty(a.shape, b.shape) || !invertible(a.world) || !invertible(b.world)) return std::nullopt;
+    if (!similarityScale(a.world) && similarityScale(b.world)) {
+        std::optional<NearestPlaces> out = nearestPlaces(b, a, work);
+        if (!out) return out;
+        out->place.normal = -out->place.normal;
+        std::swap(out->place.onA, out->place.onB);
+        std::swap(out->faces.a, out->faces.b);
+        return out;
+    }
+    const Affine3d a_T_b = a.world.inverse() * b.world;
+    FreeformPair pair(a.shape.freeform(), b.shape.freeform());
+    const FreeformDistance near = pair.distance(a_T_b, ShareOfWork(work, kMostTestsOfANormal), {.tolerance = 0, .relative = 1e-6});
+    if (!std::isfinite(near.distance) || near.a.face == kNoIndex || near.b.face == kNoIndex) return std::nullopt;
+    const Vec3d pointA = a.world * near.a.point, pointB = a.world * near.b.point, between = pointB - pointA;
+    NearestPlaces out;
+    out.distance = between.norm();
+    const double rounding = 1e-12 * (pointA.cwiseAbs().maxCoeff() + a.shape.boxIn(a.world).size().norm());
+    const bool unique = near.complete && out.distance > rounding && similarityScale(a.world).has_value();
+    const Vec3d normal = unique ? between : Vec3d(a.world.linear().inverse().transpose() * normalBetween(near.a, near.b));
+    out.place = {0.5 * (pointA + pointB), normal.stableNormalized(), patchOf(a.shape, near.a), patchOf(b.shape, near.b)};
+    out.faces = facesAt(a.shape, b.shape, near.a, near.b, Affine3d::Identity(), a_T_b.inverse());
+    return out;
 }
 
 }  // namespace tessera::freeform_pairs

@@ -244,7 +244,10 @@ PairTouch turned(PairTouch found) {
         std::ranges::sort(found.faces);
         return found;
     }
-    for (MeetingPlace& place : found.places) place.normal = -place.normal;
+    for (MeetingPlace& place : found.places) {
+        place.normal = -place.normal;
+        std::swap(place.onA, place.onB);
+    }
     sortPlaces(found);
     return found;
 }

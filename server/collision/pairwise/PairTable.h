@@ -43,10 +43,17 @@ struct PairEffort {
     Workers* workers = nullptr;  ///< null: the calling thread alone
 };
 
+/// A place on a smooth surface, by its own faces and parameters (FreeformShape: ptex faces; surfaces and their knots).
+struct PatchPlace {
+    std::uint32_t face = kWhole;  ///< kWhole: the shape is none
+    Vec2d uv = Vec2d::Zero();
+};
+
 /// Where two shapes meet, of what knows better than the faces that are named.
 struct MeetingPlace {
     Vec3d point = Vec3d::Zero();
     Vec3d normal = Vec3d::UnitX();  ///< of unit length, from A to B
+    PatchPlace onA, onB;
 };
 
 struct PairTouch {
@@ -141,7 +148,7 @@ struct PairMethods {
 [[nodiscard]] inline PairDepth depthOf(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     return pairMethods(a.shape, b.shape).depth(a, b, work);
 }
-/// As touchOf, but smooth surfaces by their triangles, as motions are stopped by these.
+/// As touchOf, but smooth surfaces by their triangles.
 [[nodiscard]] Touch drawnTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);
 /// Do the surfaces meet? Hulls by their faces.
 [[nodiscard]] Touch surfacesTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work);

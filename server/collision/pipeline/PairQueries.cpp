@@ -2,9 +2,29 @@
 
 #include <utility>
 
+#include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/PairContact.h"
 
 namespace tessera {
+namespace {
+
+static_assert(kWhole == Contact::kNoFace);
+
+void tellPatches(Contact& contact, const PatchPlace& onA, const PatchPlace& onB) {
+    contact.patchA = onA.face;
+    contact.patchUvA = onA.uv;
+    contact.patchB = onB.face;
+    contact.patchUvB = onB.uv;
+}
+
+/// What is told by its triangles is told by the place on the surface that is nearest.
+PatchPlace patchNear(const PlacedShape& of, const Vec3d& point) {
+    if (of.shape.smoothSurface() == nullptr || !invertible(of.world)) return {};
+    return freeform_pairs::patchAt(of.shape, of.world.inverse() * point);
+}
+
+}  // namespace
 
 void askTouch(PairState& state, const Part& a, const Part& b, bool all, std::size_t most, QueryWork& work) {
     TouchAnswer& known = state.touch;
@@ -59,6 +79,8 @@ Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, con
     contact.faceB = b.shape->hull() ? Contact::kNoFace : found.faces.b;
     contact.uvA = a.shape->hull() ? Vec2d::Zero() : found.uvA;
     contact.uvB = b.shape->hull() ? Vec2d::Zero() : found.uvB;
+    // Both sides of what runs into itself are near the point: whose place it is would be chance.
+    if (!itself) tellPatches(contact, patchNear(placedA, found.point), patchNear(placedB, found.point));
     return contact;
 }
 
@@ -75,6 +97,7 @@ Contact contactOfPlace(const Part& a, const Part& b, const Affine3d& worldA, con
     };
     on(placedA, faces.a, contact.faceA, contact.uvA);
     on(placedB, faces.b, contact.faceB, contact.uvB);
+    tellPatches(contact, place.onA, place.onB);
     return contact;
 }
 

@@ -163,7 +163,7 @@ void CollisionPipeline::Impl::settle(const MotionTask& task, Step& step) {
         std::vector<FacePair> faces = hit.faces;
         if (faces.size() > limits.maxContacts) faces.resize(limits.maxContacts);
         stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(faces), hit.faces.size(), hit.worldA,
-                     hit.worldB, interestOf(relationOf(state)), hit.fraction});
+                     hit.worldB, interestOf(relationOf(state)), hit.fraction, nullptr, false, hit.places});
     }
     if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kSteps, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));
@@ -188,7 +188,8 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
         question.wanted = mover.way.end;
         const Part& a = part(o.partA);
         const Part& b = part(o.partB);
-        const Contact where = !hit.faces.empty() ? contactOfFaces(a, b, hit.worldA, hit.worldB, hit.faces.front())
+        const Contact where = !hit.places.empty() ? contactOfPlace(a, b, hit.worldA, hit.worldB, hit.faces.front(), hit.places.front())
+                              : !hit.faces.empty() ? contactOfFaces(a, b, hit.worldA, hit.worldB, hit.faces.front())
                               : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, hit.worldA, hit.worldB)
                                                                    : Contact{};
         question.point = where.point;

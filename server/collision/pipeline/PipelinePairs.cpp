@@ -153,8 +153,11 @@ void CollisionPipeline::Impl::tellStops(Step& step) {
         PairEvent when;
         when.firstTime = touching.time;
         if (touching.time < 1 && !touching.faces.empty()) {
-            const Contact where = contactOfFaces(part(touching.partA), part(touching.partB), touching.worldA,
-                                                 touching.worldB, touching.faces.front());
+            const Part &a = part(touching.partA), &b = part(touching.partB);
+            const FacePair& faces = touching.faces.front();
+            const Contact where = touching.places.empty()
+                                      ? contactOfFaces(a, b, touching.worldA, touching.worldB, faces)
+                                      : contactOfPlace(a, b, touching.worldA, touching.worldB, faces, touching.places.front());
             when.point = where.point;
             when.normal = where.normal;
         }

@@ -50,6 +50,10 @@ struct Contact {
     double depth = kNoDepth;
     /// Where on the faces: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
     Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
+    /// Of what is looked at as the smooth surface that it is: the surface's own face (a ptex face, a NURBS by its number) and
+    /// the parameters there. kNoFace: it is looked at as something else, or runs into itself.
+    std::uint32_t patchA = kNoFace, patchB = kNoFace;
+    Vec2d patchUvA = Vec2d::Zero(), patchUvB = Vec2d::Zero();
     double error = 0;              ///< the point may be off by so much, world units; 0: it is exact to rounding
     ObjectId interest;             ///< the one that decides about the pair
     double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way,

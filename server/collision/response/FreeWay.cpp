@@ -151,9 +151,20 @@ bool mayEndAt(const MotionTrial& trial, double fraction) {
 std::vector<Hit> hitsOf(const MotionTrial& trial, const FreeWay& way) {
     std::vector<Hit> hits;
     for (std::size_t k = 0; k < trial.obstacles().size(); ++k) {
-        if (trial.boxesMeet(k).first > way.blockedAt) continue;
-        double where = way.blockedAt;
         const auto by = std::find(way.by.begin(), way.by.end(), k);
+        // Smooth surfaces stop what comes near, though its box does not meet theirs.
+        const bool near = by != way.by.end() && trial.smooth(k);
+        if (!near && trial.boxesMeet(k).first > way.blockedAt) continue;
+        if (near || trial.smooth(k)) {
+            if (by == way.by.end()) continue;
+            const Impact& contact = way.contacts[static_cast<std::size_t>(by - way.by.begin())];
+            if (!contact.hit) continue;
+            const auto nearest = trial.nearestPlaces(k, contact.t);
+            const MeetingPlace place = nearest ? nearest->place : MeetingPlace{contact.point, contact.normal, {}, {}};
+            hits.push_back({k, {nearest ? nearest->faces : contact.faces}, trial.worldOfA(k, contact.t), trial.worldOfB(k, contact.t), contact.t, {place}});
+            continue;
+        }
+        double where = way.blockedAt;
         std::vector<FacePair> faces;
         if (apart(trial, k) && !trial.rests(k)) {
             faces = trial.facesTouching(k, where).pairs;

@@ -66,6 +66,10 @@ MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const
         if (!c.met()) continue;
         Obstacle& o = obstacles_.back();
         o.touchingAtStart = touchingAtStart(o.partA, o.partB);
+        if (smooth(index)) {
+            o.touchingAtStart = 0;  // told to, within the tolerance
+            continue;
+        }
         if (o.touchingAtStart != 0 || !c.pair.meet.holds(0)) continue;
         if (Touch touch = Touch::kNo; hullsOverlap(index, 0, touch) && touch != Touch::kNo)
             o.touchingAtStart = 1;
@@ -73,6 +77,7 @@ MotionTrial::MotionTrial(const ObjectHandler& handler, ObjectId transform, const
             // Swallowed by a solid thing: its surface is no obstacle on the way out.
             obstacles_.pop_back();
             pairs_.pop_back();
+            smoothGaps_.resize(std::min(smoothGaps_.size(), index));
         }
     }
     rests_.resize(obstacles_.size());
@@ -133,6 +138,26 @@ MotionTrial::Pair MotionTrial::pairOf(const ObstaclePair& parts) {
     return pair;
 }
 
+/// What is nearer than a hundredth of the stop tolerance matters: a motion begins to close up to half of what is left, so that it is
+/// never used up.
+double MotionTrial::smoothGap(std::size_t obstacle) const {
+    smoothGaps_.resize(std::max(smoothGaps_.size(), obstacle + 1));
+    std::optional<double>& known = smoothGaps_[obstacle];
+    if (known) return *known;
+    known = 0;
+    if (!freeform_pairs::answersFor(shapeA(obstacle), shapeB(obstacle))) return 0;
+    ++queries_;
+    const Affine3d worldA = worldOfA(obstacle, 0), worldB = worldOfB(obstacle, 0);
+    known = freeform_pairs::provenGap({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, 0.02 * tolerance(obstacle), work_);
+    return *known;
+}
+
+std::optional<freeform_pairs::NearestPlaces> MotionTrial::nearestPlaces(std::size_t obstacle, double fraction) const {
+    ++queries_;
+    const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    return freeform_pairs::nearestPlaces({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
+}
+
 double MotionTrial::length(std::size_t obstacle) const {
     return pairs_[obstacle].a->bound.length + pairs_[obstacle].b->bound.length;
 }
@@ -167,6 +192,7 @@ bool MotionTrial::withinHull(std::size_t obstacle) const {
 Touch MotionTrial::touching(std::size_t obstacle, double fraction) const {
     ++queries_;
     const Affine3d worldA = worldOfA(obstacle, fraction), worldB = worldOfB(obstacle, fraction);
+    if (smooth(obstacle)) return freeform_pairs::meeting({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
     const Touch surfaces = surfacesTouching({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, work_);
     if (Touch solid = Touch::kNo; surfaces == Touch::kNo && hullsOverlap(obstacle, fraction, solid)) return solid;
     return surfaces;
@@ -182,6 +208,12 @@ Impact MotionTrial::firstContact(std::size_t obstacle, double upTo) const {
     const Obstacle& o = obstacles_[obstacle];
     const Way cut{way_.start, way_.at(upTo)};
     const auto wayOf = [&](ObjectId id) { return id == transform_ ? &cut : nullptr; };
+    if (smooth(obstacle)) {
+        ++queries_;
+        Impact found = firstSmoothContact(handler_, o.partA, o.partB, wayOf, 0.5 * smoothGap(obstacle), work_);
+        found.t *= upTo;
+        return found;
+    }
     // Far less than the gap in which motions stop: what slides along at that gap must not be taken for touching.
     const double near = 1e-6 * tolerance(obstacle);
     for (;;) {
@@ -202,7 +234,7 @@ bool MotionTrial::addNearRests() const {
     bool added = false;
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
         const double together = kTogether * tolerance(k);
-        if (obstacles_[k].touchingAtStart != 0 || !(pairs_[k].meet.first * length(k) <= together)) continue;
+        if (obstacles_[k].touchingAtStart != 0 || smooth(k) || !(pairs_[k].meet.first * length(k) <= together)) continue;
         const Affine3d worldA = worldOfA(k, 0), worldB = worldOfB(k, 0), a_T_world = worldA.inverse();
         if (!a_T_world.matrix().allFinite()) continue;
         ++queries_;
@@ -242,6 +274,7 @@ RestTerms MotionTrial::restTerms(std::size_t obstacle) const {
 }
 
 std::vector<Support> MotionTrial::supportsOf(std::size_t obstacle) const {
+    if (smooth(obstacle)) return {};
     std::vector<Support> supports = ownRest(obstacle).supports;
     const Pair& own = pairs_[obstacle];
     if (own.a->path.moves() && own.b->path.moves()) return supports;
@@ -338,6 +371,10 @@ Vec3d MotionTrial::wayOutOf(std::size_t obstacle, const FacePair& faces, double 
 }
 
 double MotionTrial::gap(std::size_t obstacle, double fraction) const {
+    if (smooth(obstacle)) {
+        const auto near = nearestPlaces(obstacle, fraction);
+        return near ? near->distance : 0;
+    }
     const std::optional<WorldFaces> near = nearest(obstacle, fraction);
     return near ? near->nearest().distance : 0;
 }
@@ -351,6 +388,10 @@ std::optional<Mat3d> MotionTrial::frameAbove(std::size_t obstacle) const {
 std::vector<Vec3d> MotionTrial::waysOut(std::size_t obstacle, double fraction) const {
     const double out = pairs_[obstacle].a->path.moves() ? -1 : 1;  // normals are from A to B
     std::vector<Vec3d> ways;
+    if (smooth(obstacle)) {
+        if (const auto near = nearestPlaces(obstacle, fraction)) ways.push_back(out * near->place.normal);
+        return ways;
+    }
     if (obstacles_[obstacle].touchingAtStart == 0) {
         const std::optional<WorldFaces> near = nearest(obstacle, fraction);
         if (near) ways.push_back(out * near->meeting().normal);

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "server/collision/response/Rest.h"
 #include "server/collision/response/Way.h"
@@ -75,6 +76,11 @@ public:
     /// rests on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way;
     /// faces within a millionth of the tolerance count as touching.
     [[nodiscard]] Impact firstContact(std::size_t obstacle, double upTo) const;
+    /// Whether the pair is kept apart as the smooth surfaces that it is of (FreeformPairs.h), instead of face by face: it is apart at the
+    /// start, by more than rounding. Then it is apart where `touching` says kNo, and nothing of it rests or is stuck.
+    [[nodiscard]] bool smooth(std::size_t obstacle) const { return smoothGap(obstacle) > 0; }
+    /// Of such a pair: the places that are nearest, in the world.
+    [[nodiscard]] std::optional<freeform_pairs::NearestPlaces> nearestPlaces(std::size_t obstacle, double fraction) const;
     /// Whether anything rests here or is stuck, before the motion begins.
     [[nodiscard]] bool rests(std::size_t obstacle) const;
     /// At a fraction: does nothing touch but what is flush with what it rests on, or was stuck from the start?
@@ -126,6 +132,8 @@ private:
     [[nodiscard]] bool hullsOverlap(std::size_t obstacle, double fraction, Touch& touch) const;
     [[nodiscard]] bool withinHull(std::size_t obstacle) const;
     [[nodiscard]] WorldFaces placed(std::size_t obstacle, const FacePair& faces, double fraction) const;
+    /// How far such a pair is apart at the start, at least, as far as it matters; 0 of others.
+    [[nodiscard]] double smoothGap(std::size_t obstacle) const;
     /// Of its own faces; and together with what others rest on whom the same motion carries.
     bool addNearRests() const;
     Rest& ownRest(std::size_t obstacle) const;
@@ -151,6 +159,7 @@ private:
     std::vector<Obstacle> obstacles_;
     std::vector<Pair> pairs_;
     mutable std::vector<std::optional<Rest>> rests_;  ///< by obstacle, once asked for
+    mutable std::vector<std::optional<double>> smoothGaps_;
     mutable bool lookedNear_ = false;
     double stopTolerance_;
     QueryWork& work_;

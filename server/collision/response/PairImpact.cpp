@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/WorldFaces.h"
 #include "server/collision/response/Chain.h"
 
@@ -91,6 +92,13 @@ public:
         return deforms ? advance() : rigid();
     }
 
+    /// See firstSmoothContact.
+    Impact runSmooth() {
+        if (!chains_.a.moves() && !chains_.b.moves()) return {};
+        smooth_ = true;
+        return rigid();
+    }
+
     /// See firstContactBeside.
     Impact runBeside(std::span<const Support> supports, std::span<const FacePair> within) {
         if (!chains_.a.moves() && !chains_.b.moves()) return {};
@@ -133,7 +141,17 @@ private:
         const std::vector<Support> supports = seenFrom(world_T_frame);
         const ImpactOptions options{
             .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
+        if (smooth_) return smoothAlong(a, b, options, world_T_frame);
         return told(surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), a, b_.shape(), b, work_, options));
+    }
+
+    Impact smoothAlong(const BodyMotion& a, const BodyMotion& b, const ImpactOptions& options, const Mat3d& world_T_frame) {
+        Impact found = freeform_pairs::firstContact(a_.shape(), a, b_.shape(), b, work_, options);
+        if (!found.hit) return found;
+        found.point = world_T_frame * found.point + chains_.shared.at(found.t).translation();
+        const Vec3d form = world_T_frame.inverse().transpose() * found.normal;
+        found.normal = form.allFinite() && !form.isZero(0) ? Vec3d(form.stableNormalized()) : Vec3d::UnitX();
+        return found;
     }
 
     /// A normal is a linear form, and what it says of a length is said in another unit.
@@ -285,6 +303,7 @@ private:
     ChainPair chains_;
     Surface a_, b_;
     QueryWork& work_;
+    bool smooth_ = false;  ///< asked as the smooth surfaces that they are
     double tolerance_;
     std::span<const Support> supports_;
     std::span<const FacePair> within_;
@@ -306,6 +325,12 @@ Impact firstContact(const ObjectHandler& handler, std::uint32_t partA, std::uint
 Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
                          double tolerance, QueryWork& work) {
     return search(handler, partA, partB, {}, wayOf, tolerance, work);
+}
+
+Impact firstSmoothContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
+                          double tolerance, QueryWork& work) {
+    if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
+    return PairSearch(handler, partA, partB, {}, wayOf, tolerance, work).runSmooth();
 }
 
 Impact firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,

@@ -23,6 +23,11 @@ namespace tessera {
 [[nodiscard]] Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
                                        const WayLookup& wayOf, double tolerance, QueryWork& work);
 
+/// The same of parts that smooth surfaces answer for (FreeformPairs.h), as these; the faces are those drawn where they meet. What begins
+/// within the tolerance is a hit at 0.
+[[nodiscard]] Impact firstSmoothContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                                        const WayLookup& wayOf, double tolerance, QueryWork& work);
+
 /// The same of parts that rest on each other or are stuck in each other: `supports` (see Support; lengths and normals
 /// of the world as everything is at the start) hold what would touch, `within` is left out.
 [[nodiscard]] Impact firstContactBeside(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,

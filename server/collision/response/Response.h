@@ -16,6 +16,7 @@ struct Hit {
     Affine3d worldA = Affine3d::Identity();
     Affine3d worldB = Affine3d::Identity();
     double fraction = 0;  ///< of the way, where that was
+    std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`
 };
 
 struct Resolution {

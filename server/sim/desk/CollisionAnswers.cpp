@@ -28,6 +28,10 @@ ContactValue valueOf(const Contact& c) {
             .depth = c.depth,
             .uvA = c.uvA,
             .uvB = c.uvB,
+            .patchA = c.patchA,
+            .patchB = c.patchB,
+            .patchUvA = c.patchUvA,
+            .patchUvB = c.patchUvB,
             .error = c.error,
             .interest = c.interest,
             .time = c.time};

@@ -61,8 +61,11 @@ public:
         addAll(core, velocity, spin);
     }
     void add(const Contact& c) {
-        const auto& [objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, error, interest, time] = c;
+        const auto& [objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, patchA, patchB, patchUvA, patchUvB, error, interest, time] = c;
         addAll(objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, error, interest, time);
+        // Of what is not smooth nothing, as before there were patches: recordings of then are still repeated.
+        if (patchA != Contact::kNoFace) addAll(patchA, patchUvA);
+        if (patchB != Contact::kNoFace) addAll(patchB, patchUvB);
     }
     void add(const PairEvent& e) {
         const auto& [interest, objectA, objectB, phase, firstTime, point, normal, through] = e;

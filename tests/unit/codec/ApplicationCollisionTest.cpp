@@ -24,6 +24,10 @@ ContactValue someContact() {
             .depth = 0.25,
             .uvA = Vec2d(0.5, 0.125),
             .uvB = Vec2d(0, 1),
+            .patchA = 7,
+            .patchB = ContactValue::kNoFace,
+            .patchUvA = Vec2d(-1.5, 1e6),
+            .patchUvB = Vec2d::Zero(),
             .error = 0.001,
             .interest = ObjectId{9},
             .time = 0.3};
@@ -72,6 +76,10 @@ void expectSame(const ContactValue& a, const ContactValue& b) {
     EXPECT_EQ(std::tie(a.depth, a.error), std::tie(b.depth, b.error));
     EXPECT_EQ(a.uvA, b.uvA);
     EXPECT_EQ(a.uvB, b.uvB);
+    EXPECT_EQ(a.patchA, b.patchA);
+    EXPECT_EQ(a.patchB, b.patchB);
+    EXPECT_EQ(a.patchUvA, b.patchUvA);
+    EXPECT_EQ(a.patchUvB, b.patchUvB);
 }
 void expectSame(const PairEventValue& a, const PairEventValue& b) {
     EXPECT_EQ(std::tie(a.interest, a.objectA, a.objectB, a.phase, a.firstTime, a.through),
@@ -192,6 +200,8 @@ TEST(ApplicationCollision, NumbersThatCannotBeAreRefused) {
     EXPECT_TRUE(refused(someContact(), [&](auto& c) { c.normal.z() = infinite; }));
     EXPECT_TRUE(refused(someContact(), [&](auto& c) { c.time = -0.1; }));
     EXPECT_TRUE(refused(someContact(), [&](auto& c) { c.time = 1.1; }));
+    EXPECT_TRUE(refused(someContact(), [&](auto& c) { c.patchUvA.x() = nan; }));
+    EXPECT_TRUE(refused(someContact(), [&](auto& c) { c.patchUvB.y() = infinite; }));
     EXPECT_FALSE(refused(someEvent(), [](auto&) {}));
     EXPECT_TRUE(refused(someEvent(), [&](auto& e) { e.firstTime = nan; }));
     EXPECT_TRUE(refused(someEvent(), [&](auto& e) { e.firstTime = 2; }));

@@ -114,6 +114,19 @@ TEST_F(CollisionVerbs, ContactsAreATableByPaths) {
     EXPECT_EQ(json["not_looked_at"], 5);
 }
 
+TEST_F(CollisionVerbs, OfSmoothSurfacesContactsNameTheirOwnFacesAndParameters) {
+    contacts.contacts = {contact(test::kHook, test::kHall, kWatchCore)};
+    contacts.contacts[0].patchA = 5;
+    contacts.contacts[0].patchUvA = Vec2d(0.25, 12.5);
+    EXPECT_EQ(ctl({"contacts"}).out,
+              "objects                   faces                  point        normal     depth  time  interest\n"
+              "/hall/crane/hook - /hall  5 at 0.25 12.5 - hull  (0.1, 2, 3)  (1, 0, 0)  -      0.25  /watch\n"
+              "1 contacts in frame 9, 3 begun so far\n");
+    const Json one = askJson({"contacts"})["contacts"][0];
+    EXPECT_EQ(one["faces"], Json::array({1, nullptr})) << "as they are drawn";
+    EXPECT_EQ(one["patches"], Json::parse(R"([{"face":5,"uv":[0.25,12.5]},null])"));
+}
+
 TEST_F(CollisionVerbs, ListsAreCutToALimitAndToOneInterest) {
     contacts.contacts = {contact(test::kHook, test::kHall, kWatchCore), contact(test::kHook, test::kCrane, kSecondCore),
                          contact(test::kHall, test::kCrane, kSecondCore)};

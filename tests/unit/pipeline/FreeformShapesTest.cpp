@@ -8,65 +8,12 @@
 #include <random>
 #include <string>
 
-#include "common/drawable/NurbsArrays.h"
-#include "common/freeform/nurbs/NurbsShapes.h"
 #include "server/collision/pairwise/PairTable.h"
 #include "tests/unit/drawable/ControlCube.h"
-#include "tests/unit/pipeline/SceneMaker.h"
+#include "tests/unit/pipeline/SmoothScene.h"
 
 namespace tessera {
 namespace {
-
-struct SmoothScene : SceneMaker {
-    Body box = body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0.1, 2, 0.2));
-    ObjectId surface, node_, object_;
-
-    template <typename Core>
-    SmoothScene(const Core& fields, CollisionObject object) : surface(ObjectId(aspect.nextFreeId())) {
-        ChangeListBuilder b;
-        b.create(surface, typeOf<Core>());
-        for (const FieldEntry& field : findType(typeOf<Core>())->fields) b.set(surface, typeOf<Core>(), field.id, field.read(&fields));
-        apply(b);
-        node_ = node(kRootNode, surface);
-        object.node = node_;
-        object_ = this->object(object);
-        Interest interest;
-        interest.object = box.node;
-        interest.against = node_;
-        interest.response = Interest::kReport;
-        interest.mode = Interest::kPseudoDynamic;
-        this->interest(interest);
-        interest.mode = Interest::kDistance;
-        interest.threshold = 100;
-        this->interest(interest);
-    }
-    void move(std::uint64_t first, std::span<const float> floats) {
-        ChangeListBuilder b;
-        b.setRange(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, first * sizeof(float), Blob::of(floats));
-        ChangeList list = b.take();
-        ASSERT_TRUE(resolveRanges(aspect, list));
-        ASSERT_TRUE(aspect.apply(list));
-        pipeline.sceneChanged(aspect, &list);
-    }
-    StepResult boxAt(const Vec3d& where) {
-        commit({.transform = box.transform, .translation = where});
-        return frame();
-    }
-    [[nodiscard]] TentativeTransform boxTo(const Vec3d& where) const { return {.transform = box.transform, .translation = where}; }
-};
-
-CollisionObject smoothObject(std::int64_t kind, double error = 0) {
-    CollisionObject object;
-    object.kind = kind;
-    object.shape = CollisionObject::kFreeform;
-    object.error = error;
-    return object;
-}
-
-NurbsSurfaceCore ballCore(double radius) { return coreOfSurface(sphereSurface(radius).value()); }
-
-/// How far a box of size 1 that stands along the axes is from a ball around the origin.
-double boxFromBall(const Vec3d& at, double radius) { return (at.cwiseAbs().array() - 0.5).max(0.0).matrix().norm() - radius; }
 
 TEST(FreeformShapes, OfANurbsBallAreItsClosedFormNotThatOfItsTriangles) {
     NurbsSurfaceCore ball = ballCore(1);
@@ -96,25 +43,13 @@ TEST(FreeformShapes, OfANurbsBallAreItsClosedFormNotThatOfItsTriangles) {
                         EXPECT_LE(c.error, 1.1 * tolerance);
                         EXPECT_EQ(c.depth, Contact::kNoDepth);
                         EXPECT_LT(c.normal.dot(at), 0.1) << "from the box to the ball";
+                        EXPECT_EQ(c.patchA, Contact::kNoFace) << "the box is looked at by its triangles";
+                        ASSERT_EQ(c.patchB, 0U) << "the surface";
+                        EXPECT_LE((evaluate(sphereSurface(1).value(), c.patchUvB.x(), c.patchUvB.y()).at.point - c.point).norm(), tolerance);
                     }
                 }
             }
         }
-}
-
-TEST(FreeformShapes, MotionsStopAtTheTrianglesThatAreDrawn) {
-    for (const std::int64_t kind : {CollisionObject::kRigid, CollisionObject::kStatic, CollisionObject::kDeforming}) {
-        CollisionObject plain = smoothObject(kind);
-        plain.shape = CollisionObject::kTriangles;
-        SmoothScene smooth(test::controlGrid(2), smoothObject(kind)), exact(test::controlGrid(2), plain);
-        for (SmoothScene* scene : {&smooth, &exact}) scene->interest(scene->box.node, scene->node_, Interest::kStop);
-        for (const Vec3d& where : {Vec3d(0.2, -1, 0), Vec3d(3, 0, 0.1), Vec3d(0, 0.1, 0.2), Vec3d(-3, 0.2, 0)}) {
-            const StepResult found = smooth.frame({smooth.boxTo(where)}), truth = exact.frame({exact.boxTo(where)});
-            ASSERT_EQ(found.accepted.size(), truth.accepted.size());
-            for (std::size_t i = 0; i < truth.accepted.size(); ++i) EXPECT_EQ(found.accepted[i].translation, truth.accepted[i].translation);
-            EXPECT_TRUE(found.notLookedAt.empty());
-        }
-    }
 }
 
 /// What is asked of the surface after its points have moved, in ranges, is what a pipeline says that sees it so for the first time. Within the
