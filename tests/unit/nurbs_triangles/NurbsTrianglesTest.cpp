@@ -8,6 +8,7 @@
 
 #include "common/freeform/nurbs/NurbsDistance.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
+#include "common/freeform/nurbs/tessellation/LeastCells.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
 #include "tests/unit/nurbs_triangles/TrianglesOracle.h"
 
@@ -101,6 +102,71 @@ TEST(NurbsTriangles, MoreThanIsAllowedIsRefused) {
     EXPECT_FALSE(tessellate(*sphereSurface(1), 0));
     EXPECT_FALSE(tessellate(*sphereSurface(1), std::numeric_limits<double>::quiet_NaN()));
     EXPECT_FALSE(tessellate(*sphereSurface(1e29), 1e-30));
+}
+
+/// Surfaces that curve, and some whose curvature changes its sign, from the seed.
+NurbsSurface curvedSurface(std::uint64_t seed, std::mt19937_64& random) {
+    const double size = std::pow(10.0, between(random, {-2, 2}));
+    const TrimLoop hole{LoopRole::kHole, {circle({between(random, {1, 3}), 1}, between(random, {0.1, 0.6}))}};
+    switch (seed % 5) {
+        case 0:
+            return sphereSurface(size).value();
+        case 1:
+            return sphereSurface(size, {hole}).value();
+        case 2:
+            return torusSurface(size, between(random, {0.3, 0.9}) * size).value();
+        case 3:
+            return cylinderSurface(size, 3 * size).value();
+        default:
+            break;
+    }
+    NurbsDefinition d;
+    const int count = 6;
+    d.u.degree = d.v.degree = 3;
+    for (int k = 0; k < count + 4; ++k) d.u.knots.push_back(std::clamp(k - 3, 0, count - 3));
+    d.v = d.u;
+    for (int j = 0; j < count; ++j)
+        for (int i = 0; i < count; ++i) {
+            const double w = seed % 2 ? 1 : between(random, {0.5, 2});
+            d.points.emplace_back(w * size * i, w * size * j, w * size * between(random, {-1, 1}), w);
+        }
+    return NurbsSurface::make(d).value();
+}
+
+TEST(NurbsTriangles, NoSurfaceHasFewerCellsThanAreSure) {
+    for (std::uint64_t seed = firstSeed(), end = seed + seedCount(15); seed < end; ++seed) {
+        std::mt19937_64 random(seed);
+        const NurbsSurface s = curvedSurface(seed, random);
+        for (const double share : {1e-2, 1e-3, 5e-4}) {
+            const auto t = tessellate(s, share * sizeOf(s), {.maxTriangles = 200'000});
+            if (!t) continue;
+            const double sure = leastCells(s, onLattice(s).value(), share * sizeOf(s));
+            // A cell at a pole has a triangle, all others two.
+            ASSERT_LE(sure, static_cast<double>(t->triangles.size())) << repeatTriangles(seed);
+            // It says something: cells go with 1 / tolerance, where the surface bends along both axes.
+            if (seed % 5 == 3) continue;
+            ASSERT_GE(leastCells(s, onLattice(s).value(), 1e-9 * sizeOf(s)), static_cast<double>(t->triangles.size()) * (share / 1e-9) / 400) << repeatTriangles(seed);
+        }
+    }
+}
+
+TEST(NurbsTriangles, AToleranceThatIsFarTooSmallIsRefusedBeforeAnythingIsMadeAndOneThatDoesIsSaid) {
+    for (std::uint64_t seed = firstSeed(), end = seed + seedCount(10); seed < end; ++seed) {
+        if (seed % 5 == 3) continue;  // a cylinder takes its edges' points first
+        std::mt19937_64 random(seed);
+        const NurbsSurface s = curvedSurface(seed, random);
+        constexpr std::size_t kMost = 50'000;
+        // No sums but those of the patches themselves: what is refused was not halved.
+        const auto refused = tessellate(s, 1e-9 * sizeOf(s), {.maxTriangles = kMost, .maxSums = 100'000});
+        ASSERT_FALSE(refused) << repeatTriangles(seed);
+        ASSERT_EQ(refused.error().code, ErrorCode::kLimit);
+        const std::string& words = refused.error().message;
+        const std::size_t at = words.find("about ");
+        ASSERT_NE(at, std::string::npos) << words << repeatTriangles(seed);
+        const auto would = tessellate(s, std::stod(words.substr(at + 6)), {.maxTriangles = kMost});
+        ASSERT_TRUE(would) << words << "; but " << would.error().message << repeatTriangles(seed);
+        ASSERT_GT(would->triangles.size(), 50U) << words;
+    }
 }
 
 /// Every place of the parameters is in one triangle, seen from the same side; no triangle and no place of the surface is farther off than is

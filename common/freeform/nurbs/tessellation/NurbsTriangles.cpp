@@ -7,8 +7,11 @@
 #include <unordered_map>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "common/freeform/PatchBounds.h"
 #include "common/freeform/nurbs/tessellation/CellTriangulation.h"
+#include "common/freeform/nurbs/tessellation/LeastCells.h"
 #include "common/freeform/nurbs/tessellation/SurfaceEdges.h"
 #include "common/freeform/nurbs/tessellation/TrimOutline.h"
 
@@ -437,6 +440,14 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedSpans(const std::vector<b
     return parts;
 }
 
+/// About the least tolerance whose triangles are not too many, of one that takes `least` cells for certain: there are up to two hundred times as many
+/// triangles. Cells go with 1 / tolerance, those of what bends along one axis alone with its root.
+double toleranceThatDoes(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, double least, std::size_t maxTriangles) {
+    constexpr double kTrianglesPerSureCell = 256, kFiner = 100;
+    const double power = std::clamp(std::log(leastCells(surface, lattice, tolerance / kFiner) / leastCells(surface, lattice, tolerance)) / std::log(kFiner), 0.5, 1.0);
+    return tolerance * std::pow(kTrianglesPerSureCell * least / static_cast<double>(maxTriangles), 1 / power);
+}
+
 }  // namespace
 
 Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double tolerance, const TessellationLimits& limits) {
@@ -446,6 +457,10 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
     const Expected<LatticeSurface> lattice = onLattice(surface);
     if (!lattice) return tl::unexpected(lattice.error());
     const bool isTrimmed = !surface.region().loops().empty();
+    // Known before anything is halved. Slivers along trims may be less than half of what there is.
+    if (const double least = (isTrimmed ? 0.5 : 1) * leastCells(surface, *lattice, tolerance); least > static_cast<double>(limits.maxTriangles))
+        return fail(ErrorCode::kLimit, fmt::format("a tolerance of {:.3g} takes at least {:.2g} triangles, and {} are the most: about {:.2g} would do", tolerance, least,
+                                                   limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, least, limits.maxTriangles)));
     TrimOutline outline;
     if (isTrimmed) {
         Expected<TrimOutline> made = outlineOf(surface, *lattice, 0.5 * tolerance, limits.maxTriangles);
