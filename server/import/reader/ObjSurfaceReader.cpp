@@ -3,12 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <assimp/Importer.hpp>
+#include <map>
+#include <set>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/freeform/nurbs/ObjSurfaces.h"
+#include "server/import/reader/AssimpFiles.h"
+#include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
 
 namespace tessera {
@@ -16,15 +24,16 @@ namespace {
 
 /// What the statements around surfaces say of them, in the file's order.
 struct ObjSurfaceNames {
-    std::vector<std::string> groups;  ///< of each surf
-    bool painted = false;             ///< some have a material
+    std::vector<std::string> groups;     ///< of each surf
+    std::vector<std::string> materials;  ///< of each surf that in force; empty: none
+    std::vector<std::string> libraries;  ///< as mtllib says them
     bool faces = false, others = false;  ///< polygons; lines and points
 };
 
 ObjSurfaceNames namesIn(std::string_view text) {
     ObjSurfaceNames names;
-    std::string group;
-    bool material = false, continued = false;
+    std::string group, material;
+    bool continued = false;
     while (!text.empty()) {
         const std::size_t end = std::min(text.find('\n'), text.size());
         std::string_view line = text.substr(0, end);
@@ -38,21 +47,70 @@ ObjSurfaceNames namesIn(std::string_view text) {
         const std::string_view key = line.substr(0, word);
         std::string_view rest = line.substr(word);
         rest.remove_prefix(std::min(rest.find_first_not_of(" \t\v\f"), rest.size()));
+        // Names of materials and libraries may have spaces.
+        const std::string whole(rest.substr(0, rest.find_last_not_of(" \t\v\f") + 1));
         rest = rest.substr(0, std::min(rest.find_first_of(" \t\v\f\\#"), rest.size()));
         if (key == "g" || key == "o") {
             group = rest;
             for (char& c : group)
                 if (static_cast<unsigned char>(c) >= 0x80) c = '_';  // as of other formats: in any encoding
         }
-        if (key == "usemtl") material = true;
+        if (key == "usemtl") material = whole;
+        if (key == "mtllib" && !whole.empty()) names.libraries.push_back(whole);
         if (key == "f") names.faces = true;
         if (key == "l" || key == "p") names.others = true;
         if (key == "surf") {
             names.groups.push_back(group);
-            names.painted = names.painted || material;
+            names.materials.push_back(material);
         }
     }
     return names;
+}
+
+/// The folder of an OBJ, but for the OBJ itself, in whose place another text is read.
+class InPlaceOf : public FolderIo {
+public:
+    InPlaceOf(const FolderFiles& files, std::string path, std::string text) : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
+
+    bool Exists(const char* name) const override { return name == path_ || FolderIo::Exists(name); }
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (name != path_) return FolderIo::Open(name, mode);
+        const auto bytes = std::as_bytes(std::span(text_));
+        return new MemoryStream(Bytes(bytes.begin(), bytes.end()));
+    }
+
+private:
+    std::string path_, text_;
+};
+
+/// The materials that surfaces take, by their names in the file; what is left out is noted. As those of polygons: assimp is shown a file of one
+/// triangle for each. A file without a library says nothing of looks.
+std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, const std::string& path, const ReadLimits& limits, PlainScene& scene) {
+    std::map<std::string, std::string> out;
+    std::set<std::string> used(names.materials.begin(), names.materials.end());
+    used.erase("");
+    if (names.libraries.empty() || used.empty()) return out;
+    const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
+    std::string text;
+    for (const std::string& library : names.libraries) text += "mtllib " + library + "\n";
+    text += "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (const std::string& name : used) text += "usemtl " + name + "\nf 1 2 3\n";
+    // Never deleted, as in AssimpReader.cpp: what it holds is looked at until the process ends.
+    Assimp::Importer& importer = *new Assimp::Importer;
+    importer.SetIOHandler(new InPlaceOf(files, path, text));
+    const aiScene* read = importer.ReadFile(path, 0);
+    if (read == nullptr) {
+        scene.note("materials of free-form surfaces cannot be read and are left out");
+        return out;
+    }
+    AssimpMaterials materials(*read, files, limits, true, scene);
+    for (unsigned i = 0; i < read->mNumMaterials; ++i) {
+        aiString name;
+        if (read->mMaterials[i]->Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && used.contains(name.C_Str())) out.emplace(name.C_Str(), materials.name(i));
+    }
+    materials.finish();
+    noteObjMaterials(path, files, scene);
+    return out;
 }
 
 void addCurve(proto::scene::NurbsCurve& message, const TrimCurve& curve) {
@@ -112,7 +170,6 @@ Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& 
         scene.note("polygons beside free-form surfaces are read without materials, normals and texture coordinates");
     }
     if (names.others) scene.note("lines and points beside free-form surfaces are left out");
-    if (names.painted) scene.note("materials of free-form surfaces are left out");
     if (surfaces->size() > limits.maxNodes) return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits.maxNodes));
     // Seen from both sides: the format does not say which is the outside.
     std::string material = "surfaces";
@@ -123,12 +180,14 @@ Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& 
     proto::scene::Material* sided = scene.file.add_material();
     sided->set_name(material);
     sided->set_double_sided(true);
+    const std::map<std::string, std::string> materials = materialsOf(names, path, limits, scene);
     for (std::size_t i = 0; i < surfaces->size(); ++i) {
         proto::scene::Node* node = scene.file.add_node();
         const std::string group = i < names.groups.size() ? names.groups[i] : std::string();
         node->set_name(group.empty() ? fmt::format("surface {}", i + 1) : group);
         setSurface(*node->mutable_nurbs_surface(), (*surfaces)[i]);
-        node->mutable_nurbs_surface()->set_material(material);
+        const auto own = i < names.materials.size() ? materials.find(names.materials[i]) : materials.end();
+        node->mutable_nurbs_surface()->set_material(own == materials.end() ? material : own->second);
     }
     return scene;
 }

@@ -46,24 +46,36 @@ std::string controlMesh(const std::string& points, const std::string& sizes, con
     return fmt::format("subdivision_surface {{ points: [{}] face_sizes: [{}] face_vertices: [{}] {} }}", points, sizes, vertices, more);
 }
 
+/// A pole and triangles around it.
+std::string fan(int valence, const std::string& more) {
+    std::string points = "0, 0, 1", sizes, vertices;
+    for (int i = 0; i < valence; ++i) {
+        const double angle = 2 * std::numbers::pi * i / valence;
+        points += fmt::format(", {}, {}, 0", std::cos(angle), std::sin(angle));
+        sizes += i ? ", 3" : "3";
+        vertices += fmt::format("{}0, {}, {}", i ? ", " : "", 1 + i, 1 + (i + 1) % valence);
+    }
+    return controlMesh(points, sizes, vertices, more);
+}
+
 TEST(BadSurfaces, PolesOfAnyValenceAreDrawn) {
     std::string poles;
     std::size_t count = 0, triangles = 0;
     for (int valence = 3; valence <= 60; ++valence)
         for (const bool loop : {false, true}) {
-            std::string points = "0, 0, 1", sizes, vertices;
-            for (int i = 0; i < valence; ++i) {
-                const double angle = 2 * std::numbers::pi * i / valence;
-                points += fmt::format(", {}, {}, 0", std::cos(angle), std::sin(angle));
-                sizes += i ? ", 3" : "3";
-                vertices += fmt::format("{}0, {}, {}", i ? ", " : "", 1 + i, 1 + (i + 1) % valence);
-            }
-            poles += "node { " + controlMesh(points, sizes, vertices, loop ? "scheme: LOOP level: 2" : "level: 2") + " } ";
+            poles += "node { " + fan(valence, loop ? "scheme: LOOP level: 2" : "level: 2") + " } ";
             ++count;
             // Of Loop's each triangle is 16; of the other scheme each is three quadrilaterals of 4 by 2 triangles.
             triangles += static_cast<std::size_t>(valence) * (loop ? 16 : 24);
         }
     EXPECT_EQ(finiteTriangles(poles, count), triangles);
+}
+
+/// Each vertex near a pole depends on all its spokes: weights grow with the square of these.
+TEST(BadSurfaces, FansOfManySpokesAreDrawnAndOfMoreThanThereMayBeRefused) {
+    EXPECT_EQ(finiteTriangles(fan(300, "scheme: LOOP level: 1")), 1200u);
+    EXPECT_EQ(finiteTriangles(fan(300, "level: 1")), 1800u);
+    isRefusedWith(fan(4097, "level: 0"), "more than 4096 edges");
 }
 
 TEST(BadSurfaces, WithoutAreaTheyAreDrawnAsNothing) {

@@ -134,6 +134,38 @@ TEST(NurbsImport, AnObjMayHavePolygonsToo) {
     EXPECT_EQ(meshes, 1u);
 }
 
+TEST(NurbsImport, ASurfaceOfAnObjTakesTheMaterialInForce) {
+    const Scratch folder;
+    folder.write("paints.mtl", "newmtl old gold\nKd 1 0.8 0.25\nnewmtl glass\nKd 0.2 0.3 0.4\nd 0.5\n");
+    std::string text = kTwoSquares;
+    text.insert(text.find("g left"), "mtllib paints.mtl\nusemtl old gold\n");
+    text.insert(text.find("g right"), "usemtl glass\n");
+    Expected<ImportedScene> scene = importScene(folder.write("plates.obj", text), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty()) << scene->notes.front();
+    const ImportedAspect aspect(std::move(*scene));
+    const auto materialOf = [&](const char* node) { return *aspect->get<Material>(aspect.core<NurbsSurfaceCore>(node)->material); };
+    EXPECT_NEAR(materialOf("/plates/left").baseColor.y(), 0.8, 0.01);
+    EXPECT_TRUE(materialOf("/plates/left").doubleSided);
+    EXPECT_NEAR(materialOf("/plates/right").baseColor.z(), 0.4, 0.01);
+    EXPECT_NEAR(materialOf("/plates/right").baseColor.w(), 0.5, 0.01);
+}
+
+TEST(NurbsImport, AMaterialOfASurfaceThatIsNotThereIsNamed) {
+    const Scratch folder;
+    folder.write("paints.mtl", "newmtl gold\nKd 1 0.8 0.25\n");
+    const auto notesOf = [&](const std::string& before) {
+        const Expected<ImportedScene> scene = importScene(folder.write("plates.obj", before + kTwoSquares), kRootNode, importOptions());
+        EXPECT_TRUE(scene) << messageOf(scene);
+        std::string all;
+        for (const std::string& note : scene ? scene->notes : std::vector<std::string>()) all += note + "\n";
+        return all;
+    };
+    EXPECT_NE(notesOf("mtllib paints.mtl\nusemtl silver\n").find("there is no material 'silver'"), std::string::npos);
+    EXPECT_NE(notesOf("mtllib nowhere.mtl\nusemtl gold\n").find("nowhere.mtl"), std::string::npos);
+    EXPECT_EQ(notesOf("usemtl gold\n"), "") << "without a library nothing is said of looks";
+}
+
 TEST(NurbsImport, AnObjsMistakesAreNamedWithTheirLine) {
     std::string text = kTwoSquares;
     text.replace(text.find("parm v 0 0 1 1"), 14, "parm v 0 0 1 x");
