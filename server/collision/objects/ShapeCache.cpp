@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "common/drawable/ContentCache.h"
 #include "common/drawable/SmoothSurface.h"
 #include "common/geometry/Points.h"
 
@@ -81,12 +82,45 @@ std::optional<MeshData> octahedraOf(const MeshArrays& points) {
     return trianglesOfPoints(places);
 }
 
+namespace {
+
+/// The first body of a control mesh: later ones share its topology and the plans of its neighbourhoods, most of what making one takes.
+struct FirstOfMesh {
+    std::optional<FreeformShape> shape;
+    [[nodiscard]] std::size_t bytes() const {
+        constexpr std::size_t kPerFace = 2'000;  // the topology and, at worst, plans of its own
+        return shape ? shape->memoryBytes() + kPerFace * shape->faceCount() : 64;
+    }
+    [[nodiscard]] bool inUse() const { return false; }
+};
+
+std::optional<FreeformShape> smoothShapeOf(const ControlMesh& mesh, const Hash128& recipe) {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+    static ContentCache<FirstOfMesh> firsts(kMostBytes);
+    const std::shared_ptr<const FirstOfMesh> first = firsts.get(recipe, [&]() -> FirstOfMesh {
+        Expected<FreeformShape> made = FreeformShape::ofSubdivision(mesh);
+        return {made ? std::optional(std::move(*made)) : std::nullopt};
+    });
+    // What is wrong with some points may be right with others.
+    if (!first->shape) {
+        Expected<FreeformShape> made = FreeformShape::ofSubdivision(mesh);
+        return made ? std::optional(std::move(*made)) : std::nullopt;
+    }
+    if (first->shape->subdivision()->positions == mesh.positions) return first->shape;
+    Expected<FreeformShape> made = first->shape->withPositions(mesh.positions);
+    return made ? std::optional(std::move(*made)) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable) {
     const std::shared_ptr<const SmoothSurface> smooth = drawable.smoothSurface();
     if (!smooth) return std::nullopt;
     const auto* mesh = std::get_if<ControlMesh>(&smooth->surface);
     const std::size_t faces = mesh ? mesh->faceSizes.size() : std::get<NurbsSurface>(smooth->surface).definition().points.size();
     if (faces > kMostFreeformFaces) return std::nullopt;
+    if (mesh)
+        if (const std::optional<DerivedSource> source = drawable.source()) return smoothShapeOf(*mesh, source->recipe);
     Expected<FreeformShape> made = mesh ? FreeformShape::ofSubdivision(*mesh) : FreeformShape::ofNurbs({std::get<NurbsSurface>(smooth->surface)});
     return made ? std::optional(std::move(*made)) : std::nullopt;
 }

@@ -8,6 +8,8 @@
 #include <random>
 #include <string>
 
+#include "common/drawable/Drawable.h"
+#include "server/collision/objects/ShapeCache.h"
 #include "server/collision/pairwise/PairTable.h"
 #include "tests/unit/drawable/ControlCube.h"
 #include "tests/unit/pipeline/SmoothScene.h"
@@ -103,6 +105,23 @@ TEST(FreeformShapes, OfNurbsThatDeformFollow) {
         const PairDistance found = scene.frame().distances.all().at(0);
         EXPECT_NEAR(found.distance, boxFromBall(at, radius), found.error + 1e-9) << radius;
     }
+}
+
+TEST(FreeformShapes, BodiesOfOneControlMeshShareItsPlansWhereverTheirPointsAre) {
+    SubdivisionSurface one = test::controlGrid(2), other = one, unlike = test::controlGrid(3);
+    std::vector<float> moved(other.points.as<float>().begin(), other.points.as<float>().end());
+    moved[0] += 0.5F;
+    other.points = Blob::of(std::span<const float>(moved));
+    const auto shapeOf = [](const SubdivisionSurface& surface) {
+        const Object object = Object::of(surface);
+        return smoothShapeOf(drawableOf(object)).value();
+    };
+    const FreeformShape first = shapeOf(one), again = shapeOf(one), pulled = shapeOf(other), alone = shapeOf(unlike);
+    EXPECT_EQ(first.subdivision()->graph, again.subdivision()->graph);
+    EXPECT_EQ(first.subdivision()->graph, pulled.subdivision()->graph);
+    EXPECT_NE(first.subdivision()->graph, alone.subdivision()->graph);
+    EXPECT_EQ(pulled.subdivision()->positions[0].x(), first.subdivision()->positions[0].x() + 0.5);
+    EXPECT_NE(pulled.bounds().lower, first.bounds().lower);
 }
 
 TEST(FreeformShapes, WhatIsNoSmoothSurfaceIsNamed) {
