@@ -7,6 +7,7 @@
 
 #include "common/freeform/subdivision/LimitTessellation.h"
 #include "server/collision/pairwise/ConservativeBox.h"
+#include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/PairTable.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"
 #include "tests/unit/query/Bodies.h"
@@ -111,6 +112,23 @@ TEST(FreeformPairs, OfBallsIsTheirClosedForm) {
             ASSERT_LE(distance.error, 1.0001 * tolerance + 1e-12 * reach);
             ASSERT_NEAR((distance.pointA - distance.pointB).norm(), distance.distance, 1e-9 * reach);
             ASSERT_TRUE(distanceInWorld(placedA, placedB, {.upperBound = 0.9 * gap}, work).farther);
+        }
+        // What motions ask: a gap that is proven, and where it is.
+        const double proven = freeform_pairs::provenGap(placedA, placedB, 10 * reach, work);
+        if (touches) {
+            ASSERT_EQ(proven, 0);
+            ASSERT_EQ(freeform_pairs::meeting(placedA, placedB, work), Touch::kYes);
+        } else if (gap > tolerance) {
+            ASSERT_LE(proven, gap + 1e-12 * reach);
+            ASSERT_GE(proven, std::min(0.49 * gap, 10 * reach));
+            ASSERT_EQ(freeform_pairs::meeting(placedA, placedB, work), Touch::kNo);
+            const auto nearest = freeform_pairs::nearestPlaces(placedA, placedB, work);
+            ASSERT_TRUE(nearest);
+            ASSERT_NEAR(nearest->distance, gap, 1e-5 * gap + 1e-9 * reach);
+            ASSERT_GT(nearest->place.normal.dot(along), 0.99);
+            ASSERT_EQ(nearest->place.onA.face, 0U);
+            ASSERT_LE((ballA.world * evaluate(a->smoothSurface()->nurbs()->surfaces[0], nearest->place.onA.uv.x(), nearest->place.onA.uv.y()).at.point - nearest->place.point).norm(),
+                      0.51 * gap + 1e-6 * reach);
         }
         for (const PairTouch* told : {&touch, &all}) {
             ASSERT_EQ(told->faces.size(), told->places.size());
