@@ -2,7 +2,9 @@
 /// and the numbers are those of tessera-collide.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "tests/integration/AskedWall.h"
 
@@ -49,6 +51,101 @@ void expectAsCollideSays(const json& told, const json& truth) {
     EXPECT_GT(told["error"], 0.0);
     EXPECT_LT(told["error"], 1e-3);
     EXPECT_NEAR(told["distance"].get<double>(), truth["distance"].get<double>(), told["error"].get<double>() + truth["error"].get<double>() + 1e-9);
+}
+
+/// Where the pillow's contact with the block is by its own face and parameters.
+const json& patchOf(const json& contact) {
+    const json &a = contact["patches"][0], &b = contact["patches"][1];
+    EXPECT_NE(a.is_null(), b.is_null()) << contact;
+    return a.is_null() ? b : a;
+}
+
+Vec3d pointOf(const json& xyz) { return Vec3d(xyz[0].get<double>(), xyz[1].get<double>(), xyz[2].get<double>()); }
+
+/// Every contact of the wall is one of tessera-collide's: at its place, of the same face, at the same (u, v).
+void expectContactsAsCollideSays(const json& contacts, const json& truth) {
+    ASSERT_FALSE(contacts.empty());
+    ASSERT_FALSE(truth["contacts"].empty());
+    const double error = contacts.at(0)["error"].get<double>() + truth["error"].get<double>();
+    int compared = 0;
+    for (const json& contact : contacts) {
+        const json& patch = patchOf(contact);
+        double nearest = 1e9;
+        for (const json& of : truth["contacts"]) {
+            const double apart = (pointOf(of["point"]) - pointOf(contact["point"])).norm();
+            nearest = std::min(nearest, apart);
+            // What lies on an edge is of either face.
+            if (of["faces"][0] != patch["face"] || apart > 0.05) continue;
+            ++compared;
+            const double uv = std::hypot(of["uv"][0][0].get<double>() - patch["uv"][0].get<double>(), of["uv"][0][1].get<double>() - patch["uv"][1].get<double>());
+            EXPECT_LE(uv, 4 * (apart + error) + 1e-9) << contact << of;
+        }
+        // Every place where they meet is within four 64ths of the smaller one's size of a contact.
+        EXPECT_LE(nearest, 4 * 1.25 / 64 + error) << contact;
+    }
+    EXPECT_GT(compared, 0);
+}
+
+TEST(FreeformWall, ContactsNameThePatchAndItsParametersAndTheFacesThatAreDrawn) {
+    FreeformWall wall;
+    ASSERT_TRUE(wall.ready) << wall.logs();
+    const Vec3d within(0.45, 1.0, 0.45);
+    wall.tell({"move", "/block", "0.45", "1", "0.45"});
+    const json contacts = wall.contacts();
+    expectContactsAsCollideSays(contacts, wall.collide("all", 1, within));
+    // tessera-evaluate says where that is.
+    const TemporaryFolder files;
+    std::string places;
+    for (const json& contact : contacts)
+        places += patchOf(contact)["face"].dump() + " " + patchOf(contact)["uv"][0].dump() + " " + patchOf(contact)["uv"][1].dump() + "\n";
+    const Outcome said = run(files.path(), {program("tessera-evaluate"), files.write("pillow.obj", pillowObj(1)), "--at", files.write("places", places), "--json"});
+    ASSERT_EQ(said.exitCode, 0) << said.output;
+    std::istringstream lines(said.output);
+    for (const json& contact : contacts) {
+        std::string line;
+        ASSERT_TRUE(std::getline(lines, line));
+        EXPECT_LE((pointOf(json::parse(line)["point"]) - pointOf(contact["point"])).norm(), contact["error"].get<double>() + 1e-6) << contact;
+    }
+    // For people: the patch, and where on it. Faces are still those that are drawn: level 1 has 48.
+    EXPECT_NE(wall.wall().ctl({"contacts"}).output.find(" at 0."), std::string::npos);
+    for (const json& contact : contacts) {
+        const bool first = !contact["patches"][0].is_null();
+        EXPECT_LT(contact["faces"][first ? 0 : 1].get<int>(), 48);
+    }
+    // As triangles it has no patches.
+    wall.tell({"set", "/pillow/body", "shape", "triangles"});
+    for (const json& contact : wall.contacts()) EXPECT_EQ(contact["patches"], json::parse("[null,null]"));
+    const json report = wall.finish();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+}
+
+TEST(FreeformWall, WhoIsStoppedStopsAtTheFirstContactWithTheSurfaceNotAtItsTriangles) {
+    FreeformWall wall;
+    ASSERT_TRUE(wall.ready) << wall.logs();
+    wall.tell({"set", "/near", "response", "stop"});  // the first that speaks of the two
+    const auto fromAbove = [&](double top, const char* down) {
+        wall.tell({"move", "/block", "0.45", "4", "0.45"});
+        const AskedWall::Moved moved = wall.move("/block", {"0.45", down, "0.45"});
+        EXPECT_TRUE(moved.stopped);
+        const json distance = wall.collide("distance", top, moved.place);
+        // Half of the stop tolerance, a ten-thousandth of the block's size, of way; and the parameters of where it was met.
+        EXPECT_GT(distance["distance"].get<double>(), 0);
+        EXPECT_LT(distance["least"].get<double>(), 0.6e-4 * std::sqrt(1.5));
+        const json contacts = wall.contacts();
+        EXPECT_FALSE(contacts.empty());
+        if (!contacts.empty()) {
+            EXPECT_EQ(patchOf(contacts.at(0))["face"], distance["faces"][0]);
+            for (int k = 0; k < 2; ++k) EXPECT_NEAR(patchOf(contacts.at(0))["uv"][static_cast<std::size_t>(k)].get<double>(), distance["uv"][0][static_cast<std::size_t>(k)].get<double>(), 0.02);
+        }
+        return moved.place.y();
+    };
+    const double first = fromAbove(1, "-3");
+    EXPECT_NEAR(fromAbove(1, "-30000"), first, 1e-4) << "however fast";
+    wall.tell({"move", "/block", "0.45", "4", "0.45"});
+    wall.pullTop("2");
+    EXPECT_GT(fromAbove(2, "-3"), first + 0.3);
+    const json report = wall.finish();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
 }
 
 TEST(FreeformWall, ContactsAndDistancesAreThoseOfTheSmoothSurfaceAndFollowItsPoints) {
