@@ -219,7 +219,7 @@ void Renderer::beginFrame() {
     impl_->textures.beginFrame();
 }
 
-Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, unsigned fineness) {
+Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, const Fineness& fineness) {
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
     Prepared prepared;

@@ -60,7 +60,7 @@ public:
         bool full = false;      ///< a budget has no room for the rest
     };
     [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material, std::size_t bytes,
-                                             unsigned fineness = 0);
+                                             const Fineness& fineness = {});
     /// Makes room in one step for meshes that take so much (DrawForms.h), as far as the budget goes.
     [[nodiscard]] Expected<void> expectMeshes(const MeshSize& more);
     /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry, materials and images by id; meshes and

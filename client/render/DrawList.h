@@ -10,6 +10,7 @@
 #include "client/render/DrawKinds.h"
 #include "client/render/MeshClusters.h"
 #include "common/base/Blob.h"
+#include "common/drawable/Fineness.h"
 #include "common/math/Box.h"
 #include "common/math/Types.h"
 #include "common/scene/Cores.h"
@@ -28,7 +29,7 @@ struct DrawItem {
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;     ///< pixels, where it is lines; else 0
     double pointRadius = 0;  ///< of points as they are shown, in the item's units (shownRadius); else 0
-    std::uint8_t fineness = 0;  ///< of what is derived: see Drawable::at
+    Fineness fineness = {};  ///< of what is derived: see Drawable::at
     Box box = {};           ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};

@@ -9,7 +9,7 @@ namespace tessera {
 
 struct SceneContent {
     ObjectId geometry, material;
-    std::uint8_t fineness = 0;  ///< on the screen that was looked from last
+    Fineness fineness = {};  ///< on the screen that was looked from last
 };
 
 /// Of all that is shown, wherever it is; by the distance of the nearest box. Costs a look at each item.

@@ -28,7 +28,7 @@ struct SceneItem {
     DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
     std::uint16_t state = 0;                ///< see SceneLook
-    std::uint8_t fineness = 0;              ///< of `mesh`
+    Fineness fineness;                      ///< of `mesh`
     bool byScreen = false;                  ///< see SceneLook
     double slack = 0;                       ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`
@@ -141,7 +141,7 @@ private:
     [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
 
     // ScreenFineness.cpp
-    void drawAt(std::uint32_t item, unsigned fineness, const RenderMesh* mesh);
+    void drawAt(std::uint32_t item, const Fineness& fineness, const RenderMesh* mesh);
 
     // ShadowCasters.cpp
     [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const;

@@ -1,6 +1,8 @@
 #include "client/render/SceneLooks.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -46,6 +48,7 @@ void SceneLooks::clear() {
         if (use.id) {
             meshes_.release(use.mesh);
             for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
+            for (const KeptPattern& pattern : use.patterns) meshes_.release(pattern.mesh);
         }
     drawables_.clear();
     stepped_.clear();
@@ -71,15 +74,18 @@ void SceneLooks::keep(std::uint32_t slot, const Drawable& now) {
     if (!now.byScreen() || !use.mesh || !use.mesh->drawable()) {
         releaseSteps(use);
         use.keeper = nullptr;
+        use.parts = nullptr;
         use.screenError = use.slack = 0;
         return;
     }
     use.kept = now.kept(use.keeper);
     use.screenError = use.kept.screenError();
-    const std::size_t steps = std::size_t{use.kept.finest()} + 1;
+    use.parts = use.kept.parts();
+    const std::size_t steps = use.parts ? 1 : std::size_t{use.kept.finest()} + 1;
     if (use.steps.size() != steps) releaseSteps(use);
     use.steps.resize(steps);
     for (KeptStep& step : use.steps) step.stale = true;
+    for (KeptPattern& pattern : use.patterns) pattern.stale = true;
     use.steps[0].deviation = use.kept.deviation();
     // What is as far off is not wholly in the box of numbers that are rounded.
     const Box& bounds = use.mesh->bounds;
@@ -88,7 +94,9 @@ void SceneLooks::keep(std::uint32_t slot, const Drawable& now) {
 
 void SceneLooks::releaseSteps(DrawableUse& use) {
     for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
+    for (const KeptPattern& pattern : use.patterns) meshes_.release(pattern.mesh);
     use.steps.clear();
+    use.patterns.clear();
     stepped_.erase(use.id);
 }
 
@@ -110,14 +118,39 @@ SceneLooks::Step SceneLooks::stepOf(ObjectId core, unsigned fineness) {
     return {step.mesh, step.deviation};
 }
 
-// Screens of one host look in turn, and eyes go back and forth.
+const RenderMesh* SceneLooks::meshOf(ObjectId core, const Fineness& fineness) {
+    DrawableUse& use = drawables_[drawables_.find(core)];
+    if (fineness == Fineness()) return use.mesh;
+    auto pattern = std::find_if(use.patterns.begin(), use.patterns.end(), [&fineness](const KeptPattern& kept) { return kept.fineness == fineness; });
+    if (pattern == use.patterns.end()) pattern = use.patterns.insert(use.patterns.end(), {.fineness = fineness, .mesh = nullptr, .stale = true});
+    if (pattern->stale) {
+        // As in stepOf.
+        const RenderMesh* before = pattern->mesh;
+        pattern->mesh = meshes_.acquire(use.kept.at(fineness));
+        meshes_.release(before);
+        pattern->stale = false;
+        stepped_.insert(core);
+    }
+    pattern->look = look_;
+    return pattern->mesh;
+}
+
+// Screens of one host look in turn, and eyes go back and forth. Of patterns an eye that moves leaves one behind with every few frames.
 void SceneLooks::endLook() {
-    constexpr std::uint64_t kKeptLooks = 64;
-    if (look_ % kKeptLooks != 0) return;
+    constexpr std::uint64_t kKeptLooks = 64, kKeptPatterns = 8;
+    const bool steps = look_ % kKeptLooks == 0;
+    bool anyErased = false;
     for (auto core = stepped_.begin(); core != stepped_.end();) {
         DrawableUse& use = drawables_[drawables_.find(*core)];
-        bool any = false;
+        std::erase_if(use.patterns, [this, &anyErased](const KeptPattern& pattern) {
+            const bool old = pattern.look + kKeptPatterns <= look_;
+            if (old) meshes_.release(pattern.mesh);
+            anyErased = anyErased || old;
+            return old;
+        });
+        bool any = !steps || !use.patterns.empty();
         for (KeptStep& step : use.steps) {
+            if (!steps) break;
             if (step.mesh && step.look + kKeptLooks <= look_) {
                 meshes_.release(step.mesh);
                 step.mesh = nullptr;
@@ -126,6 +159,8 @@ void SceneLooks::endLook() {
         }
         core = any ? std::next(core) : stepped_.erase(core);
     }
+    // While an eye alone moves, no update comes that would.
+    if (anyErased) meshes_.dropUnused();
 }
 
 void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {

@@ -47,6 +47,10 @@ public:
     };
     /// Of such a drawable, up to its finest: made when it is first asked for, kept for some looks. It may not be drawable.
     [[nodiscard]] Step stepOf(ObjectId core, unsigned fineness);
+    /// What may be as fine as it likes by itself; null: the drawable steps as a whole.
+    [[nodiscard]] const ScreenParts* partsOf(ObjectId core) const { return drawables_[drawables_.find(core)].parts.get(); }
+    /// Of a drawable that has parts: made when it is first asked for, kept for a few looks. It may not be drawable.
+    [[nodiscard]] const RenderMesh* meshOf(ObjectId core, const Fineness& fineness);
     void beginLook() { ++look_; }
     void endLook();
 
@@ -58,6 +62,12 @@ private:
         double deviation = 0;
         bool stale = false;  ///< the core has changed since
         std::uint64_t look = 0;  ///< in which it was asked for last
+    };
+    struct KeptPattern {
+        Fineness fineness;
+        const RenderMesh* mesh = nullptr;
+        bool stale = false;
+        std::uint64_t look = 0;
     };
     struct DrawableUse {
         ObjectId id;
@@ -71,7 +81,9 @@ private:
         Drawable kept;
         double screenError = 0;  ///< 0: they may not
         double slack = 0;
-        std::vector<KeptStep> steps;  ///< by fineness; of the first the deviation alone
+        std::vector<KeptStep> steps;  ///< by fineness; of the first the deviation alone, and of those with parts no other
+        std::shared_ptr<const ScreenParts> parts;
+        std::vector<KeptPattern> patterns;  ///< of those with parts
     };
     struct MaterialUse {
         ObjectId id;
@@ -106,7 +118,7 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
-    std::set<ObjectId> stepped_;  ///< drawables with steps beyond the first
+    std::set<ObjectId> stepped_;  ///< drawables with steps beyond the first, or patterns
     std::uint64_t look_ = 0;
 };
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <map>
 #include <queue>
+#include <span>
+#include <utility>
 
 #include "client/render/SceneItems.h"
 
@@ -19,7 +21,62 @@ struct FinenessUnit {
     ObjectId first;                     ///< of its nodes, the least
     unsigned fineness = 0, finest = 0;
     std::uint64_t triangles = 0;
+    // Of one item whose parts step by themselves:
+    const ScreenParts* parts = nullptr;
+    std::vector<double> worth;         ///< by part: pixels of a unit, by the pixels that may be; 0: no pixel shows it
+    std::vector<std::uint8_t> levels;  ///< by part
+    bool alike = true;                 ///< all as fine as `fineness`
 };
+
+/// How parts would be where none is farther off than `within` times what may be.
+struct PartLevels {
+    std::vector<std::uint8_t> levels;
+    unsigned most = 0;
+    std::uint64_t triangles = 0;  ///< at most
+    bool alike = true;            ///< finer where nobody asks for it: hardly more triangles, and a mesh that others may have, too
+};
+PartLevels levelsWithin(const FinenessUnit& unit, double within) {
+    constexpr std::uint64_t kFew = 2048;
+    const ScreenParts& parts = *unit.parts;
+    PartLevels out{.levels = std::vector<std::uint8_t>(parts.parts.size(), 0)};
+    std::uint64_t asSaid = 0;
+    for (std::size_t i = 0; i < parts.parts.size(); ++i) {
+        const ScreenParts::Part& part = parts.parts[i];
+        unsigned level = 0;
+        while (level < parts.finest && unit.worth[i] * static_cast<double>(part.deviation[level]) > within) ++level;
+        out.levels[i] = static_cast<std::uint8_t>(level);
+        out.most = std::max(out.most, level);
+        out.triangles += (std::uint64_t{part.triangles} << (2 * level)) + (std::uint64_t{part.rim} << level) - part.rim;
+        asSaid += part.triangles;
+    }
+    const std::uint64_t everywhere = asSaid << (2 * out.most);
+    out.alike = everywhere <= std::max(kFew, out.triangles + out.triangles / 2);
+    if (out.alike) {
+        out.triangles = everywhere;
+        std::fill(out.levels.begin(), out.levels.end(), static_cast<std::uint8_t>(out.most));
+    }
+    return out;
+}
+double farthestOff(const FinenessUnit& unit) {
+    double ratio = 0;
+    for (std::size_t i = 0; i < unit.worth.size(); ++i)
+        if (unit.levels[i] < unit.parts->finest) ratio = std::max(ratio, unit.worth[i] * static_cast<double>(unit.parts->parts[i].deviation[unit.levels[i]]));
+    return ratio;
+}
+/// What parts are worth on a screen, as many as it may show at all.
+std::vector<double> worthOf(const ScreenParts& parts, const ScreenMeasure& measure, const Frustum& seen, const Affine3d& world_T_item, double screenError) {
+    const ScreenMeasure::OfItem of(measure, world_T_item);
+    std::vector<double> worth(parts.parts.size(), 0.0);
+    for (std::size_t g = 0; g < parts.groups.size(); ++g) {
+        const ScreenParts::Group& group = parts.groups[g];
+        if (group.box.empty() || seen.classify(group.box.transformed(world_T_item)).outside) continue;
+        if (of.pixelsPerUnit(group.box, static_cast<double>(group.deviation)) * static_cast<double>(group.deviation) <= screenError) continue;
+        const std::size_t end = std::min(parts.parts.size(), (g + 1) * ScreenParts::kGroup);
+        for (std::size_t i = g * ScreenParts::kGroup; i < end; ++i)
+            if (const ScreenParts::Part& part = parts.parts[i]; part.triangles > 0) worth[i] = of.pixelsPerUnit(part.box(), static_cast<double>(part.deviation[0])) / screenError;
+    }
+    return worth;
+}
 
 struct FartherOff {
     double ratio;  ///< of the deviation to what is wanted
@@ -73,6 +130,29 @@ double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine
     return perUnit * pixelsAtOne_ / std::max({depth, distance / slant_ - perUnit * apart, nearest_});
 }
 
+ScreenMeasure::OfItem::OfItem(const ScreenMeasure& screen, const Affine3d& world_T_item) : screen_(screen), world_T_item_(world_T_item) {
+    const Affine3d eye_T_item = screen.eye_T_world_ * world_T_item;
+    perUnit_ = stretchOf(eye_T_item.linear());
+    axis_ = -eye_T_item.linear().row(2);
+    offset_ = -eye_T_item.translation().z();
+    axisWorld_ = -screen.eye_T_world_.linear().row(2).transpose();
+}
+
+double ScreenMeasure::OfItem::pixelsPerUnit(const Box& own, double apart) const {
+    const Vec3d& eye = screen_.eyeWorld_;
+    const Box box = own.transformed(world_T_item_);
+    const double perMetre = axisWorld_.norm();
+    const double away = (eye - eye.cwiseMax(box.lower).cwiseMin(box.upper)).norm();
+    int exponent = 0;
+    (void)std::frexp(std::max(away, screen_.nearest_ / perMetre), &exponent);
+    // Of the power of two at or below the distance an eighth.
+    const double cell = std::ldexp(1.0, exponent - 4);
+    const Vec3d low = cell * (eye / cell).array().floor().matrix(), high = low.array() + cell;
+    const double depth = axis_.dot(own.center()) + offset_ - 0.5 * axis_.cwiseAbs().dot(own.size()) + axisWorld_.dot(eye - 0.5 * (low + high)) - 0.5 * cell * axisWorld_.cwiseAbs().sum();
+    const double distance = (box.lower - high).cwiseMax(low - box.upper).cwiseMax(0.0).norm() * perMetre;
+    return perUnit_ * screen_.pixelsAtOne_ / std::max({depth, distance / screen_.slant_ - perUnit_ * apart, screen_.nearest_});
+}
+
 void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     if (byScreen.empty() || (lookedAt_ == version && drawAlike(camera, lookedFrom_))) return;
     lookedAt_ = version;
@@ -87,19 +167,24 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     for (const std::uint32_t index : byScreen) {
         const SceneItem& item = items[index];
         if (boxes[index].empty() || seen.classify(boxes[index]).outside) {
-            drawAt(index, 0, item.base);
+            drawAt(index, {}, item.base);
             continue;
         }
         const Drawable& drawable = looks_.drawableByScreen(item.geometry);
         const Affine3d& world_T_item = places[item.place].world_T_node;
         std::size_t unit = units.size();
         if (const double seam = drawable.seam(); seam > 0) unit = unitOfSeam.try_emplace(seamKeyOf(seam, world_T_item), unit).first->second;
-        if (unit == units.size()) units.push_back({.items = {}, .pixelsPerUnit = {}, .first = item.node, .fineness = 0, .finest = drawable.finest(), .triangles = 0});
+        if (unit == units.size()) units.push_back({.items = {}, .pixelsPerUnit = {}, .first = item.node, .fineness = 0, .finest = 0, .triangles = 0, .parts = looks_.partsOf(item.geometry), .worth = {}, .levels = {}});
         FinenessUnit& of = units[unit];
+        if (of.parts) {
+            of.worth = worthOf(*of.parts, measure, seen, world_T_item, drawable.screenError());
+            of.levels.assign(of.worth.size(), 0);
+        } else {
+            of.finest = of.items.empty() ? drawable.finest() : std::min(of.finest, drawable.finest());
+        }
         of.items.push_back(index);
         of.pixelsPerUnit.push_back(measure.pixelsPerUnit(reachedBy(item), boxes[index], world_T_item, item.slack));
         of.first = std::min(of.first, item.node);
-        of.finest = std::min(of.finest, drawable.finest());
         of.triangles += item.base->triangles;
         triangles += item.base->triangles;
     }
@@ -107,6 +192,10 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     std::priority_queue<FartherOff> farthest;
     const auto judge = [&](std::size_t u) {
         const FinenessUnit& unit = units[u];
+        if (unit.parts) {
+            if (const double ratio = farthestOff(unit); ratio > 1) farthest.push({ratio, unit.first, u});
+            return;
+        }
         double ratio = 0;
         for (std::size_t i = 0; i < unit.items.size(); ++i) {
             const ObjectId core = items[unit.items[i]].geometry;
@@ -117,8 +206,21 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     for (std::size_t u = 0; u < units.size(); ++u) judge(u);
     while (!farthest.empty()) {
         const std::size_t u = farthest.top().unit;
+        const double ratio = farthest.top().ratio;
         farthest.pop();
         FinenessUnit& unit = units[u];
+        if (unit.parts) {
+            // Half as far off: half a step.
+            PartLevels next = levelsWithin(unit, std::max(1.0, 0.5 * ratio));
+            if (next.triangles > kMostTrianglesByScreen || triangles - unit.triangles + next.triangles > kMostTrianglesOfScreen) continue;
+            triangles += next.triangles - unit.triangles;
+            unit.triangles = next.triangles;
+            unit.levels = std::move(next.levels);
+            unit.fineness = next.most;
+            unit.alike = next.alike;
+            judge(u);
+            continue;
+        }
         // Before anything is made: a step makes four triangles of each.
         bool fits = triangles + 3 * unit.triangles <= kMostTrianglesOfScreen;
         for (const std::uint32_t index : unit.items) fits = fits && 4 * looks_.stepOf(items[index].geometry, unit.fineness).mesh->triangles <= kMostTrianglesByScreen;
@@ -136,17 +238,26 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
         ++unit.fineness;
         judge(u);
     }
-    for (const FinenessUnit& unit : units)
+    for (const FinenessUnit& unit : units) {
+        if (unit.parts) {
+            const std::uint32_t index = unit.items.front();
+            const Fineness fineness = unit.alike ? Fineness(unit.fineness) : Fineness(Blob::of(std::span<const std::uint8_t>(unit.levels)));
+            const RenderMesh* mesh = looks_.meshOf(items[index].geometry, fineness);
+            const bool fits = mesh && mesh->drawable() && contains(reachedBy(items[index]), mesh->bounds);
+            drawAt(index, fits ? fineness : Fineness(), fits ? mesh : items[index].base);
+            continue;
+        }
         for (const std::uint32_t index : unit.items) drawAt(index, unit.fineness, looks_.stepOf(items[index].geometry, unit.fineness).mesh);
+    }
     looks_.endLook();
 }
 
-void RenderScene::Impl::drawAt(std::uint32_t index, unsigned fineness, const RenderMesh* mesh) {
+void RenderScene::Impl::drawAt(std::uint32_t index, const Fineness& fineness, const RenderMesh* mesh) {
     SceneItem& item = items[index];
     if (item.mesh == mesh && item.fineness == fineness) return;
     if (item.transparent) finerTransparentTriangles += mesh->triangles - item.mesh->triangles;
     item.mesh = mesh;
-    item.fineness = static_cast<std::uint8_t>(fineness);
+    item.fineness = fineness;
     ++finenessChanges;
 }
 

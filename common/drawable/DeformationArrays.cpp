@@ -95,7 +95,7 @@ Expected<void> checkDeformation(const void* core) {
     return checkControls(d.controlPoints.as<float>());
 }
 
-std::optional<DerivedSource> sourceOfDeformation(const void* core, unsigned) {
+std::optional<DerivedSource> sourceOfDeformation(const void* core, const Fineness&) {
     const Deformation& d = deformationOf(core);
     if (holdsNothing(d) || !allHere(d)) return std::nullopt;
     return DerivedSource{recipeOf(d), d.controlPoints};
@@ -115,7 +115,7 @@ Box movedPart(const Lattice& lattice, std::size_t first, std::size_t end) {
     return part;
 }
 
-DerivedMesh deriveDeformation(const void* core, unsigned, const EarlierMesh* earlier) {
+DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMesh* earlier) {
     const Deformation& d = deformationOf(core);
     const std::shared_ptr<const DeformationPlan> plan = planOf(d);
     if (!plan->lattice || !checkControls(d.controlPoints.as<float>())) return {};

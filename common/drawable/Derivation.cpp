@@ -20,7 +20,7 @@ Hash128 keyOfState(const Hash128& recipe, const BlobId& points) {
 
 }  // namespace
 
-MeshArrays derivedArrays(const Derivation& derivation, const void* core, unsigned fineness) {
+MeshArrays derivedArrays(const Derivation& derivation, const void* core, const Fineness& fineness) {
     const std::optional<DerivedSource> source = derivation.source(core, fineness);
     if (!source) return {};
     ContentCache<DerivedMesh>& cache = derivedMeshes();

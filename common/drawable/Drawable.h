@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/drawable/Derivation.h"
@@ -80,9 +81,9 @@ public:
     [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
     /// The same, with arrays that are so much finer than its fields say; nobody but a screen asks for that.
-    [[nodiscard]] Drawable at(unsigned fineness) const {
+    [[nodiscard]] Drawable at(Fineness fineness) const {
         Drawable finer = *this;
-        finer.fineness_ = fineness;
+        finer.fineness_ = std::move(fineness);
         return finer;
     }
     /// Null where it has one fineness alone, or its fields want no other.
@@ -98,13 +99,15 @@ public:
     /// See ScreenSteps. Only of what is drawn by screen.
     [[nodiscard]] unsigned finest() const { return byScreen()->finest(core_); }
     [[nodiscard]] double screenError() const { return byScreen()->screenError(core_); }
-    [[nodiscard]] double deviation() const { return byScreen()->deviation(core_, fineness_, arrays()); }
+    [[nodiscard]] double deviation() const { return byScreen()->deviation(core_, fineness_.steps); }
     [[nodiscard]] double seam() const { return byScreen()->seam(core_); }
+    /// Null where it steps as a whole.
+    [[nodiscard]] std::shared_ptr<const ScreenParts> parts() const { return byScreen()->parts ? byScreen()->parts(core_) : nullptr; }
 
 private:
     const DrawableType* type_ = nullptr;
     const void* core_ = nullptr;
-    unsigned fineness_ = 0;
+    Fineness fineness_;
 };
 
 /// Null: nothing of this type is drawn.

@@ -115,15 +115,15 @@ Expected<void> checkNurbs(const void* core) {
     return {};
 }
 
-std::optional<DerivedSource> nurbsSourceOf(const void* core, unsigned fineness) {
+std::optional<DerivedSource> nurbsSourceOf(const void* core, const Fineness& fineness) {
     const NurbsSurfaceCore& s = nurbsOf(core);
     if (isNoNurbs(s) || !isNurbsHere(s)) return std::nullopt;
-    return DerivedSource{nurbsRecipeOf(s, fineness), s.points};
+    return DerivedSource{nurbsRecipeOf(s, fineness.steps), s.points};
 }
 
 /// Whole, whatever has moved: how fine the triangles are follows the control points, so parts of earlier ones are no use.
-DerivedMesh deriveNurbs(const void* core, unsigned fineness, const EarlierMesh*) {
-    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core), fineness);
+DerivedMesh deriveNurbs(const void* core, const Fineness& fineness, const EarlierMesh*) {
+    const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core), fineness.steps);
     if (!verdict->triangles || verdict->triangles->triangles.empty()) return {};
     const NurbsTriangles& t = *verdict->triangles;
     const NurbsSurfaceCore& s = nurbsOf(core);
@@ -164,7 +164,7 @@ DerivedMesh deriveNurbs(const void* core, unsigned fineness, const EarlierMesh*)
 constexpr ScreenSteps kNurbsScreenSteps{
     .finest = [](const void*) { return kNurbsSteps; },
     .screenError = [](const void* core) { return nurbsOf(core).screenError; },
-    .deviation = [](const void* core, unsigned fineness, const MeshArrays&) {
+    .deviation = [](const void* core, unsigned fineness) {
         const std::shared_ptr<const NurbsVerdict> verdict = verdictOf(nurbsOf(core), fineness);
         return verdict->triangles ? verdict->triangles->error : 0.0;
     },

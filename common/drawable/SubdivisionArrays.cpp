@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/ContentCache.h"
 #include "common/drawable/SmoothSurface.h"
+#include "common/freeform/subdivision/LimitReach.h"
 #include "common/freeform/subdivision/LimitTessellation.h"
 
 namespace tessera {
@@ -29,17 +31,19 @@ bool isHere(const SubdivisionSurface& s) {
     return (s.points.empty() || s.points.resident()) && std::all_of(blobs.begin(), blobs.end(), [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
-std::int64_t levelOf(const SubdivisionSurface& s, unsigned fineness) { return s.level + fineness; }
-
-/// Of all but where the points are.
-Hash128 recipeOf(const SubdivisionSurface& s, unsigned fineness) {
-    std::array<Hash128, 11> parts{};
+/// Of all but where the points are and how fine the triangles.
+Hash128 topologyKeyOf(const SubdivisionSurface& s) {
+    std::array<Hash128, 10> parts{};
     parts[0] = {typeOf<SubdivisionSurface>().value, s.points.sizeBytes()};
     const auto blobs = topologyOf(s);
     for (std::size_t i = 0; i < blobs.size(); ++i) parts[1 + i] = blobs[i]->id();
     parts[8] = {static_cast<std::uint64_t>(s.scheme), static_cast<std::uint64_t>(s.boundary)};
     parts[9] = {static_cast<std::uint64_t>(s.creaseMethod), static_cast<std::uint64_t>(s.triangles)};
-    parts[10] = {static_cast<std::uint64_t>(levelOf(s, fineness)), 0};
+    return hash128(std::as_bytes(std::span(parts)));
+}
+/// Of all but where the points are.
+Hash128 recipeOf(const SubdivisionSurface& s, const Fineness& fineness) {
+    const std::array<Hash128, 3> parts{topologyKeyOf(s), Hash128{static_cast<std::uint64_t>(s.level + fineness.steps), 0}, fineness.levels.id()};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -77,6 +81,27 @@ Expected<ControlMesh> controlMeshOf(const SubdivisionSurface& s) {
     return mesh;
 }
 
+/// What all finenesses share, or why there is nothing.
+struct SharedPlan {
+    std::shared_ptr<const LimitPlan> plan;
+    int finest = -1;  ///< level that no face goes beyond
+    Error error;
+    [[nodiscard]] std::size_t bytes() const { return plan ? plan->bytes() : 256; }
+    /// Whoever uses one holds it.
+    [[nodiscard]] bool inUse() const { return plan && plan.use_count() > 1; }
+};
+std::shared_ptr<const SharedPlan> sharedPlanOf(const SubdivisionSurface& s) {
+    static ContentCache<SharedPlan> plans(kMostUnusedDerivedBytes);
+    return plans.get(topologyKeyOf(s), [&]() -> SharedPlan {
+        const Expected<ControlMesh> mesh = controlMeshOf(s);
+        if (!mesh) return {.plan = {}, .error = mesh.error()};
+        Expected<std::shared_ptr<const LimitPlan>> made = LimitPlan::build(*mesh);
+        if (!made) return {.plan = {}, .error = made.error()};
+        const int finest = (*made)->finestLevel(LimitTessellation::Limits().mostWeights);
+        return {.plan = std::move(*made), .finest = finest, .error = {}};
+    });
+}
+
 /// What all positions of the points share, or why there is nothing.
 struct SubdivisionPlan {
     std::shared_ptr<const LimitTessellation> tessellation;
@@ -87,15 +112,24 @@ struct SubdivisionPlan {
     [[nodiscard]] bool inUse() const { return false; }
 };
 
-std::shared_ptr<const SubdivisionPlan> planOf(const SubdivisionSurface& s, unsigned fineness) {
+std::shared_ptr<const SubdivisionPlan> planOf(const SubdivisionSurface& s, const Fineness& fineness) {
     static ContentCache<SubdivisionPlan> plans(kMostUnusedDerivedBytes);
     return plans.get(recipeOf(s, fineness), [&]() -> SubdivisionPlan {
-        const Expected<ControlMesh> mesh = controlMeshOf(s);
-        if (!mesh) return {.error = mesh.error()};
-        Expected<std::shared_ptr<const LimitTessellation>> made = LimitTessellation::build(*mesh, static_cast<int>(levelOf(s, fineness)));
-        if (!made) return {.error = made.error()};
+        const std::shared_ptr<const SharedPlan> shared = sharedPlanOf(s);
+        if (!shared->plan) return {.tessellation = {}, .indices = {}, .error = shared->error};
+        const auto refused = [](const char* why) { return SubdivisionPlan{.tessellation = {}, .indices = {}, .error = Error{ErrorCode::kBadInput, why}}; };
+        const std::int64_t level = s.level + fineness.steps;
+        if (level < 0 || level > LimitTessellation::kFinestLevel) return refused("a level is from 0 to 6");
+        std::vector<std::uint8_t> levels(shared->plan->topology().mesh().faceCount(), static_cast<std::uint8_t>(level));
+        if (!fineness.levels.empty()) {
+            const auto steps = fineness.levels.as<std::uint8_t>();
+            if (steps.size() != levels.size()) return refused("a pattern is of another mesh");
+            for (std::size_t f = 0; f < levels.size(); ++f) levels[f] = static_cast<std::uint8_t>(levels[f] + steps[f]);
+        }
+        Expected<std::shared_ptr<const LimitTessellation>> made = LimitTessellation::build(shared->plan, levels);
+        if (!made) return {.tessellation = {}, .indices = {}, .error = made.error()};
         const Blob indices = Blob::of(std::span<const std::uint32_t>((*made)->indices()));
-        return {.tessellation = std::move(*made), .indices = indices};
+        return {.tessellation = std::move(*made), .indices = indices, .error = {}};
     });
 }
 
@@ -118,13 +152,20 @@ Expected<void> checkSurface(const void* core) {
     return checkPoints(s.points.as<float>());
 }
 
-std::optional<DerivedSource> sourceOf(const void* core, unsigned fineness) {
+std::optional<DerivedSource> sourceOf(const void* core, const Fineness& fineness) {
     const SubdivisionSurface& s = surfaceOf(core);
     if (isNothing(s) || !isHere(s)) return std::nullopt;
     return DerivedSource{recipeOf(s, fineness), s.points};
 }
 
-DerivedMesh deriveSurface(const void* core, unsigned fineness, const EarlierMesh* earlier) {
+std::vector<std::uint32_t> pointsIn(const ByteRange& changed) {
+    const ByteRange range = elementsOf(changed, 3 * sizeof(float));
+    std::vector<std::uint32_t> points(range.end - range.begin);
+    std::iota(points.begin(), points.end(), static_cast<std::uint32_t>(range.begin));
+    return points;
+}
+
+DerivedMesh deriveSurface(const void* core, const Fineness& fineness, const EarlierMesh* earlier) {
     const SubdivisionSurface& s = surfaceOf(core);
     const std::shared_ptr<const SubdivisionPlan> plan = planOf(s, fineness);
     if (!plan->tessellation || !checkPoints(s.points.as<float>())) return {};
@@ -138,9 +179,7 @@ DerivedMesh deriveSurface(const void* core, unsigned fineness, const EarlierMesh
         out.arrays.normals = Blob::of(std::span<const float>(normals));
         return out;
     }
-    std::vector<std::uint32_t> moved;
-    const ByteRange range = elementsOf(earlier->changed, 3 * sizeof(float));
-    for (std::uint64_t p = range.begin; p < range.end; ++p) moved.push_back(static_cast<std::uint32_t>(p));
+    const std::vector<std::uint32_t> moved = pointsIn(earlier->changed);
     const auto before = earlier->mesh.arrays.positions.as<float>(), normalsBefore = earlier->mesh.arrays.normals.as<float>();
     std::vector<float> positions(before.begin(), before.end()), normals(normalsBefore.begin(), normalsBefore.end());
     const LimitTessellation::Range changed = tessellation.update(moved, points, positions, normals);
@@ -156,21 +195,86 @@ DerivedMesh deriveSurface(const void* core, unsigned fineness, const EarlierMesh
     return out;
 }
 
-unsigned finestOf(const void* core) {
-    return static_cast<unsigned>(std::max<std::int64_t>(0, SubdivisionSurface::kFinestLevel - surfaceOf(core).level));
+/// Where each face can be and how far off it is, of some positions of the points. Found again by who looks at the next.
+struct MeasuredSurface {
+    std::vector<LimitReach> reaches;  ///< by control face
+    std::shared_ptr<const ScreenParts> parts;
+    [[nodiscard]] std::size_t bytes() const { return reaches.size() * sizeof(LimitReach) + (parts ? parts->bytes() : 0); }
+    [[nodiscard]] bool inUse() const { return parts && parts.use_count() > 1; }
+};
+
+std::shared_ptr<const ScreenParts> partsFrom(const SubdivisionSurface& s, const SharedPlan& shared, const std::vector<LimitReach>& reaches) {
+    const TaggedMesh& mesh = shared.plan->topology().mesh();
+    auto out = std::make_shared<ScreenParts>();
+    out->finest = static_cast<unsigned>(std::max<std::int64_t>(0, shared.finest - s.level));
+    out->parts.resize(mesh.faceCount());
+    out->groups.resize((mesh.faceCount() + ScreenParts::kGroup - 1) / ScreenParts::kGroup);
+    for (std::uint32_t f = 0; f < mesh.faceCount(); ++f) {
+        if (!shared.plan->topology().hasSurface(f)) continue;
+        ScreenParts::Part& part = out->parts[f];
+        part.lower = reaches[f].lower;
+        part.upper = reaches[f].upper;
+        const auto levelAt = [&](std::int64_t steps) { return std::min<std::int64_t>(LimitPlan::kFinestLevel, std::max<std::int64_t>(s.level + steps, shared.plan->hasPolygons() ? 1 : 0)); };
+        for (std::size_t k = 0; k < ScreenParts::kSteps; ++k) part.deviation[k] = reaches[f].deviation[static_cast<std::size_t>(levelAt(static_cast<std::int64_t>(k)))];
+        const std::uint32_t n = 1U << levelAt(0), size = mesh.faceSize(f);
+        part.triangles = shared.plan->triangular() ? n * n : size * n * n / 2;
+        part.rim = size * n;
+        ScreenParts::Group& group = out->groups[f / ScreenParts::kGroup];
+        group.box.extend(part.box());
+        group.deviation = std::max(group.deviation, part.deviation[0]);
+    }
+    return out;
 }
 
-double deviationOf(const void* core, unsigned fineness, const MeshArrays& arrays) {
+std::shared_ptr<const ScreenParts> partsOf(const void* core) {
     const SubdivisionSurface& s = surfaceOf(core);
-    // Coarser ones are measured by those of level 2.
-    constexpr std::int64_t kMeasured = 2;
-    const std::int64_t level = levelOf(s, fineness);
-    const auto measured = static_cast<unsigned>(std::max(level, kMeasured) - s.level);
-    const std::shared_ptr<const SubdivisionPlan> plan = planOf(s, measured);
-    const MeshArrays by = measured == fineness ? arrays : derivedArrays(kSubdivisionDerivation, core, measured);
-    // What has so many faces that level 2 is too much is taken to be as fine as it gets.
-    if (!plan->tessellation || by.positions.empty()) return 0;
-    return plan->tessellation->deviation(by.positions.as<float>(), by.normals.as<float>(), static_cast<int>(level));
+    if (isNothing(s) || !isHere(s)) return nullptr;
+    static ContentCache<MeasuredSurface> measured(kMostUnusedDerivedBytes / 4);
+    const Hash128 recipe = recipeOf(s, {});
+    const auto keyOfPoints = [&recipe](const BlobId& points) {
+        const std::array<Hash128, 2> both{recipe, points};
+        return hash128(std::as_bytes(std::span(both)));
+    };
+    const auto make = [&]() -> MeasuredSurface {
+        const std::shared_ptr<const SharedPlan> shared = sharedPlanOf(s);
+        const std::span<const float> points = s.points.as<float>();
+        if (!shared->plan || !checkPoints(points)) return {};
+        const SubdivisionTopology& topology = shared->plan->topology();
+        // What has so many kinds of faces that the second level is too much is taken to be as fine as it gets.
+        if (shared->finest < 2) return {.reaches = {}, .parts = std::make_shared<const ScreenParts>()};
+        MeasuredSurface out;
+        std::vector<std::uint32_t> faces;
+        for (const Blob::Origin& origin : s.points.origins()) {
+            const std::shared_ptr<const MeasuredSurface> known = measured.find(keyOfPoints(origin.id));
+            if (!known || known->reaches.empty()) continue;
+            out.reaches = known->reaches;
+            for (const std::uint32_t p : topology.touchedBy(pointsIn({origin.begin, origin.end})))
+                if (const std::uint32_t f = topology.ptexFace(p).face; faces.empty() || faces.back() != f) faces.push_back(f);
+            break;
+        }
+        if (out.reaches.empty()) {
+            out.reaches.resize(topology.mesh().faceCount());
+            faces.resize(out.reaches.size());
+            std::iota(faces.begin(), faces.end(), 0U);
+        }
+        measureReaches(*shared->plan, faces, points, out.reaches);
+        out.parts = partsFrom(s, *shared, out.reaches);
+        return out;
+    };
+    return measured.get(keyOfPoints(s.points.id()), make)->parts;
+}
+
+unsigned finestOf(const void* core) {
+    const std::shared_ptr<const SharedPlan> shared = sharedPlanOf(surfaceOf(core));
+    return static_cast<unsigned>(std::max<std::int64_t>(0, shared->finest - surfaceOf(core).level));
+}
+
+double deviationOf(const void* core, unsigned steps) {
+    const std::shared_ptr<const ScreenParts> parts = partsOf(core);
+    float most = 0;
+    if (parts)
+        for (const ScreenParts::Part& part : parts->parts) most = std::max(most, part.deviation[std::min<std::size_t>(steps, ScreenParts::kSteps - 1)]);
+    return static_cast<double>(most);
 }
 
 constexpr ScreenSteps kSubdivisionSteps{
@@ -179,6 +283,7 @@ constexpr ScreenSteps kSubdivisionSteps{
     .deviation = &deviationOf,
     .seam = [](const void*) { return 0.0; },
     .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const SubdivisionSurface>(surfaceOf(core)); },
+    .parts = &partsOf,
 };
 
 std::shared_ptr<const SmoothSurface> smoothSubdivision(const void* core) {

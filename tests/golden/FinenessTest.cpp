@@ -6,6 +6,7 @@
 #include <map>
 
 #include "client/image/Picture.h"
+#include "client/render/SceneItems.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/golden/Stage.h"
@@ -125,7 +126,7 @@ TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
     RenderScene shared;
     shared.update(aspect, nullptr);
     Stage stage(1);
-    std::map<ObjectId, std::uint8_t> finenesses[2];
+    std::map<ObjectId, Fineness> finenesses[2];
     for (const int column : {0, 1}) {
         for (std::size_t s = 0; s < 2; ++s) {
             const ScreenCamera camera = softCamera(s == 0 ? left : right, look, Eye::kCenter);
@@ -165,6 +166,79 @@ TEST(FinenessByScreen, IsThePictureOfTheSurfaceAndNotOfItsTriangles) {
         EXPECT_LT(offBy(now), 0.5);
         EXPECT_LT(offBy(now), 0.5 * offBy(before));
     }
+}
+
+/// Waves from before one's feet to far away, all of it one surface.
+SubdivisionSurface wavesToTheHorizon(std::int64_t level, double screenError) {
+    constexpr std::uint32_t kWide = 8, kLong = 60;
+    std::vector<float> points;
+    std::vector<std::uint32_t> sizes, vertices;
+    for (std::uint32_t j = 0; j <= kLong; ++j)
+        for (std::uint32_t i = 0; i <= kWide; ++i) {
+            const std::array<float, 3> at{static_cast<float>(i) - 4, (i + j) % 2 ? 0.3F : -0.3F, 2 - static_cast<float>(j)};
+            points.insert(points.end(), at.begin(), at.end());
+        }
+    for (std::uint32_t j = 0; j < kLong; ++j)
+        for (std::uint32_t i = 0; i < kWide; ++i) {
+            const std::uint32_t a = j * (kWide + 1) + i;
+            sizes.push_back(4);
+            vertices.insert(vertices.end(), {a, a + 1, a + kWide + 2, a + kWide + 1});
+        }
+    SubdivisionSurface surface;
+    surface.points = Blob::of(std::span<const float>(points));
+    surface.faceSizes = Blob::of(std::span<const std::uint32_t>(sizes));
+    surface.faceVertices = Blob::of(std::span<const std::uint32_t>(vertices));
+    surface.level = level;
+    surface.screenError = screenError;
+    return surface;
+}
+
+TEST(FinenessByScreen, OfALongSurfaceIsFineWhereItIsNear) {
+    const auto sceneOf = [](std::int64_t level, double screenError) {
+        TestScene scene;
+        SubdivisionSurface waves = wavesToTheHorizon(level, screenError);
+        waves.material = scene.add(Material{.baseColor = Vec4f(0.3F, 0.5F, 0.8F, 1)});
+        scene.place(scene.add(waves), {0, -1, 0});
+        scene.setEnvironment(Vec3f::Constant(0.35F), Vec3f::Constant(0.2F), Vec3f(0.1F, 0.15F, 0.25F));
+        scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 0.6F, false);
+        return scene.take();
+    };
+    const Screen screen = softScreen({.columns = 2, .rows = 2, .tileWidthPx = 400, .tileHeightPx = 225});
+    const ScreenCamera camera = softCamera(screen, {"waves", {0, 0.4, 1.5}, {0, 0, 0}}, Eye::kCenter);
+    struct Drawn {
+        Picture picture;
+        std::uint64_t triangles = 0;
+    };
+    const auto draw = [&](const Aspect& aspect) {
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        Stage stage(4);
+        Drawn out{.picture = drawPart(stage, aspect, scene, CullerKind::kNone, camera, wholeOf(camera))};
+        for (const SceneItem& item : scene.seenFrom(camera).items) out.triangles += item.node ? item.mesh->triangles : 0;
+        return out;
+    };
+    const Aspect chosen = sceneOf(1, 0.5);
+    const Drawn now = draw(chosen), finest = draw(sceneOf(5, 0)), coarse = draw(sceneOf(1, 0));
+    keepPicture(now.picture, "waves");
+    const auto offBy = [&](const Picture& picture) {
+        double sum = 0;
+        for (std::size_t i = 0; i < picture.rgb.size(); ++i) sum += std::abs(static_cast<double>(picture.rgb[i]) - finest.picture.rgb[i]);
+        return sum / static_cast<double>(picture.rgb.size());
+    };
+    RecordProperty("triangles", std::to_string(now.triangles) + " of " + std::to_string(finest.triangles) + ", off by " + std::to_string(offBy(now.picture)) + " of 255; " + std::to_string(coarse.triangles) + " off by " + std::to_string(offBy(coarse.picture)));
+    EXPECT_GT(lookOf(now.picture).spread, 15) << "a picture without content proves nothing";
+    EXPECT_LT(now.triangles, finest.triangles / 8);
+    EXPECT_LT(offBy(now.picture), 0.3);
+    EXPECT_LT(offBy(now.picture), 0.2 * offBy(coarse.picture));
+    // Hosts that have just come, each with a tile.
+    for (int row = 0; row < 2; ++row)
+        for (int column = 0; column < 2; ++column) {
+            const PixelRect tile{column * 400, row * 225, 400, 225};
+            RenderScene fresh;
+            fresh.update(chosen, nullptr);
+            Stage own(4);
+            EXPECT_EQ(differingPixels(drawPart(own, chosen, fresh, kAllCullers[static_cast<std::size_t>(2 * row + column) % kAllCullers.size()], camera, tile), cropOf(now.picture, tile)), 0u) << column << ", " << row;
+        }
 }
 
 }  // namespace

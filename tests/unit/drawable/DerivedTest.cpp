@@ -93,7 +93,9 @@ TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
         const float away = static_cast<float>(seed) / 64;
         surface.points = *surface.points.withRange(0, std::as_bytes(std::span(&away, 1)));
         Aspect before = sceneWithSurface(surface);
-        const auto fineness = static_cast<unsigned>(random() % 2);
+        std::vector<std::uint8_t> levels(surface.faceSizes.sizeBytes() / 4);
+        for (std::uint8_t& level : levels) level = static_cast<std::uint8_t>(random() % 3);
+        const Fineness fineness = random() % 2 ? Fineness(static_cast<unsigned>(random() % 2)) : Fineness(Blob::of(std::span<const std::uint8_t>(levels)));
         MeshArrays known = surfaceIn(before).at(fineness).arrays();
         for (int step = 0; step < 6; ++step) {
             const std::size_t count = surface.points.sizeBytes() / 4, at = random() % count;

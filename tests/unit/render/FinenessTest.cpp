@@ -41,8 +41,14 @@ NurbsSurfaceCore ball(double tolerance, double screenError = 0.5) {
     return core;
 }
 
+/// Of the finest part.
+unsigned mostSteps(const Fineness& fineness) {
+    const auto levels = fineness.levels.as<std::uint8_t>();
+    return levels.empty() ? fineness.steps : unsigned{*std::max_element(levels.begin(), levels.end())};
+}
+
 struct ChosenMesh {
-    unsigned fineness = 0;
+    Fineness fineness;
     BlobId positions;
     std::uint64_t triangles = 0;
     bool operator==(const ChosenMesh&) const = default;
@@ -101,12 +107,12 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
         std::map<ObjectId, ObjectId> cores;
         for (int i = 0; i < 5; ++i) {
             const double wanted = std::exp2(uniform(-2, 2));
-            SubdivisionSurface skin = cube(1, static_cast<std::int64_t>(random() % 3), wanted);
+            SubdivisionSurface skin = cube(1 + static_cast<std::uint32_t>(random() % 2), static_cast<std::int64_t>(random() % 3), wanted);
             std::vector<float> points(skin.points.as<float>().begin(), skin.points.as<float>().end());
             for (float& x : points) x += static_cast<float>(uniform(-0.5, 0.5));
             skin.points = Blob::of(std::span<const float>(points));
             const ObjectId core = random() % 3 == 0 ? scene.core(ball(std::exp2(uniform(-6, -3)), wanted)) : scene.core(skin);
-            const Vec3d scale = Vec3d(uniform(0.3, 1), uniform(-1, 1), uniform(0.3, 1));
+            const Vec3d scale = Vec3d(uniform(0.3, 1), uniform(-1, 1), uniform(0.3, 1) * (random() % 3 == 0 ? 20 : 1));
             cores[scene.put(core, 3 * Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)), anyTurn(), scale)] = core;
         }
         scene.apply();
@@ -120,11 +126,11 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
         for (const SceneItem& item : all.items) {
             if (!item.node) continue;
             const Drawable drawable = drawableOf(scene.aspect, cores.at(item.node));
-            finer += item.fineness > 0;
+            finer += mostSteps(item.fineness) > 0;
             // What is as fine as may be is off by what it is off; what has many triangles takes long to look through.
             if (item.mesh->triangles > 15'000) continue;
-            if (item.fineness == drawable.finest() || 4 * item.mesh->triangles > kMostTrianglesByScreen || triangles + 3 * item.mesh->triangles > kMostTrianglesOfScreen) continue;
-            const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(), truth = drawable.at(std::min(item.fineness + 2u, drawable.finest())).arrays();
+            if (mostSteps(item.fineness) == drawable.finest() || 4 * item.mesh->triangles > kMostTrianglesByScreen || triangles + 3 * item.mesh->triangles > kMostTrianglesOfScreen) continue;
+            const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(), truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
             EXPECT_EQ(drawn.positions.id(), item.mesh->positions.id());
             const Affine3d world_T_item = all.places[item.place].world_T_node;
             const auto points = truth.positions.as<float>();
@@ -145,7 +151,7 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
             for (int i = 0; i < 40; ++i) {
                 const std::size_t v = 3 * (random() % (points.size() / 3));
                 const Vec3d p(points[v], points[v + 1], points[v + 2]);
-                EXPECT_LE(offOf(drawn, p), drawable.screenError() + 0.01) << "fineness " << unsigned{item.fineness};
+                EXPECT_LE(offOf(drawn, p), drawable.screenError() + 0.01) << "fineness " << mostSteps(item.fineness);
                 off = off || offOf(base, p) > drawable.screenError();
                 ++judged;
             }
@@ -204,7 +210,7 @@ TEST(ScreenFineness, IsTheSameWhateverWasSeenAndDoneBefore) {
             for (const auto& [node, chosen] : now) {
                 const Drawable drawable = drawableOf(scene.aspect, *scene.aspect.get<Node>(node));
                 ASSERT_EQ(chosen.positions, drawable.at(chosen.fineness).arrays().positions.id());
-                finer += chosen.fineness > 0;
+                finer += mostSteps(chosen.fineness) > 0;
             }
             EXPECT_EQ(followed.impl().transparentTriangles + followed.impl().finerTransparentTriangles, fresh.impl().transparentTriangles + fresh.impl().finerTransparentTriangles);
         }
@@ -230,9 +236,62 @@ TEST(ScreenFineness, ThereIsAnEndToTriangles) {
     }
     EXPECT_LE(sum, kMostTrianglesOfScreen);
     EXPECT_GT(sum, kMostTrianglesOfScreen / 4) << "it is used";
-    EXPECT_EQ(chosen.at(still).fineness, 0u) << "its author wants no other";
-    EXPECT_EQ(chosen.at(behind).fineness, 0u) << "this screen does not show it";
-    EXPECT_GT(chosen.at(around).fineness, 3u) << "the eye is within it";
+    EXPECT_EQ(chosen.at(still).fineness, Fineness()) << "its author wants no other";
+    EXPECT_EQ(chosen.at(behind).fineness, Fineness()) << "this screen does not show it";
+    EXPECT_GT(mostSteps(chosen.at(around).fineness), 3u) << "the eye is within it";
+}
+
+/// Control faces in a row away from the eye, bent as much everywhere.
+SubdivisionSurface longSheet(std::uint32_t length, double screenError) {
+    SubdivisionSurface surface;
+    std::vector<float> points;
+    std::vector<std::uint32_t> sizes(4 * length, 4), vertices;
+    for (std::uint32_t j = 0; j <= length; ++j)
+        for (std::uint32_t i = 0; i < 5; ++i) points.insert(points.end(), {static_cast<float>(i) - 2, (i + j) % 2 ? 0.2F : -0.2F, -static_cast<float>(j)});
+    for (std::uint32_t j = 0; j < length; ++j)
+        for (std::uint32_t i = 0; i < 4; ++i) vertices.insert(vertices.end(), {5 * j + i, 5 * j + i + 1, 5 * j + i + 6, 5 * j + i + 5});
+    surface.points = Blob::of(std::span<const float>(points));
+    surface.faceSizes = Blob::of(std::span<const std::uint32_t>(sizes));
+    surface.faceVertices = Blob::of(std::span<const std::uint32_t>(vertices));
+    surface.level = 0;
+    surface.screenError = screenError;
+    return surface;
+}
+
+TEST(ScreenFineness, ASurfaceIsFineWhereItIsNearAlone) {
+    FinenessScene scene;
+    const ObjectId sheet = scene.put(scene.core(longSheet(100, 0.5)), {0, -1.2, 0});
+    scene.apply();
+    RenderScene render;
+    render.update(scene.aspect, nullptr);
+    const auto chosen = chosenBy(render, TestCamera(960, 600).camera()).at(sheet);
+    const auto levels = chosen.fineness.levels.as<std::uint8_t>();
+    ASSERT_EQ(levels.size(), 400u);
+    const auto mostIn = [&](std::size_t first, std::size_t count) { return *std::max_element(levels.begin() + static_cast<std::ptrdiff_t>(first), levels.begin() + static_cast<std::ptrdiff_t>(first + count)); };
+    EXPECT_GE(mostIn(0, 40), mostIn(340, 60) + 2);
+    // As often as the distance doubles a level every second time, at least.
+    for (std::size_t row = 10; row < 80; row += 10) EXPECT_GE(mostIn(4 * row, 40), mostIn(4 * row + 40, 40)) << row;
+    EXPECT_LT(chosen.triangles, (800ull << (2 * mostIn(0, 400))) / 4);
+}
+
+TEST(ScreenFineness, AnEyeThatMovesALittleMostlySeesTheSame) {
+    FinenessScene scene;
+    const ObjectId sheet = scene.put(scene.core(longSheet(250, 0.5)), {0, -1.2, 0});
+    scene.apply();
+    RenderScene render;
+    render.update(scene.aspect, nullptr);
+    constexpr int kFrames = 200;
+    int changes = 0;
+    Fineness before;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        // Somebody who leans forward, by two millimetres from one frame to the next.
+        const auto chosen = chosenBy(render, cameraAt({0.1 * std::sin(0.02 * frame), 0.1, 1 - 0.002 * frame}, Quatd::Identity(), 960).camera()).at(sheet);
+        changes += chosen.fineness != before;
+        before = chosen.fineness;
+    }
+    RecordProperty("changes", changes);
+    EXPECT_GT(changes, 1) << "it does look";
+    EXPECT_LT(changes, kFrames / 4);
 }
 
 TEST(ScreenFineness, SurfacesThatShareEdgesStepTogether) {
@@ -252,9 +311,9 @@ TEST(ScreenFineness, SurfacesThatShareEdgesStepTogether) {
     RenderScene render;
     render.update(scene.aspect, nullptr);
     const auto chosen = chosenBy(render, TestCamera(1600, 1000).camera());
-    EXPECT_GT(chosen.at(a).fineness, 0u);
+    EXPECT_GT(chosen.at(a).fineness, Fineness());
     EXPECT_EQ(chosen.at(b).fineness, chosen.at(a).fineness) << "one frame and one tolerance: a crack between them would show";
-    EXPECT_EQ(chosen.at(alone).fineness, 0u);
+    EXPECT_EQ(chosen.at(alone).fineness, Fineness());
 }
 
 TEST(ScreenFineness, IsOfTheScreenAndNotOfTheTile) {
@@ -262,7 +321,7 @@ TEST(ScreenFineness, IsOfTheScreenAndNotOfTheTile) {
     for (int i = 0; i < 6; ++i) scene.put(scene.core(cube(1, 1)), {0.7 * i - 2, 0.3 * i - 1, -2.5 - i});
     scene.apply();
     TestCamera camera(640, 400, 2, 2);
-    std::map<ObjectId, unsigned> known;
+    std::map<ObjectId, Fineness> known;
     for (const CullerKind kind : {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked})
         for (const auto& [column, row] : {std::pair{1, 1}, {0, 1}, {1, 0}, {0, 0}}) {
             RenderScene own;
@@ -271,7 +330,7 @@ TEST(ScreenFineness, IsOfTheScreenAndNotOfTheTile) {
                 EXPECT_EQ(known.try_emplace(item.node, item.fineness).first->second, item.fineness);
         }
     EXPECT_EQ(known.size(), 6u);
-    EXPECT_TRUE(std::any_of(known.begin(), known.end(), [](const auto& of) { return of.second > 0; }));
+    EXPECT_TRUE(std::any_of(known.begin(), known.end(), [](const auto& of) { return mostSteps(of.second) > 0; }));
 }
 
 TEST(ScreenFineness, LengthsAreStretchedByNoMoreThanIsSaid) {
