@@ -219,7 +219,8 @@ struct MeasuredGrid {
                     const double length2 = along.squaredNorm();
                     most = std::max(most, length2 > 0 ? (off - off.dot(along) / length2 * along).norm() : off.norm());
                 } else if (normal.isZero(0) || area == 0) {
-                    most = std::max(most, distanceTo(points[sample], pa, pb, pc));
+                    // What lies in the plane that one of them has left lies on triangles beside this one.
+                    most = std::max(most, area > 0 ? std::abs(off.dot(plane)) / area : normal.isZero(0) ? distanceTo(points[sample], pa, pb, pc) : std::abs(off.dot(normal)));
                 } else {
                     // Where the surface stands askew to the triangle, what is along it takes the place of other triangles too.
                     const double across = off.dot(normal), askew = normal.cross(plane).norm() / area;
