@@ -2,8 +2,9 @@
 ///
 /// Triangles as the fields say are drawn where their surface is within the wanted pixels of them. Where it may be farther off on this screen,
 /// finer ones are, a step of half as long edges after the other, those first that are farthest off for what they ask for; until none is, or there
-/// would be too many. What has parts (Derivation.h, ScreenParts) is as fine in each as that asks for, unless that would save little. The choice looks at what the scene shows and at the screen's camera alone, not at tiles, cullers, hosts or the past: so
-/// all tiles of a screen draw the same, and so does who joins late. What no pixel of the screen can show stays as it is.
+/// would be too many. What has parts (Derivation.h, ScreenParts) is as fine in each as that asks for, unless that would save little. The choice
+/// looks at what the scene shows and at the screen's camera alone, not at tiles, cullers, hosts or the past: so all tiles of a screen draw the
+/// same, and so does who joins late. What no pixel of the screen can show stays as it is.
 #pragma once
 
 #include <cstdint>
