@@ -118,7 +118,14 @@ struct TwoScreens {
             std::ofstream(folder / "tiles" / tile / "shown.frame") << "echo \"$@\" > $0.part && mv $0.part $0.said; exec sleep 20\n";
         }
     }
-    ~TwoScreens() { std::filesystem::remove_all(folder); }
+    ~TwoScreens() {
+        // A window that is ended leaves its mv behind, which may still be renaming.
+        std::error_code busy;
+        for (int i = 0; i < 100 && std::filesystem::exists(folder, busy); ++i) {
+            std::filesystem::remove_all(folder, busy);
+            if (busy) std::this_thread::sleep_for(20ms);
+        }
+    }
     std::string said(const std::string& tile) const {
         const auto file = folder / "tiles" / tile / "shown.frame.said";
         for (int i = 0; i < 200 && !std::filesystem::exists(file); ++i) std::this_thread::sleep_for(50ms);
