@@ -11,11 +11,17 @@
 namespace tessera {
 namespace {
 
+/// What a reference leads to.
+std::string_view targetText(const FieldInfo& field) {
+    if (field.refType) return findType(*field.refType)->name;
+    return field.anyObject ? "anything" : "any core";
+}
+
 /// "double × 3", "ref to Node", "one of stop, slide".
 std::string kindText(const FieldInfo& field) {
     std::string text(nameOf(field.kind));
     if (field.width > 1) text += fmt::format(" × {}", field.width);
-    if (field.holdsRefs()) text += fmt::format(" to {}", field.refType ? findType(*field.refType)->name : "any core");
+    if (field.holdsRefs()) text += fmt::format(" to {}", targetText(field));
     if (field.numbersEach > 0)
         text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float", field.numbersEach > 1 ? "s" : "");
     if (field.wordUse == WordUse::kNone) return text;
@@ -51,7 +57,7 @@ nlohmann::ordered_json fieldJson(const TypeInfo& type, const FieldEntry& field) 
                                    {"width", field.width},
                                    {"unit", nameOf(field.measuredIn)}};
     if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
-    if (field.holdsRefs()) json["to"] = field.refType ? findType(*field.refType)->name : "any core";
+    if (field.holdsRefs()) json["to"] = targetText(field);
     json["default"] = valueJson(field.load(type.freshObject()));
     if (std::isfinite(field.least)) json["least"] = field.least;
     if (std::isfinite(field.greatest)) json["greatest"] = field.greatest;

@@ -1,6 +1,7 @@
 /// Light from one direction.
 #pragma once
 
+#include "common/cores/Node.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -12,6 +13,9 @@ struct DirectionalLight {
     Vec3f color = Vec3f::Ones();  ///< linear RGB
     float intensity = 1.0f;
     bool shadows = false;  ///< of the first that asks; others shine through everything
+    bool on = true;
+    /// A Node that it stands at and looks along instead of its own, as long as that is in the scene; none: its own node.
+    ObjectId beacon;
 
     [[nodiscard]] LightSource light() const {
         return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity, .shadows = shadows};
@@ -22,6 +26,8 @@ inline constexpr auto kDescription<DirectionalLight> =
     describe("DirectionalLight",
              field<&DirectionalLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
              field<&DirectionalLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
-             field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight));
+             field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight),
+             field<&DirectionalLight::on>(4, "on").affects(Effect::kLight),
+             field<&DirectionalLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight));
 
 }  // namespace tessera

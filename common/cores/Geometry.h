@@ -10,12 +10,15 @@ namespace tessera {
 struct Geometry {
     static constexpr ObjectType kType{4};
     static constexpr double kThinnestLinePx = 0.1, kWidestLinePx = 64;
-    static constexpr std::int64_t kTriangles = 0, kPoints = 1, kLines = 2;
+    static constexpr std::int64_t kTriangles = 0, kPoints = 1, kLines = 2, kLineStrip = 3, kLineLoop = 4, kTriangleStrip = 5, kTriangleFan = 6,
+                                  kQuads = 7, kQuadStrip = 8, kPolygons = 9;
     Blob positions;     ///< float[3] per vertex
     Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
     Blob colors;        ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
     Blob texcoords;     ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
-    Blob indices;       ///< uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points
+    /// uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points. Of the other primitives: uint32 per vertex;
+    /// empty: the vertices as they stand.
+    Blob indices;
     ObjectId material;  ///< a Material; none: the default material
     /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball. kLines: drawn in the
     /// base colour (image and vertex colours too), whatever the light; nobody picks them or collides with them.
@@ -25,6 +28,9 @@ struct Geometry {
     double pointRadius = 0;
     float lineWidth = 1;  ///< of lines: pixels of the screen
     Blob texcoords1;      ///< as texcoords: a second set, for images that ask for it
+    /// uint32 per strip, loop, fan or polygon: how many vertices each takes, one after the other. Empty: all are one; of triangles, lines, quads
+    /// and points it says nothing. Polygons are flat, concave ones too, and each is one outline that does not cross itself.
+    Blob lengths;
 };
 template <>
 inline constexpr auto kDescription<Geometry> =
@@ -36,10 +42,18 @@ inline constexpr auto kDescription<Geometry> =
              field<&Geometry::indices>(5, "indices").affects(Effect::kShape),
              field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook),
              field<&Geometry::primitive>(7, "primitive")
-                 .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"}})
+                 .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"},
+                         {Geometry::kLineStrip, "line-strips"},
+                         {Geometry::kLineLoop, "line-loops"},
+                         {Geometry::kTriangleStrip, "triangle-strips"},
+                         {Geometry::kTriangleFan, "triangle-fans"},
+                         {Geometry::kQuads, "quads"},
+                         {Geometry::kQuadStrip, "quad-strips"},
+                         {Geometry::kPolygons, "polygons"}})
                  .affects(Effect::kShape),
              field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
              field<&Geometry::texcoords1>(9, "texcoords1").floats(2).affects(Effect::kLook),
-             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook));
+             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook),
+             field<&Geometry::lengths>(11, "lengths").affects(Effect::kShape));
 
 }  // namespace tessera

@@ -11,6 +11,9 @@ struct Node {
     static constexpr ObjectType kType{1};
     std::string name;
     ObjectId core;  ///< none: an empty group
+    /// Which child of a DistanceLOD each user sees: a byte per user, the first one's lowest; the server chooses (README.md). Means nothing
+    /// with other cores.
+    std::int64_t levels = 0;
     // Structure: changed by placements only.
     ObjectId parent;
     ChildList children;
@@ -19,7 +22,8 @@ template <>
 inline constexpr auto kDescription<Node> =
     describe("Node",
              field<&Node::name>(1, "name").affects(Effect::kName),
-             field<&Node::core>(2, "core").affects(Effect::kStructure))
+             field<&Node::core>(2, "core").affects(Effect::kStructure),
+             field<&Node::levels>(3, "levels").affects(Effect::kVisibility))
         .notACore();
 
 }  // namespace tessera

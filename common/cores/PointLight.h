@@ -1,6 +1,7 @@
 /// Light from one point.
 #pragma once
 
+#include "common/cores/Node.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -10,8 +11,13 @@ namespace tessera {
 struct PointLight {
     static constexpr ObjectType kType{9};
     Vec3f color = Vec3f::Ones();  ///< linear RGB
-    float intensity = 1.0f;       ///< falls with the square of the distance in world units
+    float intensity = 1.0f;       ///< one world unit away; see `attenuation`
     float range = 0.0f;           ///< no effect beyond. 0: unlimited
+    bool on = true;
+    /// A Node that it stands at and looks along instead of its own, as long as that is in the scene; none: its own node.
+    ObjectId beacon;
+    /// The falloff where a person says one, as OpenGL's: 1 / (x + y d + z d²) at distance d in world units; all 0 is no falloff.
+    Vec3f attenuation{0, 0, 1};
 
     [[nodiscard]] LightSource light() const { return {.radiance = color * intensity, .range = range}; }
 };
@@ -20,6 +26,9 @@ inline constexpr auto kDescription<PointLight> =
     describe("PointLight",
              field<&PointLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
              field<&PointLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
-             field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight));
+             field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
+             field<&PointLight::on>(4, "on").affects(Effect::kLight),
+             field<&PointLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight),
+             field<&PointLight::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight));
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "common/cores/Node.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -14,11 +15,16 @@ struct SpotLight {
     static constexpr ObjectType kType{15};
     static constexpr float kWidest = static_cast<float>(std::numbers::pi / 2);  ///< above π/2, which no float is
     Vec3f color = Vec3f::Ones();  ///< linear RGB
-    float intensity = 1.0f;       ///< falls with the square of the distance in world units
+    float intensity = 1.0f;       ///< one world unit away; see `attenuation`
     float range = 0.0f;           ///< no effect beyond. 0: unlimited
     float innerAngle = 0.0f;      ///< from the axis: full light up to here; at most the outer angle counts
     float outerAngle = static_cast<float>(std::numbers::pi / 4);  ///< from the axis: none beyond
     bool shadows = false;         ///< of the first eight that ask; others shine through everything
+    bool on = true;
+    /// A Node that it stands at and looks along instead of its own, as long as that is in the scene; none: its own node.
+    ObjectId beacon;
+    /// The falloff where a person says one, as OpenGL's: 1 / (x + y d + z d²) at distance d in world units; all 0 is no falloff.
+    Vec3f attenuation{0, 0, 1};
 
     [[nodiscard]] LightSource light() const {
         return {.kind = LightSource::Kind::kSpot,
@@ -37,6 +43,9 @@ inline constexpr auto kDescription<SpotLight> =
              field<&SpotLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
              field<&SpotLight::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
              field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
-             field<&SpotLight::shadows>(6, "shadows").affects(Effect::kLight));
+             field<&SpotLight::shadows>(6, "shadows").affects(Effect::kLight),
+             field<&SpotLight::on>(7, "on").affects(Effect::kLight),
+             field<&SpotLight::beacon>(8, "beacon").to<Node>().affects(Effect::kLight),
+             field<&SpotLight::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight));
 
 }  // namespace tessera

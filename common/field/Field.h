@@ -68,14 +68,15 @@ enum class WordUse : std::uint8_t {
 };
 
 struct FieldInfo {
-    static constexpr std::size_t kMaxWords = 8;
+    static constexpr std::size_t kMaxWords = 12;
 
     FieldId id;             ///< unique within its type; never reused
     std::string_view name;  ///< e.g. "translation"
     FieldKind kind = FieldKind::kFloat;
     std::uint8_t width = 1;
-    /// For refs and lists of them: what may be referred to (none: any core). A ref may always be "none".
+    /// For refs and lists of them: what may be referred to (none: any core, or any object). A ref may always be "none".
     std::optional<ObjectType> refType;
+    bool anyObject = false;  ///< of one without a refType: materials, images and nodes too
     bool quaternion = false;  ///< width 4, must not be zero
     std::uint8_t numbersEach = 0;  ///< of an array of floats or doubles: how many an element has; 0: it is none
     bool doubles = false;          ///< of such an array
@@ -99,6 +100,8 @@ struct FieldInfo {
 
     [[nodiscard]] std::span<const FieldWord> words() const { return std::span(wordStore).first(wordCount); }
     [[nodiscard]] bool holdsRefs() const { return kind == FieldKind::kRef || kind == FieldKind::kRefs; }
+    /// Of such: whether it may lead to objects of that type.
+    [[nodiscard]] bool mayReferTo(ObjectType type, bool isCore) const { return refType ? type == *refType : isCore || anyObject; }
 
     // How a description says the rest.
     [[nodiscard]] constexpr FieldInfo affects(Effect effect) const {
@@ -131,6 +134,12 @@ struct FieldInfo {
     /// Of an element of such an array.
     [[nodiscard]] constexpr std::size_t elementBytes() const { return numbersEach * (doubles ? sizeof(double) : sizeof(float)); }
     [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }
+    /// A reference to whatever a scene holds.
+    [[nodiscard]] constexpr FieldInfo toAnything() const {
+        FieldInfo info = *this;
+        info.anyObject = true;
+        return info;
+    }
     /// What a reference leads to; without this, to any core.
     template <typename Target>
     [[nodiscard]] constexpr FieldInfo to() const {

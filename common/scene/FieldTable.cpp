@@ -230,8 +230,8 @@ std::uint64_t schemaHash() {
     for (const TypeInfo& type : allTypes()) {
         text += fmt::format("{} {} {}\n", type.name, type.type.value, type.isCore);
         for (const FieldInfo& info : type.fields) {
-            text += fmt::format("{} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
-                                info.refType.value_or(ObjectType()).value, static_cast<int>(info.wordUse));
+            text += fmt::format("{} {} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
+                                info.refType.value_or(ObjectType()).value, info.anyObject, static_cast<int>(info.wordUse));
             for (const FieldWord& word : info.words()) text += fmt::format(" {}={}", word.word, word.number);
             text += '\n';
         }

@@ -452,7 +452,7 @@ Expected<void> ListCheck::checkRef(const FieldInfo& field, ObjectId target) {
     if (!target) return {};
     const TypeInfo* type = typeOfObject(target);
     if (!type) return missing("to", target);
-    if (field.refType ? type->type != *field.refType : !type->isCore)
+    if (!field.mayReferTo(type->type, type->isCore))
         return refuse(fmt::format("{} is a {}, not a {}", nameOf(target), type->name,
                                   field.refType ? findType(*field.refType)->name : "core"));
     return {};

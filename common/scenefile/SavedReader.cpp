@@ -379,7 +379,7 @@ private:
                 continue;
             }
             const TypeInfo& info = *target.type->info;
-            if (field.entry->refType ? info.type != *field.entry->refType : !info.isCore)
+            if (!field.entry->mayReferTo(info.type, info.isCore))
                 return fail(ErrorCode::kBadInput, fmt::format("{} names object {}, which is of type {}", at->name(), number, info.name));
             ids.push_back(target.id);
         }

@@ -48,7 +48,7 @@ std::string explain(const TypeInfo& type, const FieldEntry& field) {
         case FieldKind::kRefs: {
             const TypeInfo* target = field.refType ? findType(*field.refType) : nullptr;
             parts.push_back(fmt::format("number of {} {}{}", field.kind == FieldKind::kRef ? "an object:" : "objects:",
-                                        target ? target->name : "any core", field.kind == FieldKind::kRef ? "; 0: none" : ""));
+                                        target ? target->name : field.anyObject ? "anything" : "any core", field.kind == FieldKind::kRef ? "; 0: none" : ""));
             break;
         }
         case FieldKind::kBlob:

@@ -1,0 +1,51 @@
+/// A mesh that joints and morph targets deform.
+#pragma once
+
+#include "common/cores/Material.h"
+#include "common/cores/Node.h"
+#include "common/field/Field.h"
+
+namespace tessera {
+
+/// Linear blend skinning and morph targets as glTF 2.0 defines them. What travels while it moves are `pose` and `weights`; every host, and
+/// the server for collisions and picks, makes the same vertices of them (`common/drawable`).
+struct Skin {
+    static constexpr ObjectType kType{26};
+    /// float[12] per joint: node_T_bind, row by row: where a vertex at rest goes that follows this joint alone, in the coordinates of the node that
+    /// bears the skin. With `joints` the server writes it whenever they move. Empty: at rest.
+    Blob pose;
+    Blob weights;  ///< float per morph target; empty: all 0
+    // The mesh at rest: triangles, as Geometry has them.
+    Blob positions;
+    Blob normals;
+    Blob colors;
+    Blob texcoords;
+    Blob indices;
+    Blob texcoords1;
+    Blob jointIndices;    ///< uint16[4] per vertex, into the joints; empty: no joint moves it
+    Blob jointWeights;    ///< float[4] per vertex, not below 0; what they sum up to is made 1
+    Blob morphPositions;  ///< float[3] per target and vertex, target after target: what is added to positions
+    Blob morphNormals;    ///< the same of normals; empty: normals are as at rest before joints turn them
+    RefList joints;       ///< Nodes; empty: an application writes `pose` itself
+    Blob inverseBinds;    ///< float[12] per joint: joint_T_bind, row by row; empty: identity
+    ObjectId material;    ///< a Material; none: the default material
+};
+template <>
+inline constexpr auto kDescription<Skin> =
+    describe("Skin", field<&Skin::pose>(1, "pose").floats(12).affects(Effect::kShape),
+             field<&Skin::weights>(2, "weights").floats(1).affects(Effect::kShape),
+             field<&Skin::positions>(3, "positions").floats(3).affects(Effect::kShape),
+             field<&Skin::normals>(4, "normals").floats(3).affects(Effect::kLook),
+             field<&Skin::colors>(5, "colors").affects(Effect::kLook),
+             field<&Skin::texcoords>(6, "texcoords").floats(2).affects(Effect::kLook),
+             field<&Skin::indices>(7, "indices").affects(Effect::kShape),
+             field<&Skin::texcoords1>(8, "texcoords1").floats(2).affects(Effect::kLook),
+             field<&Skin::jointIndices>(9, "jointIndices").affects(Effect::kShape),
+             field<&Skin::jointWeights>(10, "jointWeights").floats(4).affects(Effect::kShape),
+             field<&Skin::morphPositions>(11, "morphPositions").floats(3).affects(Effect::kShape),
+             field<&Skin::morphNormals>(12, "morphNormals").floats(3).affects(Effect::kShape),
+             field<&Skin::joints>(13, "joints").to<Node>().affects(Effect::kTime),
+             field<&Skin::inverseBinds>(14, "inverseBinds").floats(12).affects(Effect::kTime),
+             field<&Skin::material>(15, "material").to<Material>().affects(Effect::kLook));
+
+}  // namespace tessera
