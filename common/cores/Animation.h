@@ -6,7 +6,7 @@
 namespace tessera {
 
 /// The key frames of one field of one object. Evaluated on the server only; what comes of it travels as values.
-struct Channel {
+struct KeyFrames {
     static constexpr ObjectType kType{24};
     static constexpr std::int64_t kStep = 0, kLinear = 1, kSpline = 2;
     ObjectId target;    ///< any object: a core, a material, a light
@@ -20,13 +20,13 @@ struct Channel {
     std::int64_t interpolation = kLinear;
 };
 template <>
-inline constexpr auto kDescription<Channel> =
-    describe("Channel", field<&Channel::target>(1, "target").toAnything().affects(Effect::kTime),
-             field<&Channel::field>(2, "field").affects(Effect::kTime),
-             field<&Channel::times>(3, "times").doublesEach(1).affects(Effect::kTime),
-             field<&Channel::values>(4, "values").doublesEach(1).affects(Effect::kTime),
-             field<&Channel::interpolation>(5, "interpolation")
-                 .oneOf({{Channel::kStep, "step"}, {Channel::kLinear, "linear"}, {Channel::kSpline, "spline"}})
+inline constexpr auto kDescription<KeyFrames> =
+    describe("KeyFrames", field<&KeyFrames::target>(1, "target").toAnything().affects(Effect::kTime),
+             field<&KeyFrames::field>(2, "field").affects(Effect::kTime),
+             field<&KeyFrames::times>(3, "times").doublesEach(1).affects(Effect::kTime),
+             field<&KeyFrames::values>(4, "values").doublesEach(1).affects(Effect::kTime),
+             field<&KeyFrames::interpolation>(5, "interpolation")
+                 .oneOf({{KeyFrames::kStep, "step"}, {KeyFrames::kLinear, "linear"}, {KeyFrames::kSpline, "spline"}})
                  .affects(Effect::kTime))
         .notACore();
 
@@ -34,7 +34,7 @@ inline constexpr auto kDescription<Channel> =
 struct Animation {
     static constexpr ObjectType kType{25};
     static constexpr std::int64_t kOnce = 0, kLoop = 1, kPingPong = 2;
-    RefList channels;  ///< of Channel
+    RefList channels;  ///< of KeyFrames
     bool playing = true;
     /// Grows by speed / 60 s per frame while it plays; setting it is a seek. It begins at 0 and ends at the last key of any channel.
     double time = 0;
@@ -43,7 +43,7 @@ struct Animation {
 };
 template <>
 inline constexpr auto kDescription<Animation> =
-    describe("Animation", field<&Animation::channels>(1, "channels").to<Channel>().affects(Effect::kTime),
+    describe("Animation", field<&Animation::channels>(1, "channels").to<KeyFrames>().affects(Effect::kTime),
              field<&Animation::playing>(2, "playing").affects(Effect::kTime),
              field<&Animation::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
              field<&Animation::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),

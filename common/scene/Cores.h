@@ -43,7 +43,7 @@ namespace tessera {
 using ShippedTypes = TypeList<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight, Camera,
                               Motion, Environment, Interest, CollisionObject, SpotLight, ComponentTransform,
                               InverseTransform, SubdivisionSurface, NurbsSurfaceCore, Deformation, MaterialGroup,
-                              DistanceLOD, Billboard, Channel, Animation, Skin, Text>;
+                              DistanceLOD, Billboard, KeyFrames, Animation, Skin, Text>;
 using SceneTypes = JoinedTypes<ShippedTypes, ExtraTypes>;
 
 }  // namespace tessera
