@@ -24,6 +24,9 @@ struct Words {
     double timeoutSeconds = 10;
     verb::Tree tree;
     verb::Load load;
+    std::vector<double> loadAt;
+    double loadScale = 0, loadFit = 0;
+    std::string loadUp;
     verb::Set set;
     verb::Remove remove;
     verb::Pick pick;
@@ -237,6 +240,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* load = app.add_subcommand("load", "The server imports a file");
     load->add_option("FILE", in.load.file, "asset://NAME, or a file of the server's machine that\nits --allow lets it read")->required();
     load->add_option("--under", in.load.under, "Below this node (/)")->type_name("NODE");
+    const CLI::Option* loadAt = load->add_option("--at", in.loadAt, "Where the file's origin comes, in that node's units;\nwith --fit the middle of its underside")
+                                    ->type_name("X Y Z")->expected(3)->check(numberFault);
+    const CLI::Option* loadScale = load->add_option("--scale", in.loadScale, "So many times its own size")->type_name("S")->check(numberFault);
+    const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, in that node's units (metres)")
+                                     ->type_name("METRES")->check(numberFault);
+    load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else +Z of .stl and\n.off, +Y of others)")->check(CLI::IsMember({"y", "z"}));
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
     move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();
@@ -353,7 +362,15 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const auto verb = [&]() -> Expected<Verb> {
         if (status->parsed()) return verb::Status{};
         if (tree->parsed()) return in.tree;
-        if (load->parsed()) return in.load;
+        if (load->parsed()) {
+            Placing& placing = in.load.placing;
+            if (*loadAt) placing.at = vector3(in.loadAt);
+            if (*loadScale) placing.scale = in.loadScale;
+            if (*loadFit) placing.fit = in.loadFit;
+            if (!in.loadUp.empty()) placing.up = in.loadUp == "z" ? UpAxis::kZ : UpAxis::kY;
+            if (const Expected<void> sound = checkPlacing(placing); !sound) return fail(ErrorCode::kUsage, "load: " + sound.error().message);
+            return in.load;
+        }
         if (move->parsed()) return moveVerb(in);
         if (set->parsed()) return in.set;
         if (remove->parsed()) return in.remove;

@@ -22,6 +22,7 @@ struct Tree {
 struct Load {
     std::string file;
     std::string under;  ///< a node; empty: the root
+    Placing placing;
 };
 struct Move {
     std::string node;

@@ -145,11 +145,16 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
             return fail(ErrorCode::kUsage,
                         fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
     }
-    const Expected<answer::Loaded> loaded = application.load(path, parent);
+    const Expected<answer::Loaded> loaded = application.load(path, parent, std::chrono::minutes(2), load.placing);
     if (!loaded) return tl::unexpected(loaded.error());
-    return Answer{fmt::format("loaded {} as node #{}: {} objects, {} triangles\n", load.file, loaded->node.value,
-                              loaded->objects, loaded->triangles),
-                  {{"node", loaded->node.value}, {"objects", loaded->objects}, {"triangles", loaded->triangles}},
+    // Somebody may have taken it away again already.
+    const std::string number = fmt::format("#{}", loaded->node.value);
+    const Expected<ObjectInfo> node = application.describeNode(number);
+    const std::string where = node && !node->path.empty() ? node->path : number;
+    std::string text = fmt::format("loaded {} as {}: {} objects, {} triangles\n", load.file, where, loaded->objects, loaded->triangles);
+    for (const std::string& note : loaded->notes) text += fmt::format("  {}\n", note);
+    return Answer{std::move(text),
+                  {{"node", loaded->node.value}, {"path", where}, {"objects", loaded->objects}, {"triangles", loaded->triangles}, {"notes", loaded->notes}},
                   {}};
 }
 

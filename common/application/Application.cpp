@@ -509,8 +509,8 @@ Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
     return excerpt;
 }
 
-Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout) {
-    return impl_->askFor<answer::Loaded>(request::Load{path, parent}, timeout);
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
+    return impl_->askFor<answer::Loaded>(request::Load{path, parent, placing}, timeout);
 }
 
 Expected<void> Application::setView(const request::SetView& view) {

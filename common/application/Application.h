@@ -138,9 +138,10 @@ public:
     [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move);
     /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes it).
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
-    /// The server imports a file of its own and adds it below `parent` (none: the root).
+    /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
+    /// Transform of its own where it is a model or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
-                                                std::chrono::milliseconds timeout = std::chrono::minutes(2));
+                                                std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
     [[nodiscard]] Expected<void> setView(const request::SetView& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);

@@ -95,6 +95,10 @@ void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) {
 void pack(const request::Load& r, pb::RequestHead& head, Parts&) {
     head.mutable_load()->set_path(r.path);
     head.mutable_load()->set_parent(r.parent.value);
+    if (r.placing.at) put(head.mutable_load()->mutable_at(), *r.placing.at);
+    if (r.placing.scale) head.mutable_load()->set_scale(*r.placing.scale);
+    if (r.placing.fit) head.mutable_load()->set_fit(*r.placing.fit);
+    head.mutable_load()->set_up(static_cast<std::uint32_t>(r.placing.up));
 }
 void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
     pb::SetView& out = *head.mutable_set_view();
@@ -238,6 +242,16 @@ ApplicationRequest unpackGetTree(const pb::GetTree& head, ApplicationUnpacker& i
     return out;
 }
 
+request::Load unpackLoad(const pb::Load& from, ApplicationUnpacker& in) {
+    request::Load load{in.text(from.path()), ObjectId{from.parent()}};
+    if (from.has_at()) load.placing.at = in.vector(from.at());
+    if (from.has_scale()) load.placing.scale = in.finite(from.scale());
+    if (from.has_fit()) load.placing.fit = in.finite(from.fit());
+    if (from.up() > static_cast<std::uint32_t>(UpAxis::kZ)) in.refuse(ErrorCode::kBadInput, "an axis that is none");
+    load.placing.up = static_cast<UpAxis>(from.up());
+    return load;
+}
+
 ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
     const bool hasParts =
         head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree ||
@@ -253,7 +267,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kGetStatus:
             return request::GetStatus{};
         case pb::RequestHead::kLoad:
-            return request::Load{in.text(head.load().path()), ObjectId{head.load().parent()}};
+            return unpackLoad(head.load(), in);
         case pb::RequestHead::kSetView:
             return unpackSetView(head.set_view(), in);
         case pb::RequestHead::kPick:
@@ -379,6 +393,7 @@ Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
     head.mutable_loaded()->set_node(a.node.value);
     head.mutable_loaded()->set_objects(a.objects);
     head.mutable_loaded()->set_triangles(a.triangles);
+    for (const std::string& note : a.notes) head.mutable_loaded()->add_notes(note);
     return joinParts(head, {});
 }
 Bytes join(const answer::Picked& a, pb::AnswerHead& head) {
@@ -481,7 +496,8 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
             return unpackStatus(head.status(), in);
         case pb::AnswerHead::kLoaded:
             in.expectParts(0);
-            return answer::Loaded{ObjectId{head.loaded().node()}, head.loaded().objects(), head.loaded().triangles()};
+            return answer::Loaded{ObjectId{head.loaded().node()}, head.loaded().objects(), head.loaded().triangles(),
+                                  in.texts(head.loaded().notes(), answer::Loaded::kMostNotes)};
         case pb::AnswerHead::kPicked:
             in.expectParts(0);
             return in.picked(head.picked());

@@ -15,6 +15,7 @@
 #include "common/codec/ApplicationScene.h"
 #include "common/codec/ApplicationTracking.h"
 #include "common/codec/Showing.h"
+#include "common/math/Placing.h"
 #include "common/math/Types.h"
 
 namespace tessera {
@@ -35,6 +36,7 @@ struct GetStatus {};
 struct Load {
     std::string path;
     ObjectId parent;
+    Placing placing = {};
 };
 /// What stands at these names: a node's path, or "#17" of any object.
 struct GetObjects {
@@ -157,8 +159,10 @@ struct Status {
     std::vector<std::string> steering;  ///< who moves the wall now, or has in the last second: hosts and applications
 };
 struct Loaded {
+    static constexpr std::size_t kMostNotes = 100;
     ObjectId node;  ///< the new node that holds the file's content
     std::uint64_t objects = 0, triangles = 0;
+    std::vector<std::string> notes = {};  ///< what was left out or guessed, for people; no more than so many
 };
 struct Picked {
     bool hit = false;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace tessera {
 
@@ -145,7 +146,7 @@ Expected<Ray> pickRay(const Wall& wall, const View& view, double xPx, double yPx
                 fmt::format("no tile of screen \"{}\" shows pixel ({}, {})", screen.name, xPx, yPx));
 }
 
-View defaultView(const Wall& wall, const Box& sceneBounds) {
+View uprightView(const Wall& wall, const Box& sceneBounds) {
     View view;
     view.users = wall.users;
     if (wall.screens.empty() || wall.users.empty() || sceneBounds.empty()) return view;
@@ -173,6 +174,17 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
     const double radiusWorld = 0.5 * sceneBounds.size().norm();
     if (radiusWorld > 0 && radiusMetres > 0) view.worldUnitsPerMetre = radiusWorld / radiusMetres;
     view.position = sceneBounds.center() - view.worldUnitsPerMetre * center;
+    return view;
+}
+
+View defaultView(const Wall& wall, const Box& sceneBounds) {
+    View view = uprightView(wall, sceneBounds);
+    if (wall.screens.empty() || wall.users.empty() || sceneBounds.empty() || !view.position.allFinite()) return view;
+    // A sphere fits however the wall is turned about its middle.
+    constexpr double kDegree = std::numbers::pi / 180;
+    view.orientation = Quatd(Eigen::AngleAxisd(30 * kDegree, Vec3d::UnitY()) * Eigen::AngleAxisd(-25 * kDegree, Vec3d::UnitX()));
+    const Vec3d middle = sceneBounds.center();
+    view.position = middle + view.orientation * (view.position - middle);
     return view;
 }
 

@@ -52,9 +52,10 @@ inline constexpr double kFrustumMarginPx = 1;
 /// from the left, y from the *top*, as in a picture: (0, 0) is the upper left pixel. Fails when no tile shows that pixel.
 [[nodiscard]] Expected<Ray> pickRay(const Wall& wall, const View& view, double xPx, double yPx);
 
-/// The scene's bounding sphere fills the first screen, seen from its user: the camera of a scene that has none. The wall
-/// stands upright in the world (its axes are the world's); the sphere's centre lies in the middle of the screen and its
-/// silhouette touches the nearest edges. Empty bounds: the identity.
+/// The scene's bounding sphere fills the first screen, seen from its user: the sphere's centre lies in the middle of the screen and its silhouette
+/// touches the nearest edges. The wall stands upright in the world (its axes are the world's). Empty bounds: the identity.
+[[nodiscard]] View uprightView(const Wall& wall, const Box& sceneBounds);
+/// The same from three quarters above: 30 degrees to the right of the scene's front, +Z, and 25 above. The camera of a scene that has none.
 [[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
 
 /// Where a wall may stand: beyond, the numbers of what it shows are none any more.

@@ -1,8 +1,46 @@
 #include "server/import/Importer.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "common/drawable/SceneBounds.h"
 #include "server/import/SceneAssembly.h"
 
 namespace tessera {
+namespace {
+
+/// Rewrites the Transform of `Placing::fit`: only now is known how large it all is.
+Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placing) {
+    // The list as it would be alone in the world: the parent's place and size are not the file's.
+    ChangeList alone = scene.list;
+    for (Placement& placement : alone.placements)
+        if (placement.parent == parent) placement.parent = kRootNode;
+    replaceIds(alone, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id; });
+    Aspect aspect;
+    if (const Expected<void> applied = aspect.apply(alone); !applied) return tl::unexpected(applied.error());
+    const Box box = sceneBounds(aspect);
+    const double longest = box.empty() ? 0 : box.size().maxCoeff();
+    if (!(longest > 0) || !std::isfinite(longest))
+        return fail(ErrorCode::kBadInput, "what has no size, or none that is finite, cannot be given one");
+    const double factor = *placing.fit / longest;
+    if (!(factor >= 1 / kMaxPlacingScale && factor <= kMaxPlacingScale))
+        return fail(ErrorCode::kBadInput, fmt::format("it is {:g} units long: it would have to be scaled by {:g}", longest, factor));
+    const Vec3d underside(box.center().x(), box.lower.y(), box.center().z());
+    const Vec3d at = placing.at.value_or(Vec3d::Zero()) - factor * underside;
+    const auto rewrite = [&](FieldId field, const Vec3d& value) {
+        for (FieldColumn& column : scene.list.columns)
+            if (column.type == Transform::kType && column.field == field)
+                if (const auto row = std::ranges::find(column.ids, scene.place); row != column.ids.end())
+                    column.assign(static_cast<std::size_t>(row - column.ids.begin()), Doubles{{value.x(), value.y(), value.z()}, 3});
+    };
+    rewrite(fieldId<&Transform::translation>, at);
+    rewrite(fieldId<&Transform::scale>, Vec3d::Constant(factor));
+    return {};
+}
+
+}  // namespace
 
 Expected<ImportedScene> importScene(const std::string& path, ObjectId parent, const ImportOptions& options) {
     return importScenes(std::span(&path, 1), parent, options);
@@ -10,10 +48,15 @@ Expected<ImportedScene> importScene(const std::string& path, ObjectId parent, co
 
 Expected<ImportedScene> importScenes(std::span<const std::string> paths, ObjectId parent,
                                      const ImportOptions& options) {
+    if (options.placing)
+        if (const Expected<void> sound = checkPlacing(*options.placing); !sound) return tl::unexpected(sound.error());
     SceneAssembly assembly(options);
     for (const std::string& path : paths)
         if (Expected<void> added = assembly.add(path, parent); !added) return tl::unexpected(added.error());
-    return assembly.take();
+    ImportedScene scene = assembly.take();
+    if (options.placing && options.placing->fit)
+        if (const Expected<void> fitted = fitIn(scene, parent, *options.placing); !fitted) return failWith(paths.front(), fitted.error());
+    return scene;
 }
 
 }  // namespace tessera

@@ -7,12 +7,14 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
+#include "common/math/Placing.h"
 #include "common/scenefile/SceneFile.h"
 
 namespace tessera {
@@ -29,6 +31,10 @@ struct ImportOptions {
     /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since is
     /// refused.
     bool resolved = false;
+    /// Models get a Transform of their own, at the node that is named after the file, which places them and puts +Y up; what was guessed is a
+    /// note. Scenes get such a node where the placing says anything. Transforms in the file stay as they are. None: what files hold stands as
+    /// they have it.
+    std::optional<Placing> placing;
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;
 
@@ -51,6 +57,7 @@ struct ImportedScene {
     /// .tsct or .tsc are placed directly below the parent, and this is the first of them.
     ObjectId top;
     std::vector<ObjectId> tops;
+    ObjectId place;  ///< the Transform of ImportOptions::placing, of the last file; none: there is none
     std::uint64_t nodes = 0;
     std::uint64_t cores = 0;            ///< all objects that are not nodes
     std::uint64_t geometries = 0;       ///< Geometry cores

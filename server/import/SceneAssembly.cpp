@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -16,6 +18,18 @@ namespace {
 
 Error replaced() {
     return {ErrorCode::kRefused, "was replaced by a link while it was looked for"};
+}
+
+/// What the reader tells of a model's axes (proto/scene.proto).
+constexpr std::uint32_t kSaysYUp = 2, kSaysZUp = 3;
+
+/// Formats that say nothing of it, and come from where Z is up: parts to be made.
+bool mostlyZUp(const std::string& path) {
+    const std::string ending = path.substr(std::min(path.rfind('.'), path.size()));
+    constexpr std::array<std::string_view, 2> kEndings = {".stl", ".off"};
+    return std::ranges::any_of(kEndings, [&](std::string_view known) {
+        return std::ranges::equal(ending, known, [](unsigned char a, char b) { return std::tolower(a) == b; });
+    });
 }
 
 constexpr std::size_t kMaxFiles = 1000;
@@ -135,9 +149,13 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     placed_.push_back(std::make_unique<Placed>());
     Placed* top = placed_.back().get();
     Spot spot{parent, top, top, 0, true};
-    if (!(*file)->isScene) {
-        const Expected<Placed*> node = newNode(readName(stemOf(*canonical), "model"), ObjectId{}, spot);
+    // A scene's names end at the file's own nodes, whatever holds them.
+    const bool placedByUs = options_.placing && (!(*file)->isScene || options_.placing->said());
+    if (!(*file)->isScene || placedByUs) {
+        const ObjectId place = placedByUs ? create(standOf(**file, *options_.placing)) : ObjectId{};
+        const Expected<Placed*> node = newNode(readName(stemOf(*canonical), "model"), place, spot);
         if (!node) return failWith(path, node.error());
+        if (placedByUs) result_.place = place;
         spot = Spot{(*node)->id, *node, *node, 1, true};
     }
     const std::size_t drawnBefore = drawn_;
@@ -148,6 +166,21 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
         return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn");
     for (const Placed* child : top->children) result_.tops.push_back(child->id);
     return {};
+}
+
+Transform SceneAssembly::standOf(const LoadedFile& file, const Placing& placing) {
+    Transform place;
+    UpAxis up = placing.up;
+    if (up == UpAxis::kOfFile) {
+        const bool z = file.content.up_axis() == kSaysZUp || (file.content.up_axis() != kSaysYUp && !file.isScene && mostlyZUp(file.path));
+        up = z ? UpAxis::kZ : UpAxis::kY;
+        if (!file.isScene && file.content.up_axis() != kSaysZUp && file.content.up_axis() != kSaysYUp)
+            note(fmt::format("{}: it does not say which way is up; {} is taken to be (--up {} says otherwise)", file.label, z ? "+Z" : "+Y", z ? "y" : "z"));
+    }
+    if (up == UpAxis::kZ) place.rotation = Quatd(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);  // Z comes to Y
+    if (placing.at) place.translation = *placing.at;
+    if (placing.scale) place.scale = Vec3d::Constant(*placing.scale);
+    return place;
 }
 
 Expected<LoadedFile*> SceneAssembly::load(const std::string& canonicalPath, const std::string& label) {

@@ -67,6 +67,8 @@ private:
         bool free = false;  ///< a collision object with a mass
     };
 
+    /// The Transform that puts a file where it shall stand, but for `Placing::fit`, which takes all of it to be known.
+    Transform standOf(const LoadedFile& file, const Placing& placing);
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);
     /// What the file saved, object by object.

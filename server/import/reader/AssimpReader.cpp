@@ -177,6 +177,16 @@ std::string firstLine(std::string text) {
     return text;
 }
 
+/// As proto/scene.proto has it, once assimp has read the file.
+std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
+    constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
+    // FBX counts its axes from 0, and assimp leaves them as they are.
+    if (int axis = 0; scene.mMetaData != nullptr && scene.mMetaData->Get("UpAxis", axis)) return axis == 2 ? kZ : axis == 1 ? kY : kUnknown;
+    // Assimp turns these until Y is up, and not those, whose Z always is.
+    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask", ".dxf"}, notTurned = {".3mf", ".blend"};
+    return turned.contains(lowerEnding) ? kY : notTurned.contains(lowerEnding) ? kZ : kUnknown;
+}
+
 }  // namespace
 
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
@@ -212,6 +222,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
     if (converted && lower == ".obj") noteObjMaterials(path, files, *converted);
+    if (converted) converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;
 }
 

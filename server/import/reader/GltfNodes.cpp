@@ -247,6 +247,7 @@ void GltfReader::noteExtension(const std::string& name) {
 
 Expected<PlainScene> GltfReader::read() {
     if (Expected<void> shown = checkRequired(model_); !shown) return tl::unexpected(shown.error());
+    scene_.file.set_up_axis(2);  // Y, as glTF 2.0 says (proto/scene.proto)
     for (const std::string& extension : model_.extensionsUsed) noteExtension(extension);
     if (model_.scenes.size() > 1) scene_.note("of several scenes, the file's own choice is shown");
     // The scene the file names, else its first, else every node that nobody holds.

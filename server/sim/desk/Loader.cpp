@@ -36,10 +36,11 @@ Loader::~Loader() {
 
 /// Here and not where the order comes from: folders may be slow.
 Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
-    if (!order.asked) return importScene(order.path, order.parent, options_);
+    ImportOptions options = options_;
+    options.placing = order.placing;
+    if (!order.asked) return importScene(order.path, order.parent, options);
     const Expected<std::string> path = readableFile(order.path, readable_);
     if (!path) return tl::unexpected(path.error());
-    ImportOptions options = options_;
     options.resolved = path->find("://") == std::string::npos;
     return importScene(*path, order.parent, options);
 }

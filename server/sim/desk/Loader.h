@@ -17,6 +17,7 @@ struct LoadOrder {
     std::uint64_t ticket = 0;
     std::string path;
     ObjectId parent;
+    Placing placing = {};
     /// By an application, which may not have every file read, while frames are shown: it is read and cut (LoadParts.h) with the
     /// lowest priority that there is, and so is everything after it.
     bool asked = true;

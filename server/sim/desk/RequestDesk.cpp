@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/base/Utf8.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Edits.h"
 #include "server/sim/desk/SceneAnswers.h"
@@ -11,6 +12,8 @@
 namespace tessera {
 
 namespace {
+constexpr std::size_t kMostNoteBytes = 500;
+
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
@@ -101,7 +104,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, Tim
     if (!around_.simulation.scene().get<Node>(parent))
         return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
     const std::uint64_t ticket = nextTicket_++;
-    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent}))
+    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent, .placing = load.placing}))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
     return {};
@@ -313,6 +316,10 @@ ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
     }
     ImportedScene& scene = *finished.scene;
     found->second.loaded = {.node = scene.top, .objects = scene.nodes + scene.cores, .triangles = scene.triangles};
+    for (const std::string& note : scene.notes) {
+        if (found->second.loaded.notes.size() == answer::Loaded::kMostNotes) break;
+        found->second.loaded.notes.emplace_back(cutUtf8(note, kMostNoteBytes));
+    }
     Open& open = found->second;
     open.edit.objects = finished.parts.objects;
     open.parts = std::move(finished.parts.lists);

@@ -1,11 +1,10 @@
 #include "server/sim/frame/ViewSource.h"
 
 #include <algorithm>
-#include <unordered_map>
 
 #include <fmt/format.h>
 
-#include "common/drawable/Drawable.h"
+#include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -26,22 +25,6 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 }
 
 }  // namespace
-
-Box sceneBounds(const Aspect& scene, ObjectId from) {
-    Box bounds;
-    std::unordered_map<MeshKey, Box, MeshKeyHash> local;
-    Action action;
-    action.onNode([&](const Visit& visit) {
-        const Drawable drawable = drawableOf(scene, visit.node);
-        if (!drawable) return Descend::kInto;
-        const auto [it, isNew] = local.try_emplace(drawable.key());
-        if (isNew) it->second = drawable.bounds();
-        bounds.extend(it->second.transformed(visit.world_T_node));
-        return Descend::kInto;
-    });
-    action.run(scene, from);
-    return bounds;
-}
 
 ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath) : wall_(wall), users_(wall.users) {
     if (cameraPath.empty()) return;

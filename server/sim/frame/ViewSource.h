@@ -88,7 +88,4 @@ private:
     std::uint64_t version_ = 0, setByHand_ = 0;
 };
 
-/// World bounds of all geometry at and below a node that switches show. Blobs must be resident; absent ones count as nothing.
-[[nodiscard]] Box sceneBounds(const Aspect& scene, ObjectId from = kRootNode);
-
 }  // namespace tessera

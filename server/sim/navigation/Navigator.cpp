@@ -101,7 +101,7 @@ Vec3d Navigator::headOf(const View& view) const {
 
 std::optional<View> Navigator::fitted(const View& now, const Box& box) const {
     if (box.empty() || !box.lower.allFinite() || !box.upper.allFinite()) return std::nullopt;
-    const View upright = defaultView(wall_, box);
+    const View upright = uprightView(wall_, box);
     View view = now;
     if (box.size().norm() > 0) view.worldUnitsPerMetre = upright.worldUnitsPerMetre;
     // The middle of the screen, from the wall's origin, in the world of a wall that stands upright.

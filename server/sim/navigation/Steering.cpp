@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "common/drawable/SceneBounds.h"
+
 namespace tessera {
 namespace {
 

@@ -118,6 +118,10 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     const auto load = std::get<request::Load>(*decodeRequest(encodeRequest(everyRequest()[3])));
     EXPECT_EQ(load.path, "models/2CylinderEngine.glb");
     EXPECT_EQ(load.parent, ObjectId{17});
+    EXPECT_EQ(load.placing.at, Vec3d(1, 2, 3));
+    EXPECT_EQ(load.placing.scale, 0.5);
+    EXPECT_FALSE(load.placing.fit);
+    EXPECT_EQ(load.placing.up, UpAxis::kZ);
 
     const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4])));
     EXPECT_EQ(*view.position, Vec3d(1, 2, 3));

@@ -49,6 +49,15 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Tree>("tree").node, "/");
     EXPECT_EQ(parsed<verb::Tree>("tree /hall --depth 2").depth, 2);
     EXPECT_EQ(parsed<verb::Load>("load a.glb --under /hall").under, "/hall");
+    EXPECT_FALSE(parsed<verb::Load>("load a.glb").placing.said());
+    const Placing placing = parsed<verb::Load>("load a.stl --at 1 -2 3e1 --fit 2.5 --up z").placing;
+    EXPECT_EQ(placing.at, Vec3d(1, -2, 30));
+    EXPECT_EQ(placing.fit, 2.5);
+    EXPECT_EQ(placing.up, UpAxis::kZ);
+    EXPECT_FALSE(placing.scale);
+    EXPECT_EQ(parsed<verb::Load>("load a.stl --scale 0.01").placing.scale, 0.01);
+    for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2", "--at 1e300 0 0", "--at 1 2", "--up x"})
+        EXPECT_FALSE(refusal(std::string("--server a:1 load a.stl ") + bad).empty()) << bad;
     EXPECT_EQ(parsed<verb::Set>("set /lamp color 1 0.5 -1e-3").values.size(), 3u);
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
     EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");

@@ -99,7 +99,7 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
             if (!load->path.starts_with('/') && !load->path.starts_with("asset://"))
                 return fail(ErrorCode::kFailed, load->path);
             if (load->path.ends_with("bad.ply")) return fail(ErrorCode::kBadInput, load->path + ": no faces");
-            return answer::Loaded{load->parent ? load->parent : ObjectId{50}, 3, 12};
+            return answer::Loaded{load->parent ? load->parent : ObjectId{50}, 3, 12, {"which way is up was guessed"}};
         }
         if (const auto* view = std::get_if<request::SetView>(&asked)) {
             if (view->head && view->head->z() < 0) return fail(ErrorCode::kBadInput, "the head is behind the screen");
@@ -122,6 +122,8 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
     EXPECT_EQ(contacts["begun"], 3);
 
     EXPECT_EQ(askJson(server, {"load", "some.glb"})["triangles"], 12) << "a relative path was made whole";
+    EXPECT_EQ(askJson(server, {"load", "some.glb", "--under", "/hall"})["path"], "/hall");
+    EXPECT_NE(ctl(server, {"load", "some.glb"}).out.find("which way is up was guessed"), std::string::npos);
     EXPECT_EQ(askJson(server, {"load", "asset://some.glb", "--under", "/hall"})["node"], 2);
     EXPECT_EQ(ctl(server, {"load", ""}).exitCode, 2) << "no path, and no exception";
     const CtlOutcome bad = ctl(server, {"load", "/tmp/bad.ply"});

@@ -249,7 +249,13 @@ TEST(DefaultView, FillsTheFirstScreenWithTheScenesSphere) {
             nearest = std::min(nearest, plane.normal.dot(bounds.center()) + plane.offset);
         }
         EXPECT_NEAR(nearest / radius, 1, 1e-9) << "touches the nearest edge from inside";
-        EXPECT_TRUE(view.orientation.isApprox(Quatd::Identity())) << "upright";
+        const Vec3d towards = (camera.eyeWorld - bounds.center()).normalized();
+        EXPECT_GT(towards.y(), 0.2) << "from above";
+        EXPECT_GT(towards.x(), 0.2) << "not from the front alone";
+        EXPECT_GT(towards.z(), 0.2);
+        EXPECT_NEAR((view.orientation * Vec3d::UnitX()).y(), 0, 1e-12) << "the horizon is level";
+        EXPECT_TRUE(uprightView(wall, bounds).orientation.isApprox(Quatd::Identity()));
+        EXPECT_EQ(uprightView(wall, bounds).worldUnitsPerMetre, view.worldUnitsPerMetre);
         EXPECT_GT((camera.eyeWorld - bounds.center()).norm(), radius) << "the user is outside";
         EXPECT_EQ(view.users.size(), wall.users.size());
         EXPECT_TRUE(checkView(wall, view));

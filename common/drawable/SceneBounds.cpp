@@ -1,0 +1,26 @@
+#include "common/drawable/SceneBounds.h"
+
+#include <unordered_map>
+
+#include "common/drawable/Drawable.h"
+#include "common/scene/Action.h"
+
+namespace tessera {
+
+Box sceneBounds(const Aspect& scene, ObjectId from) {
+    Box bounds;
+    std::unordered_map<MeshKey, Box, MeshKeyHash> local;
+    Action action;
+    action.onNode([&](const Visit& visit) {
+        const Drawable drawable = drawableOf(scene, visit.node);
+        if (!drawable) return Descend::kInto;
+        const auto [it, isNew] = local.try_emplace(drawable.key());
+        if (isNew) it->second = drawable.bounds();
+        bounds.extend(it->second.transformed(visit.world_T_node));
+        return Descend::kInto;
+    });
+    action.run(scene, from);
+    return bounds;
+}
+
+}  // namespace tessera
