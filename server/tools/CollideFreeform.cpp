@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <string_view>
 #include <variant>
 
 #include "common/freeform/nurbs/ObjSurfaces.h"
@@ -56,9 +57,29 @@ namespace {
 /// What a file of smooth surfaces holds.
 using FileSurfaces = std::variant<ControlMesh, std::vector<NurbsSurface>>;
 
+/// Whether a line of an OBJ begins with this word.
+bool hasStatement(std::string_view text, std::string_view word) {
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        std::string_view line = text.substr(at, end - at);
+        line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+        if (line.starts_with(word) && line.size() > word.size() && (line[word.size()] == ' ' || line[word.size()] == '\t')) return true;
+        at = end + 1;
+    }
+    return false;
+}
+
+/// A file may hold polygons beside free-form surfaces: of one kind, the other is left out, and that is said.
+void noteOthers(const std::string& path, std::string_view text, FreeformKind kind) {
+    const bool areOthers = kind == FreeformKind::kNurbs ? hasStatement(text, "f") : hasStatement(text, "surf");
+    if (areOthers)
+        fmt::print(stderr, "tessera-collide: {}: its {} are left out ('triangles' has both)\n", path, kind == FreeformKind::kNurbs ? "polygons" : "free-form surfaces");
+}
+
 Expected<FileSurfaces> readSurfaces(const std::string& path, FreeformKind kind) {
     const Expected<std::string> text = readSurfaceText(path);
     if (!text) return tl::unexpected(text.error());
+    noteOthers(path, *text, kind);
     if (kind == FreeformKind::kNurbs) {
         Expected<std::vector<NurbsSurface>> surfaces = readNurbsObj(*text, path);
         if (!surfaces) return tl::unexpected(surfaces.error());
@@ -101,7 +122,7 @@ Expected<TriangleMesh> trianglesOf(const ControlMesh& mesh) {
     return welded(places, (*made)->indices());
 }
 
-Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces) {
+Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces, std::size_t maxTriangles = TessellationLimits().maxTriangles) {
     Box around;
     for (const NurbsSurface& s : surfaces)
         for (const Vec4d& p : s.definition().points) around.extend(p.head<3>() / p.w());
@@ -109,7 +130,7 @@ Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces) {
     std::vector<Vec3d> places;
     std::vector<std::uint32_t> corners;
     for (const NurbsSurface& s : surfaces) {
-        const Expected<NurbsTriangles> made = tessellate(s, std::max(kShare * around.size().norm(), 1e-30));
+        const Expected<NurbsTriangles> made = tessellate(s, std::max(kShare * around.size().norm(), 1e-30), {.maxTriangles = maxTriangles});
         if (!made) return tl::unexpected(made.error());
         for (const auto& t : made->triangles)
             for (const std::uint32_t c : t) corners.push_back(static_cast<std::uint32_t>(places.size()) + c);
@@ -129,6 +150,16 @@ Expected<TriangleMesh> drawnOf(const FileSurfaces& surfaces) {
     return drawn;
 }
 
+/// Trims that a scene refuses are refused here too, and what has no area.
+Expected<void> checkSurfaces(const std::vector<NurbsSurface>& surfaces) {
+    constexpr std::size_t kEnoughToHaveAnArea = 10'000;
+    const bool areTrimmed = std::ranges::any_of(surfaces, [](const NurbsSurface& s) { return !s.region().loops().empty(); });
+    const Expected<TriangleMesh> drawn = trianglesOf(surfaces, areTrimmed ? TessellationLimits().maxTriangles : kEnoughToHaveAnArea);
+    if (!drawn) return !areTrimmed && drawn.error().code == ErrorCode::kLimit ? Expected<void>() : tl::unexpected(drawn.error());
+    if (drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, "nothing of it has an area");
+    return {};
+}
+
 }  // namespace
 
 Expected<FreeformShape> loadFreeform(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise, const CollideArguments& arguments) {
@@ -139,9 +170,8 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
     if (kind) {
         Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
         if (!surfaces) return tl::unexpected(surfaces.error());
-        // Trims that a scene refuses are refused here too.
         if (kind == FreeformKind::kNurbs)
-            if (const Expected<TriangleMesh> drawn = drawnOf(*surfaces); !drawn) return failWith(path, drawn.error());
+            if (const Expected<void> sound = checkSurfaces(std::get<std::vector<NurbsSurface>>(*surfaces)); !sound) return failWith(path, sound.error());
         return named(smoothOf(std::move(*surfaces)));
     }
     Expected<TriangleMesh> mesh = readMesh(path, arguments);

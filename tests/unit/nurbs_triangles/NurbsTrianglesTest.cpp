@@ -169,6 +169,32 @@ TEST(NurbsTriangles, AToleranceThatIsFarTooSmallIsRefusedBeforeAnythingIsMadeAnd
     }
 }
 
+/// Between what is surely too small and what is fine lies what only halving tells.
+TEST(NurbsTriangles, WhicheverToleranceIsTooSmallOneThatDoesIsSaid) {
+    std::size_t told = 0;
+    for (std::uint64_t seed = firstSeed(), end = seed + seedCount(10); seed < end; ++seed) {
+        std::mt19937_64 random(seed);
+        const NurbsSurface s = curvedSurface(seed, random);
+        constexpr std::size_t kMost = 5'000;
+        for (double share = 1e-2; share > 1e-9; share /= 4) {
+            const double tolerance = share * sizeOf(s);
+            const auto made = tessellate(s, tolerance, {.maxTriangles = kMost});
+            if (made) {
+                ASSERT_LE(made->triangles.size(), kMost) << repeatTriangles(seed);
+                continue;
+            }
+            const std::string& words = made.error().message;
+            const std::size_t at = words.find("about ");
+            if (at == std::string::npos) continue;  // of its edges or trims
+            ++told;
+            const double better = std::stod(words.substr(at + 6));
+            ASSERT_GT(better, tolerance) << words << repeatTriangles(seed);
+            ASSERT_TRUE(tessellate(s, better, {.maxTriangles = kMost})) << words << repeatTriangles(seed);
+        }
+    }
+    EXPECT_GT(told, seedCount(10));
+}
+
 /// Every place of the parameters is in one triangle, seen from the same side; no triangle and no place of the surface is farther off than is
 /// said; what is open lies on an edge of the surface or of a jump.
 void holdsForASurface(const NurbsSurface& s, double tolerance, bool collapsed, std::mt19937_64& random, const std::string& repeat) {

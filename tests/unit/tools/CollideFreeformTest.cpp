@@ -1,6 +1,7 @@
 // tessera-collide on smooth surfaces: words, files, answers.
 #include "server/tools/CollideFreeform.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -103,6 +104,35 @@ TEST_F(FreeformFiles, BadOnesAreRefusedInWords) {
     EXPECT_NE(refusal(file("polygons.obj", cube(false)), FreeformKind::kNurbs).find("polygons.obj"), std::string::npos);
     EXPECT_NE(refusal(file("bad.obj", "v 0 0 nan\nf 1 1 1\n"), FreeformKind::kSubdivision).find("bad.obj"), std::string::npos);
     EXPECT_NE(refusal(file("empty.obj", ""), FreeformKind::kSubdivision).find("empty.obj"), std::string::npos);
+}
+
+TEST_F(FreeformFiles, WhatIsLeftOutOfAMixedFileIsSaid) {
+    const std::string surface = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
+    const auto said = [&](const std::string& text, FreeformKind kind) {
+        testing::internal::CaptureStderr();
+        EXPECT_TRUE(loadFreeform(file("mixed.obj", text), kind, Representation::kTriangles, CollideArguments()));
+        return testing::internal::GetCapturedStderr();
+    };
+    EXPECT_NE(said(surface + "  f 1 2 4 3\n", FreeformKind::kNurbs).find("mixed.obj: its polygons are left out"), std::string::npos);
+    EXPECT_NE(said("f 1 2 4 3\n" + surface, FreeformKind::kSubdivision).find("mixed.obj: its free-form surfaces are left out"), std::string::npos);
+    EXPECT_EQ(said(surface + "# f 1 2 3\n", FreeformKind::kNurbs), "");
+}
+
+/// Queries look at the surface itself: it need not be one that can be drawn.
+TEST_F(FreeformFiles, SurfacesThatTakeTooManyTrianglesAreTaken) {
+    std::string text;
+    constexpr int kAcross = 60;
+    for (int j = 0; j < kAcross; ++j)
+        for (int i = 0; i < kAcross; ++i) text += fmt::format("v {} {} {}\n", i * 0.01, (i * 7 + j * 11) % 13, j * 0.01);
+    text += "cstype bspline\ndeg 3 3\nsurf 0 1 0 1";
+    for (int k = 1; k <= kAcross * kAcross; ++k) text += fmt::format(" {}", k);
+    for (const char* axis : {"u", "v"}) {
+        text += fmt::format("\nparm {} 0 0 0", axis);
+        for (int k = 0; k <= kAcross - 3; ++k) text += fmt::format(" {}", static_cast<double>(k) / (kAcross - 3));
+        text += " 1 1 1";
+    }
+    const Expected<FreeformShape> shape = loadFreeform(file("spikes.obj", text + "\nend\n"), FreeformKind::kNurbs, Representation::kTriangles, CollideArguments());
+    EXPECT_TRUE(shape) << shape.error().message;
 }
 
 TEST_F(FreeformFiles, TrimsThatASceneRefusesAreRefused) {

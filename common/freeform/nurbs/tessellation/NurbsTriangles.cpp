@@ -135,6 +135,9 @@ public:
         return {};
     }
 
+    /// Why `run` failed: the limit of triangles.
+    [[nodiscard]] bool wereTooMany() const { return tooMany_; }
+
 private:
     [[nodiscard]] LatticePoint interpolated(const LatticePoint& a, const LatticePoint& b, LatticeProduct part, LatticeProduct whole) const {
         const auto along = [&](std::int64_t from, std::int64_t to) {
@@ -200,7 +203,8 @@ private:
             }
             const double error = cellError(cell.patch, cell.trims.empty());
             if (error <= (cell.trims.empty() ? tolerance_ : 0.5 * tolerance_)) {
-                if (made_.triangles.size() + cells_.size() >= maxTriangles_) return tooMany();
+                sureTriangles_ += cell.trims.empty() && cell.corners.size() == 4 && hasFourCorners(cell.patch) ? 2 : cell.trims.empty() ? 1 : 0;
+                if (made_.triangles.size() + sureTriangles_ > maxTriangles_) return tooMany();
                 made_.error = std::max(made_.error, cell.trims.empty() ? error : error + 0.5 * tolerance_);
                 cells_.push_back({std::move(cell.corners), std::move(cell.trims), static_cast<std::uint32_t>(spanU), static_cast<std::uint32_t>(spanV)});
                 continue;
@@ -226,8 +230,18 @@ private:
         return {};
     }
 
-    [[nodiscard]] tl::unexpected<Error> tooMany() const {
-        return fail(ErrorCode::kLimit, "more than " + std::to_string(maxTriangles_) + " triangles for this tolerance");
+    tl::unexpected<Error> tooMany() {
+        tooMany_ = true;
+        return fail(ErrorCode::kLimit, "more than " + std::to_string(maxTriangles_) + " triangles");
+    }
+    /// At four places: two triangles for certain, whatever its neighbours put on its sides.
+    static bool hasFourCorners(const BezierPatch& patch) {
+        const auto place = [&](int i, int j) -> Vec3d { return patch.at(i, j).head<3>() / patch.at(i, j).w(); };
+        const std::array<Vec3d, 4> p{place(0, 0), place(patch.degreeU, 0), place(patch.degreeU, patch.degreeV), place(0, patch.degreeV)};
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t k = i + 1; k < 4; ++k)
+                if (p[i] == p[k]) return false;
+        return true;
     }
 
     static LatticePoint middleOf(const Cell& cell) {
@@ -413,6 +427,8 @@ private:
     NurbsTriangles& made_;
     std::vector<std::vector<LatticePoint>> cuts_;  ///< the vertices on each line that cells lie along
     std::vector<FlatCell> cells_;
+    std::size_t sureTriangles_ = 0;  ///< that these have at least
+    bool tooMany_ = false;
     std::unordered_map<LatticePoint, Place, LatticePointHash> places_;
 };
 
@@ -440,12 +456,15 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedSpans(const std::vector<b
     return parts;
 }
 
-/// About the least tolerance whose triangles are not too many, of one that takes `least` cells for certain: there are up to two hundred times as many
-/// triangles. Cells go with 1 / tolerance, those of what bends along one axis alone with its root.
-double toleranceThatDoes(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, double least, std::size_t maxTriangles) {
+/// About the least tolerance whose triangles are not too many, of one whose are: there are up to two hundred times as many as cells for certain.
+/// Cells go with 1 / tolerance, those of what bends along one axis alone with its root. Where nothing is certain, one that is a hundred times as large.
+double toleranceThatDoes(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, std::size_t maxTriangles) {
     constexpr double kTrianglesPerSureCell = 256, kFiner = 100;
-    const double power = std::clamp(std::log(leastCells(surface, lattice, tolerance / kFiner) / leastCells(surface, lattice, tolerance)) / std::log(kFiner), 0.5, 1.0);
-    return tolerance * std::pow(kTrianglesPerSureCell * least / static_cast<double>(maxTriangles), 1 / power);
+    // Far below what is asked for, where the rims of rectangles do not count.
+    const double fine = leastCells(surface, lattice, tolerance / kFiner), finer = leastCells(surface, lattice, tolerance / kFiner / kFiner);
+    if (!(fine > 0) || !(finer > fine)) return kFiner * tolerance;
+    const double power = std::clamp(std::log(finer / fine) / std::log(kFiner), 0.5, 1.0);
+    return tolerance * std::max(2.0, std::pow(kTrianglesPerSureCell * fine / static_cast<double>(maxTriangles), 1 / power) / kFiner);
 }
 
 }  // namespace
@@ -460,7 +479,7 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
     // Known before anything is halved. Slivers along trims may be less than half of what there is.
     if (const double least = (isTrimmed ? 0.5 : 1) * leastCells(surface, *lattice, tolerance); least > static_cast<double>(limits.maxTriangles))
         return fail(ErrorCode::kLimit, fmt::format("a tolerance of {:.3g} takes at least {:.2g} triangles, and {} are the most: about {:.2g} would do", tolerance, least,
-                                                   limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, least, limits.maxTriangles)));
+                                                   limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
     TrimOutline outline;
     if (isTrimmed) {
         Expected<TrimOutline> made = outlineOf(surface, *lattice, 0.5 * tolerance, limits.maxTriangles);
@@ -474,8 +493,12 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
             // An eighth: however thin the cells along an edge are, twice their deviation leaves room for that across.
             const Expected<SurfaceEdges> edges = SurfaceEdges::make(surface, *lattice, part, 0.125 * tolerance, limits.maxTriangles);
             if (!edges) return tl::unexpected(edges.error());
-            if (Expected<void> done = Tessellation(*lattice, *edges, part, outline, isTrimmed, tolerance, limits.maxTriangles, sums, made).run(); !done)
-                return tl::unexpected(done.error());
+            Tessellation of(*lattice, *edges, part, outline, isTrimmed, tolerance, limits.maxTriangles, sums, made);
+            if (Expected<void> done = of.run(); !done) {
+                if (!of.wereTooMany()) return tl::unexpected(done.error());
+                return fail(ErrorCode::kLimit, fmt::format("a tolerance of {:.3g} takes more than {} triangles, the most that there may be: about {:.2g} would do", tolerance,
+                                                           limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
+            }
         }
     fillNormals(made);
     return made;
