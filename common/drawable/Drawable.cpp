@@ -5,6 +5,7 @@
 
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/NurbsArrays.h"
+#include "common/drawable/PrimitiveArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
 
 namespace tessera {
@@ -16,20 +17,7 @@ const Geometry& geometry(const void* core) {
 
 constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Geometry>(),
-     .arrays = [](const void* core) -> MeshArrays {
-         const Geometry& g = geometry(core);
-         const bool points = g.primitive == Geometry::kPoints, lines = g.primitive == Geometry::kLines;
-         return {.positions = g.positions,
-                 .normals = g.normals,
-                 .colors = g.colors,
-                 .texcoords = g.texcoords,
-                 .indices = lines ? Blob() : g.indices,
-                 .texcoords1 = g.texcoords1,
-                 .lines = lines ? g.indices : Blob(),
-                 .primitive = points ? Primitive::kPoints : lines ? Primitive::kLines : Primitive::kTriangles,
-                 .pointRadius = points ? g.pointRadius : 0.0,
-                 .lineWidth = lines ? g.lineWidth : 0.0f};
-     },
+     .arrays = [](const void* core) { return arraysOf(geometry(core)); },
      .material = [](const void* core) { return geometry(core).material; }},
     {.type = typeOf<SubdivisionSurface>(),
      .material = [](const void* core) { return static_cast<const SubdivisionSurface*>(core)->material; },
@@ -97,6 +85,8 @@ std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
 
 Expected<void> Drawable::check(const MeshKey& sound) const {
     if (type_->derivation) return type_->derivation->check(core_);
+    if (type_->type == typeOf<Geometry>())
+        if (Expected<void> made = checkPrimitives(geometry(core_)); !made) return made;
     const MeshArrays all = arrays();
     if (all.positions.empty() && all.indices.empty() && all.lines.empty()) return {};
     if (sound != MeshKey() && resident()) {
