@@ -7,6 +7,7 @@
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
+#include "common/drawable/TextArrays.h"
 
 namespace tessera {
 namespace {
@@ -28,6 +29,9 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Deformation>(),
      .material = [](const void* core) { return static_cast<const Deformation*>(core)->material; },
      .derivation = &kDeformationDerivation},
+    {.type = typeOf<Text>(),
+     .material = [](const void* core) { return static_cast<const Text*>(core)->material; },
+     .derivation = &kTextDerivation},
 };
 
 }  // namespace

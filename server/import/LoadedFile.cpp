@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/drawable/Drawable.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
@@ -98,40 +99,39 @@ Expected<Blob> LoadedFile::blob(std::uint32_t number) const {
     return blobs[number - 1];
 }
 
-Expected<MeshArrays> LoadedFile::mesh(const std::string& name) {
+Expected<Geometry> LoadedFile::mesh(const std::string& name) {
     if (const auto known = checkedMeshes.find(name); known != checkedMeshes.end()) return known->second;
     const auto found = meshes.find(name);
     if (found == meshes.end())
         return fail(ErrorCode::kBadInput, fmt::format("there is no mesh '{}'", readName(name, "")));
     const proto::scene::Mesh& message = *found->second;
-    MeshArrays arrays;
-    const std::pair<Blob*, std::uint32_t> parts[] = {{&arrays.positions, message.positions_blob()},
-                                                     {&arrays.normals, message.normals_blob()},
-                                                     {&arrays.colors, message.colors_blob()},
-                                                     {&arrays.texcoords, message.texcoords_blob()},
-                                                     {&arrays.texcoords1, message.texcoords1_blob()},
-                                                     {&arrays.indices, message.indices_blob()}};
+    Geometry geometry;
+    const std::pair<Blob*, std::uint32_t> parts[] = {{&geometry.positions, message.positions_blob()},
+                                                     {&geometry.normals, message.normals_blob()},
+                                                     {&geometry.colors, message.colors_blob()},
+                                                     {&geometry.texcoords, message.texcoords_blob()},
+                                                     {&geometry.texcoords1, message.texcoords1_blob()},
+                                                     {&geometry.indices, message.indices_blob()},
+                                                     {&geometry.lengths, message.lengths_blob()}};
     for (const auto& [target, number] : parts) {
         Expected<Blob> part = blob(number);
         if (!part) return tl::unexpected(part.error());
         *target = std::move(*part);
     }
-    if (message.primitive() == proto::scene::Mesh::POINTS) {
-        arrays.primitive = Primitive::kPoints;
-        arrays.pointRadius = message.point_radius();
-    } else if (message.primitive() == proto::scene::Mesh::LINES) {
-        arrays.primitive = Primitive::kLines;
-        arrays.lines = std::exchange(arrays.indices, {});
-        arrays.lineWidth = message.line_width() == 0 ? 1 : message.line_width();
-        if (!(arrays.lineWidth >= Geometry::kThinnestLinePx && arrays.lineWidth <= Geometry::kWidestLinePx))
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""),
-                                    arrays.lineWidth, Geometry::kThinnestLinePx, Geometry::kWidestLinePx));
-    }
-    if (Expected<void> checked = checkMesh(arrays); !checked)
-        return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());
-    checkedMeshes.emplace(name, arrays);
-    return arrays;
+    if (!proto::scene::Mesh::Primitive_IsValid(message.primitive()))
+        return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': primitive {} is none of its words", readName(name, ""), static_cast<int>(message.primitive())));
+    geometry.primitive = message.primitive();
+    if (geometry.primitive == Geometry::kPoints) geometry.pointRadius = message.point_radius();
+    if (message.line_width() != 0) geometry.lineWidth = message.line_width();
+    if (!(geometry.lineWidth >= Geometry::kThinnestLinePx && geometry.lineWidth <= Geometry::kWidestLinePx))
+        return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""), geometry.lineWidth,
+                                                      Geometry::kThinnestLinePx, Geometry::kWidestLinePx));
+    const Drawable drawable = drawableOf(Object::of(geometry));
+    Expected<void> checked = drawable.check();
+    if (checked) checked = checkMesh(drawable.arrays());  // of a file's mesh that holds nothing, too
+    if (!checked) return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());
+    checkedMeshes.emplace(name, geometry);
+    return geometry;
 }
 
 Expected<Vec3f> readColor(const proto::scene::Color& message) {

@@ -37,13 +37,13 @@ struct LoadedFile {
     std::map<std::tuple<std::string, std::string, ObjectId>, GeometryCore> geometryCores;
     /// Of surfaces by control points: by all that the file says of them, material, and what is painted over it.
     std::map<std::tuple<Hash128, std::string, ObjectId>, GeometryCore> surfaceCores;
-    std::map<std::string, MeshArrays> checkedMeshes;
+    std::map<std::string, Geometry> checkedMeshes;
     std::map<std::string, ObjectId> materialCores, imageCores;
 
     /// The array with this number, counted from 1; 0: an empty handle.
     [[nodiscard]] Expected<Blob> blob(std::uint32_t number) const;
-    /// A mesh's arrays, checked.
-    [[nodiscard]] Expected<MeshArrays> mesh(const std::string& name);
+    /// A mesh, checked, without its material.
+    [[nodiscard]] Expected<Geometry> mesh(const std::string& name);
 };
 
 /// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`.

@@ -13,6 +13,7 @@
 #include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"
 #include "server/import/LoadedFile.h"
+#include "server/text/Typesetter.h"
 
 namespace tessera {
 
@@ -86,6 +87,7 @@ private:
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);
     Expected<LoadedFile::GeometryCore> surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message, const Spot& spot);
+    Expected<LoadedFile::GeometryCore> textCore(LoadedFile& file, const proto::scene::Text& message, const Spot& spot);
     Expected<LoadedFile::GeometryCore> nurbsCore(LoadedFile& file, const proto::scene::NurbsSurface& message, const Spot& spot);
     /// A core whose triangles are derived, with its material, into `core`.
     template <typename Surface>
@@ -111,6 +113,7 @@ private:
     ImportedScene result_;
     std::uint64_t nextId_;
     std::size_t written_ = 0;  ///< nodes that nobody saved
+    Typesetter typesetter_;
     std::uint64_t derivedTriangles_ = 0;  ///< derived while this import looked at its surfaces
     std::size_t drawn_ = 0;    ///< places of geometries in model files
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
@@ -23,10 +25,15 @@ constexpr std::uint64_t kMostDerivedTriangles = 10'000'000;  // of all surfaces 
 using Content = proto::scene::Node::ContentCase;
 
 // One number in code, on the wire and in files.
+using MeshMessage = proto::scene::Mesh;
 using ImageMessage = proto::scene::Image;
 using MaterialMessage = proto::scene::Material;
 static_assert(MaterialMessage::AUTO_ALPHA == Material::kAutoAlpha && MaterialMessage::OPAQUE == Material::kOpaque &&
               MaterialMessage::MASK == Material::kMask && MaterialMessage::BLEND == Material::kBlend);
+static_assert(MeshMessage::TRIANGLES == Geometry::kTriangles && MeshMessage::POINTS == Geometry::kPoints && MeshMessage::LINES == Geometry::kLines &&
+              MeshMessage::LINE_STRIPS == Geometry::kLineStrip && MeshMessage::LINE_LOOPS == Geometry::kLineLoop &&
+              MeshMessage::TRIANGLE_STRIPS == Geometry::kTriangleStrip && MeshMessage::TRIANGLE_FANS == Geometry::kTriangleFan &&
+              MeshMessage::QUADS == Geometry::kQuads && MeshMessage::QUAD_STRIPS == Geometry::kQuadStrip && MeshMessage::POLYGONS == Geometry::kPolygons);
 static_assert(ImageMessage::REPEAT == Image::kRepeat && ImageMessage::CLAMP == Image::kClamp &&
               ImageMessage::MIRROR == Image::kMirror);
 static_assert(ImageMessage::LINEAR == Image::kLinear && ImageMessage::NEAREST == Image::kNearest);
@@ -58,6 +65,13 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 node.has_nurbs_surface() ? nurbsCore(file, node.nurbs_surface(), spot) : surfaceCore(file, node.subdivision_surface(), spot);
             if (!core) return tl::unexpected(core.error());
             if (core->triangles == 0) note(fmt::format("{}: nothing of the surface '{}' has an area that can be shown", file.label, readName(node.name(), "")));
+            result_.triangles += core->triangles;
+            ++drawn_;
+            return core->id;
+        }
+        case Content::kText: {
+            const Expected<LoadedFile::GeometryCore> core = textCore(file, node.text(), spot);
+            if (!core) return tl::unexpected(core.error());
             result_.triangles += core->triangles;
             ++drawn_;
             return core->id;
@@ -134,22 +148,10 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
     LoadedFile::GeometryCore& core =
         file.geometryCores[{geometry.mesh(), spot.paint ? std::string() : name, spot.paint}];
     if (core.id) return core;
-    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
-    if (!arrays) return tl::unexpected(arrays.error());
-    core.triangles = triangleCount(*arrays);
-    Geometry value;
-    const bool lines = arrays->primitive == Primitive::kLines;
-    value.primitive = lines                                         ? Geometry::kLines
-                      : arrays->primitive == Primitive::kPoints ? Geometry::kPoints
-                                                                : Geometry::kTriangles;
-    if (lines) value.lineWidth = arrays->lineWidth;
-    value.pointRadius = arrays->pointRadius;
-    value.positions = std::move(arrays->positions);
-    value.normals = std::move(arrays->normals);
-    value.colors = std::move(arrays->colors);
-    value.texcoords = std::move(arrays->texcoords);
-    value.texcoords1 = std::move(arrays->texcoords1);
-    value.indices = lines ? std::move(arrays->lines) : std::move(arrays->indices);
+    Expected<Geometry> mesh = file.mesh(geometry.mesh());
+    if (!mesh) return tl::unexpected(mesh.error());
+    Geometry value = std::move(*mesh);
+    core.triangles = drawableOf(Object::of(value)).triangleCount();
     value.material = spot.paint;
     if (!spot.paint && !name.empty()) {
         const Expected<ObjectId> material = materialCore(file, name);
@@ -165,8 +167,9 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::geometryCore(LoadedFile& file,
 Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
     const proto::scene::Geometry& geometry = node.geometry();
     const proto::scene::Lattice& lattice = node.lattice();
-    Expected<MeshArrays> arrays = file.mesh(geometry.mesh());
-    if (!arrays) return tl::unexpected(arrays.error());
+    const Expected<Geometry> mesh = file.mesh(geometry.mesh());
+    if (!mesh) return tl::unexpected(mesh.error());
+    std::optional<MeshArrays> arrays = drawableOf(Object::of(*mesh)).arrays();  // strips, quads, polygons as the triangles that they are
     if (arrays->primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "a lattice bends triangles, no points or lines");
     Deformation value;
     const auto axis = [](std::uint32_t points, std::uint32_t degree, std::int64_t& pointsOut, std::int64_t& degreeOut) {
@@ -244,6 +247,22 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::nurbsCore(LoadedFile& file, co
     Expected<NurbsSurfaceCore> surface = readNurbsSurface(message);
     if (!surface) return tl::unexpected(surface.error());
     return derivedCore(file, core, std::move(*surface), name, spot);
+}
+
+Expected<LoadedFile::GeometryCore> SceneAssembly::textCore(LoadedFile& file, const proto::scene::Text& message, const Spot& spot) {
+    const std::string& name = message.material().empty() ? spot.material : message.material();
+    LoadedFile::GeometryCore& core = file.surfaceCores[{hash128(asBytes(message.SerializeAsString())), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    Expected<Text> text = readTableObject<Text>(message);
+    if (!text) return tl::unexpected(text.error());
+    std::vector<std::string> notes;
+    const Expected<TextOutlines> set = typesetter_.set(*text, notes);
+    for (const std::string& said : notes) note(fmt::format("{}: {}", file.label, said));
+    // A machine without fonts may still hand the scene on.
+    if (!set && set.error().code == ErrorCode::kUnsupported) note(fmt::format("{}: {}", file.label, set.error().message));
+    else if (!set) return tl::unexpected(set.error());
+    else text->outlines = set->toBlob();
+    return derivedCore(file, core, std::move(*text), name, spot);
 }
 
 template <typename Surface>

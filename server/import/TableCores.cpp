@@ -91,6 +91,8 @@ Expected<FieldValue> readField(const Message& message, const Said& said, const F
             return std::int64_t{reflection.GetUInt32(message, said.field)};
         case FieldDescriptor::CPPTYPE_INT64:
             return reflection.GetInt64(message, said.field);
+        case FieldDescriptor::CPPTYPE_STRING:
+            return reflection.GetString(message, said.field);
         case FieldDescriptor::CPPTYPE_FLOAT:
             return numbersOf(field, {reflection.GetFloat(message, said.field) * said.factor});
         case FieldDescriptor::CPPTYPE_DOUBLE:

@@ -61,6 +61,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
     if (frame.commit.list) hold(number, *frame.commit.list);
+    for (const std::string& note : frame.notes) around_.log.info(note);
     if (recording_) recording_->frameDone(number, frame);
     if (around_.journal) around_.journal->frameDone(number, frame, around_.simulation.display());
     around_.report.frameCommitted(frame);

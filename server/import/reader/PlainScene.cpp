@@ -29,7 +29,7 @@ std::uint32_t PlainScene::addBlob(Bytes bytes) {
     return static_cast<std::uint32_t>(blobs.size());
 }
 
-void PlainScene::addMesh(const std::string& name, MeshData mesh) {
+proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) {
     proto::scene::Mesh* message = file.add_mesh();
     message->set_name(name);
     if (mesh.primitive == Primitive::kPoints) {
@@ -47,6 +47,7 @@ void PlainScene::addMesh(const std::string& name, MeshData mesh) {
     message->set_texcoords1_blob(addBlob(bytesOf(mesh.texcoords1)));
     message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
     message->set_indices_blob(addBlob(bytesOf(mesh.primitive == Primitive::kLines ? mesh.lines : mesh.indices)));
+    return *message;
 }
 
 void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits) {

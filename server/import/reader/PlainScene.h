@@ -32,7 +32,7 @@ struct PlainScene {
     [[nodiscard]] std::uint32_t addBlob(Bytes bytes);
     /// Adds the mesh under this name. Missing normals of triangles are computed; points of no radius get half of what
     /// lies between neighbours.
-    void addMesh(const std::string& name, MeshData mesh);
+    proto::scene::Mesh& addMesh(const std::string& name, MeshData mesh);
     /// Of a model file, whose order means nothing: triangles of a large mesh in spatial order, unless it is read verbatim.
     void addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits);
 };

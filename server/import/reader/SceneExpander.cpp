@@ -1,6 +1,9 @@
 #include "server/import/reader/SceneExpander.h"
 
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/unknown_field_set.h>
@@ -24,6 +27,25 @@ const FieldDescriptor* fieldOf(const google::protobuf::Message& message, int num
 tl::unexpected<Error> failAt(const proto::scene::Place& place, const Error& error) {
     if (place.line() == 0) return tl::unexpected<Error>(error);
     return fail(error.code, fmt::format("{}:{}: {}", place.line(), place.column(), error.message));
+}
+
+std::optional<RunKind> runKindOf(proto::scene::Mesh::Primitive primitive) {
+    using Mesh = proto::scene::Mesh;
+    switch (primitive) {
+        case Mesh::LINE_STRIPS: return RunKind::kLineStrips;
+        case Mesh::LINE_LOOPS: return RunKind::kLineLoops;
+        case Mesh::TRIANGLE_STRIPS: return RunKind::kTriangleStrips;
+        case Mesh::TRIANGLE_FANS: return RunKind::kTriangleFans;
+        case Mesh::QUADS: return RunKind::kQuads;
+        case Mesh::QUAD_STRIPS: return RunKind::kQuadStrips;
+        case Mesh::POLYGONS: return RunKind::kPolygons;
+        default: return std::nullopt;
+    }
+}
+
+Bytes numberBytes(std::span<const std::uint32_t> numbers) {
+    const ByteSpan bytes = std::as_bytes(numbers);
+    return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace
@@ -237,6 +259,10 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             *out.mutable_nurbs_surface() = node.nurbs_surface();
             if (node.nurbs_surface().material().empty()) out.mutable_nurbs_surface()->set_material(material);
             return out.nurbs_surface().material().empty() ? Expected<void>() : checkName(materials_, out.nurbs_surface().material(), "material");
+        case Content::kText:
+            *out.mutable_text() = node.text();
+            if (node.text().material().empty()) out.mutable_text()->set_material(material);
+            return out.text().material().empty() ? Expected<void>() : checkName(materials_, out.text().material(), "material");
         case Content::kInstance:
             out.set_instance(node.instance());
             out.set_material(material);  // of what the definition leaves open
@@ -288,6 +314,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         copy->clear_texcoord1();
         copy->clear_color();
         copy->clear_index();
+        copy->clear_length();
         return {};
     }
     MeshData data;
@@ -312,7 +339,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         if (mesh.line_width() != 0) data.lineWidth = mesh.line_width();
         if (data.indices.empty() || data.indices.size() % 2 != 0)
             return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': index needs two numbers per line", mesh.name()));
-    } else if (data.indices.empty() || data.indices.size() % 3 != 0)
+    } else if (mesh.primitive() == proto::scene::Mesh::TRIANGLES && (data.indices.empty() || data.indices.size() % 3 != 0))
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': index needs three numbers per triangle", mesh.name()));
     for (const std::uint32_t index : data.indices)
@@ -329,7 +356,30 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     if (data.primitive == Primitive::kLines) data.lines = std::exchange(data.indices, {});
     for (const std::uint32_t color : mesh.color())
         for (int shift = 24; shift >= 0; shift -= 8) data.colors.push_back(static_cast<std::uint8_t>(color >> shift));
+    if (const std::optional<RunKind> runs = runKindOf(mesh.primitive())) return expandRuns(mesh, *runs, std::move(data));
     scene_.addMesh(mesh.name(), std::move(data));
+    return {};
+}
+
+/// They travel as they are written; what they are made into here is for the normals.
+Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data) {
+    const std::vector<std::uint32_t> written = std::exchange(data.indices, {}), lengths(mesh.length().begin(), mesh.length().end());
+    const PrimitiveRuns runs{.kind = kind, .positions = data.positions, .indices = written, .lengths = lengths};
+    if (Expected<void> sound = checkRuns(runs); !sound) return failWith(fmt::format("mesh '{}'", mesh.name()), sound.error());
+    if (areLines(kind)) {
+        data.primitive = Primitive::kLines;
+        if (mesh.line_width() != 0) data.lineWidth = mesh.line_width();
+    } else if (data.normals.empty()) {
+        Expected<std::vector<std::uint32_t>> triangles = assembleRuns(runs);
+        if (!triangles) return failWith(fmt::format("mesh '{}'", mesh.name()), triangles.error());
+        data.indices = std::move(*triangles);
+        computeNormals(data);
+        data.indices.clear();
+    }
+    proto::scene::Mesh& plain = scene_.addMesh(mesh.name(), std::move(data));
+    plain.set_primitive(mesh.primitive());
+    plain.set_indices_blob(scene_.addBlob(numberBytes(written)));
+    plain.set_lengths_blob(scene_.addBlob(numberBytes(lengths)));
     return {};
 }
 

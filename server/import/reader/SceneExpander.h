@@ -7,7 +7,9 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "common/geometry/Primitives.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/Pictures.h"
 #include "server/import/reader/PlainScene.h"
@@ -46,6 +48,7 @@ private:
     /// Makes the mesh of a shape unless an equal one is there; returns its name.
     Expected<std::string> shapeMesh(const proto::scene::Node& node);
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
+    Expected<void> expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data);
     Expected<void> expandImage(const proto::scene::Image& image);
     /// Its images.
     Expected<void> checkNames(const proto::scene::Material& material) const;

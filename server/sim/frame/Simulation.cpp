@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <unordered_set>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/LoadParts.h"
+#include "server/text/TextFields.h"
 
 namespace tessera {
 namespace {
@@ -112,6 +114,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
         pipeline_.sceneChanged(scene(), marks.get());
     result.commit = committer_.closeFrame();
     result.history = history_.happened();
+    result.notes = std::exchange(textNotes_, {});
     return result;
 }
 
@@ -120,6 +123,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
     const bool isChange = edit.kind == Edit::Kind::kChange;
     outcome.result = isChange ? checkHidden(edit.list) : checkStill();
+    if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!outcome.result) return outcome;
     // What is led back may be one of several lists.
     const bool inParts = edit.kind == Edit::Kind::kUndo ? history_.undoesInParts() : !isChange && history_.redoesInParts();

@@ -14,6 +14,7 @@
 #include "server/sim/commit/EditHistory.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/frame/Motions.h"
+#include "server/text/Typesetter.h"
 
 namespace tessera {
 
@@ -53,6 +54,7 @@ struct FrameResult {
     CommittedFrame commit;
     std::vector<EditOutcome> outcomes;  ///< of all edits, in their order; then of one that was under way
     std::vector<HistoryEvent> history;  ///< what happened to the history, in order
+    std::vector<std::string> notes;     ///< of letters that are not as asked for (Typesetter)
     StepResult collision;
     double collisionMs = 0;
 };
@@ -164,6 +166,8 @@ private:
     CollisionPipeline pipeline_;
     ContactDisplay display_;
     Motions motions_;
+    Typesetter typesetter_;
+    std::vector<std::string> textNotes_;  ///< of this frame
 };
 
 }  // namespace tessera
