@@ -86,7 +86,9 @@ Expected<void> checkText(const void* core) {
 std::optional<DerivedSource> sourceOfText(const void* core, const Fineness& fineness) {
     const Text& text = textOf(core);
     if (text.outlines.empty() || !text.outlines.resident()) return std::nullopt;
-    const std::array<Hash128, 2> parts{Hash128{Text::kType.value, fineness.steps}, Hash128{std::bit_cast<std::uint64_t>(text.size), std::bit_cast<std::uint64_t>(text.depth)}};
+    // Other outlines are another mesh, not the same one bent.
+    const std::array<Hash128, 3> parts{Hash128{Text::kType.value, fineness.steps}, Hash128{std::bit_cast<std::uint64_t>(text.size), std::bit_cast<std::uint64_t>(text.depth)},
+                                       text.outlines.id()};
     return DerivedSource{hash128(std::as_bytes(std::span(parts))), text.outlines};
 }
 
