@@ -6,6 +6,7 @@
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
+#include "common/drawable/SkinArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
 #include "common/drawable/TextArrays.h"
 
@@ -32,6 +33,9 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Text>(),
      .material = [](const void* core) { return static_cast<const Text*>(core)->material; },
      .derivation = &kTextDerivation},
+    {.type = typeOf<Skin>(),
+     .material = [](const void* core) { return static_cast<const Skin*>(core)->material; },
+     .derivation = &kSkinDerivation},
 };
 
 }  // namespace

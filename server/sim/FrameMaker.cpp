@@ -60,6 +60,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (recording_) recording_->frameBegins(number, first, edits, replies);
     around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
+    for (const std::string& remark : frame.remarks) around_.log.warning(remark);
     if (frame.commit.list) hold(number, *frame.commit.list);
     for (const std::string& note : frame.notes) around_.log.info(note);
     if (recording_) recording_->frameDone(number, frame);

@@ -12,6 +12,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/commit/KeyFramesCheck.h"
 
 namespace tessera {
 namespace {
@@ -50,6 +51,8 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     });
     list.nextFreeId = 0;
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
+    // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
+    if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 
@@ -145,7 +148,7 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
         const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
         if (!field || field->kind != column.kind() || field->width != column.width) continue;
         // Arrays, and what else says how they are to be read.
-        if (field->kind != FieldKind::kBlob && !(field->effects & Effect::kShape)) continue;
+        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && !(field->effects & Effect::kShape)) continue;
         if (column.scalarCount() != column.ids.size() * column.width) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
             draftOf(column.ids[row], *type).set(*field, column.value(row));

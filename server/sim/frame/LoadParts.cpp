@@ -1,6 +1,7 @@
 #include "server/sim/frame/LoadParts.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -71,18 +72,16 @@ std::uint64_t lastReferred(const FieldColumn& column, std::size_t row, std::uint
     return last;
 }
 
-/// Motions stand still from the beginning; what sets those going that are to play is returned.
-FieldColumn holdMotions(ChangeList& list) {
-    constexpr ObjectType kType = typeOf<Motion>();
-    constexpr FieldId kField = fieldId<&Motion::playing>;
+/// What plays from the beginning stands still; what sets those going that are to play is returned.
+FieldColumn holdPlaying(ChangeList& list, ObjectType type, FieldId field) {
     const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
-    FieldColumn go = FieldColumn::ofShape(kType, kField, FieldKind::kBool, 1);
-    std::vector<ObjectId> motions;
+    FieldColumn go = FieldColumn::ofShape(type, field, FieldKind::kBool, 1);
+    std::vector<ObjectId> players;
     for (const Creation& creation : list.creations)
-        if (creation.type == kType) motions.push_back(creation.id);
-    if (motions.empty()) return go;
-    auto at = std::ranges::lower_bound(list.columns, std::pair(kType, kField), {}, order);
-    if (at == list.columns.end() || order(*at) != std::pair(kType, kField)) at = list.columns.insert(at, go);
+        if (creation.type == type) players.push_back(creation.id);
+    if (players.empty()) return go;
+    auto at = std::ranges::lower_bound(list.columns, std::pair(type, field), {}, order);
+    if (at == list.columns.end() || order(*at) != std::pair(type, field)) at = list.columns.insert(at, go);
     auto* playing = std::get_if<std::vector<std::uint8_t>>(&at->values);
     if (!playing) return go;  // the scene refuses it in words
     std::vector<ObjectId> spokenOf = at->ids;
@@ -90,7 +89,7 @@ FieldColumn holdMotions(ChangeList& list) {
     for (std::size_t row = 0; row < at->ids.size() && row < playing->size(); ++row)
         if (placeOf(at->ids[row]) < list.creations.size() && std::exchange((*playing)[row], std::uint8_t{0}) != 0)
             go.append(at->ids[row], true);
-    for (const ObjectId id : motions) {
+    for (const ObjectId id : players) {
         if (std::ranges::binary_search(spokenOf, id)) continue;
         at->append(id, false);
         go.append(id, true);
@@ -102,7 +101,8 @@ FieldColumn holdMotions(ChangeList& list) {
 class Cutter {
 public:
     Cutter(ChangeList list, const LoadPartLimits& limits)
-        : list_(std::move(list)), limits_(limits), count_(list_.creations.size()), go_(holdMotions(list_)) {
+        : list_(std::move(list)), limits_(limits), count_(list_.creations.size()),
+          go_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>), holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>)} {
         std::ranges::sort(list_.creations, {}, &Creation::id);
     }
 
@@ -183,7 +183,7 @@ private:
         changes_ = bytes_ = 0;
     }
 
-    /// What has to do with objects that were there before, and the motions.
+    /// What has to do with objects that were there before, and what plays.
     ChangeList lastOne() {
         ChangeList last;
         for (const Placement& placement : list_.placements)
@@ -192,9 +192,9 @@ private:
             FieldColumn rows = shapeOf(column);
             for (std::size_t row = 0; row < column.ids.size(); ++row)
                 if (placeOf(column.ids[row]) >= count_) moveRow(column, row, rows);
-            const bool going = column.type == go_.type && column.field == go_.field;
-            if (going)
-                for (std::size_t row = 0; row < go_.ids.size(); ++row) moveRow(go_, row, rows);
+            for (FieldColumn& go : go_)
+                if (column.type == go.type && column.field == go.field)
+                    for (std::size_t row = 0; row < go.ids.size(); ++row) moveRow(go, row, rows);
             if (!rows.ids.empty()) last.columns.push_back(std::move(rows));
         }
         return last;
@@ -203,7 +203,7 @@ private:
     ChangeList list_;
     const LoadPartLimits& limits_;
     const std::uint64_t count_;
-    FieldColumn go_;
+    std::array<FieldColumn, 2> go_;
     std::vector<Change> stream_;
     LoadParts parts_;
     ChangeList part_;

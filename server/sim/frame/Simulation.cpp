@@ -85,6 +85,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     Wishes wishes;
     for (const MotionStep& m : motions_.advance(scene(), seconds))
         wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
+    const std::vector<AnimationStep> animations = playAnimations(seconds, wishes, result.remarks);
     for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
 
     // An edit may have destroyed what a motion or an earlier edit wanted to move.
@@ -95,13 +96,13 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
                              .translation = wish.pose.translation,
                              .rotation = wish.pose.rotation,
                              .scale = wish.pose.scale,
-                             .source = static_cast<int>(wish.motion ? 0 : wish.edit + 1)});
+                             .source = static_cast<int>(wish.ofAnEdit() ? wish.edit + 1 : 0)});
     const auto begin = std::chrono::steady_clock::now();
     result.collision = pipeline_.step(scene(), tentative, replies, seconds);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     const auto tellHand = [&](ObjectId id) {
         const auto wish = wishes.find(id);
-        if (wish != wishes.end() && !wish->second.motion) result.outcomes[wish->second.edit].stopped.push_back(id);
+        if (wish != wishes.end() && wish->second.ofAnEdit()) result.outcomes[wish->second.edit].stopped.push_back(id);
     };
     for (const ObjectId id : result.collision.stopped) tellHand(id);
     // Where a reply has decided, a hand has not got its way either.
@@ -109,7 +110,8 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
         if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
             tellHand(accepted.transform);
     if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
-    commitPoses(wishes, result.collision);
+    commitPoses(wishes, animations, result.collision);
+    commitSkinPoses(result.remarks);
     if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
         pipeline_.sceneChanged(scene(), marks.get());
     result.commit = committer_.closeFrame();
@@ -136,8 +138,10 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     std::vector<std::pair<ObjectId, Pose>> poses;
     ChangeList list;
     // Parts speak of the poses of what they make themselves only.
-    if (!whole || (!inParts && std::ranges::any_of(whole->columns, isPoseField))) {
+    if (!whole || (!inParts && (std::ranges::any_of(whole->columns, isPoseField) || animations_.drives(*whole)))) {
         list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
+        std::vector<ObjectId> driving;
+        animations_.appendDriving(list, driving);
         poses = takeTransforms(list, wishes);
         for (const auto& [id, pose] : poses) {
             if (pose.sound()) continue;
@@ -146,7 +150,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
                 fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
             return outcome;
         }
-        pauseMotionsOf(poses, list);
+        pauseWhatDrives(poses, driving, list);
     }
 
     ChangeList inverse;
@@ -269,18 +273,24 @@ ChangeListPtr Simulation::listOf(Edit::Kind kind) {
     return kind == Edit::Kind::kRedo ? history_.redoList() : nullptr;
 }
 
-void Simulation::pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const {
+void Simulation::pauseWhatDrives(std::span<const std::pair<ObjectId, Pose>> poses, std::span<const ObjectId> animations, ChangeList& list) const {
     std::vector<ObjectId> taken;
     for (const auto& [target, pose] : poses) motions_.appendPlaying(target, taken);
-    if (taken.empty()) return;
+    if (taken.empty() && animations.empty()) return;
     std::ranges::sort(taken);
+    const auto isPlaying = [](const FieldColumn& column) {
+        return (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::playing>) ||
+               (column.type == typeOf<Animation>() && column.field == fieldId<&Animation::playing>);
+    };
     std::unordered_set<ObjectId> spokenFor;
     for (const FieldColumn& column : list.columns)
-        if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::playing>)
-            spokenFor.insert(column.ids.begin(), column.ids.end());
+        if (isPlaying(column)) spokenFor.insert(column.ids.begin(), column.ids.end());
+    spokenFor.insert(list.destructions.begin(), list.destructions.end());
     ChangeListBuilder pauses;
     for (const ObjectId id : taken)
         if (!spokenFor.contains(id)) pauses.set(id, typeOf<Motion>(), fieldId<&Motion::playing>, false);
+    for (const ObjectId id : animations)
+        if (!spokenFor.contains(id)) pauses.set(id, typeOf<Animation>(), fieldId<&Animation::playing>, false);
     ChangeList pausing = pauses.take();
     for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
 }
@@ -307,8 +317,8 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
             // Fields that this edit does not write keep what an earlier *edit* of the frame wants; a motion's wish is
             // overruled as a whole, because the motion is paused.
             Pose& pose = wanted
-                             .try_emplace(id, earlier != wishes.end() && !earlier->second.motion ? earlier->second.pose
-                                                                                                 : poseOf(*now))
+                             .try_emplace(id, earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose
+                                                                                                       : poseOf(*now))
                              .first->second;
             const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
             if (column.field == fieldId<&Transform::translation>) pose.translation = Vec3d(v[0], v[1], v[2]);
@@ -321,8 +331,49 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
     return {wanted.begin(), wanted.end()};
 }
 
-void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
+std::vector<AnimationStep> Simulation::playAnimations(double seconds, Wishes& wishes, std::vector<std::string>& remarks) {
+    AnimationWishes wanted = animations_.advance(scene(), seconds);
+    for (auto& [id, transform] : wanted.transforms) {
+        const auto [wish, fresh] = wishes.try_emplace(id);
+        if (fresh) wish->second.pose = poseOf(*scene().get<Transform>(id));
+        transform.overlay(wish->second.pose);
+        wish->second.animations = std::move(transform.animations);
+    }
+    if (wanted.values.empty()) return std::move(wanted.steps);
+    ChangeListBuilder all;
+    for (const AnimatedValue& value : wanted.values) addTo(all, value);
+    if (const Expected<Committer::Applied> applied = committer_.apply(all.take())) {
+        sceneChanged(applied->list.get());
+        return std::move(wanted.steps);
+    }
+    // One of them is not to be: each by itself, and who wants it is paused.
+    for (const AnimatedValue& value : wanted.values) {
+        ChangeListBuilder one;
+        addTo(one, value);
+        const Expected<Committer::Applied> applied = committer_.apply(one.take());
+        if (applied) {
+            sceneChanged(applied->list.get());
+            continue;
+        }
+        const Animation* animation = scene().get<Animation>(value.animation);
+        if (!animation->playing) continue;  // its earlier value has paused it
+        remarks.push_back(fmt::format("animation #{} is paused: {}", value.animation.value, applied.error().message));
+        one.set(value.animation, typeOf<Animation>(), fieldId<&Animation::playing>, false);
+        commit(one.take());
+    }
+    return std::move(wanted.steps);
+}
+
+void Simulation::commit(ChangeList list) {
+    if (list.empty()) return;
+    const Expected<Committer::Applied> applied = committer_.apply(std::move(list));
+    TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
+    sceneChanged(applied->list.get());
+}
+
+void Simulation::commitPoses(const Wishes& wishes, std::span<const AnimationStep> animations, const StepResult& step) {
     ChangeListBuilder builder;
+    std::unordered_set<ObjectId> stopped;  // animations
     for (const TentativeTransform& accepted : step.accepted) {
         const Transform* now = scene().get<Transform>(accepted.transform);
         if (!now) continue;
@@ -337,19 +388,38 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
         if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
     }
     for (const auto& [id, wish] : wishes) {
-        if (!wish.motion || std::ranges::binary_search(step.stopped, id)) continue;  // a stopped motion's time stands
+        if (std::ranges::binary_search(step.stopped, id)) {  // the time of what is stopped stands
+            stopped.insert(wish.animations.begin(), wish.animations.end());
+            continue;
+        }
+        if (!wish.motion) continue;
         const Motion* motion = scene().get<Motion>(wish.motion);
         if (motion && motion->time != wish.motionTime)
             builder.set(wish.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(wish.motionTime));
     }
+    for (const AnimationStep& went : animations) {
+        const Animation* now = scene().get<Animation>(went.animation);
+        // A hand may have paused it, or set its time.
+        if (now && now->playing && now->time == went.from && now->time != went.time && !stopped.contains(went.animation))
+            builder.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
+    }
+    commit(builder.take());
+}
+
+void Simulation::commitSkinPoses(std::vector<std::string>& remarks) {
+    ChangeListBuilder builder;
+    skinPoses_.write(scene(), builder, remarks);
     if (builder.empty()) return;
-    const Expected<Committer::Applied> applied = committer_.apply(builder.take());
-    TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
-    sceneChanged(applied->list.get());
+    if (const Expected<Committer::Applied> applied = committer_.apply(builder.take()))
+        sceneChanged(applied->list.get());
+    else
+        remarks.push_back(fmt::format("skins stay as they were: {}", applied.error().message));
 }
 
 void Simulation::sceneChanged(const ChangeList* list) {
     motions_.update(scene(), list);
+    animations_.update(scene(), list);
+    skinPoses_.update(scene(), list);
     pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
 }

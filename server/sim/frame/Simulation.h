@@ -13,7 +13,9 @@
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
 #include "server/sim/display/ContactDisplay.h"
+#include "server/sim/frame/Animations.h"
 #include "server/sim/frame/Motions.h"
+#include "server/sim/frame/SkinPoses.h"
 #include "server/text/Typesetter.h"
 
 namespace tessera {
@@ -57,6 +59,7 @@ struct FrameResult {
     std::vector<std::string> notes;     ///< of letters that are not as asked for (Typesetter)
     StepResult collision;
     double collisionMs = 0;
+    std::vector<std::string> remarks;  ///< for a person: animations that were paused, and why
 };
 
 struct SimulationOptions {
@@ -68,9 +71,9 @@ struct SimulationOptions {
 /// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
 /// time, the threads or the number of clients.
 ///
-/// **Who wins.** Motions speak first, then edits in the order of their arrival; the last writer of a field wins. An
-/// edit that writes a Transform which a motion drives pauses that motion (`playing` becomes 0 in the same list) until
-/// somebody sets it again. What motions and edits want of existing Transforms goes through the collision pipeline;
+/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival; the last writer of a field wins. An
+/// edit that writes a Transform which a motion drives, or a field that an animation drives, pauses it (`playing` becomes 0 in the same
+/// list) until somebody sets it again. What motions, animations and edits want of existing Transforms goes through the collision pipeline;
 /// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
 /// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
 /// moves: for as long as it does, it is moved like anything else. Not thread-safe.
@@ -106,6 +109,8 @@ public:
     /// Of the scene, the root included. Kept, not counted.
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
     [[nodiscard]] const Motions& motions() const { return motions_; }
+    [[nodiscard]] const Animations& animations() const { return animations_; }
+    [[nodiscard]] const SkinPoses& skinPoses() const { return skinPoses_; }
     [[nodiscard]] const EditHistory& history() const { return history_; }
     [[nodiscard]] const ContactDisplay& display() const { return display_; }
     /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
@@ -129,6 +134,10 @@ private:
         ObjectId motion;  ///< the motion that wants it; none: an edit
         double motionTime = 0;
         std::size_t edit = 0;  ///< index of the edit that wants it
+        std::vector<ObjectId> animations = {};  ///< that want a part of it
+        /// What an edit that writes a part of it takes the rest from: a motion that is overruled is so as a whole.
+        [[nodiscard]] bool keptByEdits() const { return !motion; }
+        [[nodiscard]] bool ofAnEdit() const { return !motion && animations.empty(); }
     };
     using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
 
@@ -143,9 +152,15 @@ private:
     [[nodiscard]] Expected<void> checkHidden(const ChangeList& list) const;
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
-    void commitPoses(const Wishes& wishes, const StepResult& step);
-    /// Pauses, in `list`, the motions whose targets are taken in hand, unless the list itself says something of them.
-    void pauseMotionsOf(std::span<const std::pair<ObjectId, Pose>> poses, ChangeList& list) const;
+    /// Commits what playing animations want of all but Transforms, and adds to the wishes what they want of those. Returns how far they get.
+    [[nodiscard]] std::vector<AnimationStep> playAnimations(double seconds, Wishes& wishes, std::vector<std::string>& remarks);
+    void commitPoses(const Wishes& wishes, std::span<const AnimationStep> animations, const StepResult& step);
+    /// Brings the poses of skins to where their joints stand.
+    void commitSkinPoses(std::vector<std::string>& remarks);
+    /// Pauses, in `list`, the motions whose targets are taken in hand, and these animations, unless the list itself says something of them.
+    void pauseWhatDrives(std::span<const std::pair<ObjectId, Pose>> poses, std::span<const ObjectId> animations, ChangeList& list) const;
+    /// What must not fail.
+    void commit(ChangeList list);
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
 
@@ -168,6 +183,8 @@ private:
     Motions motions_;
     Typesetter typesetter_;
     std::vector<std::string> textNotes_;  ///< of this frame
+    Animations animations_;
+    SkinPoses skinPoses_;
 };
 
 }  // namespace tessera
