@@ -8,6 +8,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "common/scene/FieldTable.h"
 #include "server/import/AssetFolders.h"
@@ -59,6 +60,10 @@ std::string_view contentName(Content content) {
             return "motion";
         case Content::kEnvironment:
             return "environment";
+        case Content::kAnimation:
+            return "animation";
+        case Content::kSkin:
+            return "skin";
         case Content::kInterest:
             return "interest";
         case Content::kCollisionObject:
@@ -72,6 +77,8 @@ std::string_view contentName(Content content) {
 proto::scene::Place placeOf(const proto::scene::Node& node) {
     if (node.has_interest()) return node.interest().at();
     if (node.has_collision_object()) return node.collision_object().at();
+    if (node.has_animation()) return node.animation().at();
+    if (node.has_skin()) return node.skin().at();
     return {};
 }
 
@@ -101,6 +108,8 @@ ObjectId SceneAssembly::createObject(const Object& object) {
     const ObjectId id{nextId_++};
     builder_.create(id, typeOf(object));
     setAllFields(builder_, id, object);
+    types_.resize(id.value - kFirstPlaceholder + 1);
+    types_.back() = &object.info();
     if (object.is<Node>())
         ++result_.nodes;
     else
@@ -196,10 +205,15 @@ Expected<LoadedFile*> SceneAssembly::load(const std::string& canonicalPath, cons
 }
 
 Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
-    const std::size_t firstPending = pending_.size();
+    const std::size_t firstPending = pending_.size(), firstParts = pendingParts_.size();
+    std::map<std::uint32_t, Placed*> outerKeys = std::exchange(keys_, {});
     for (const proto::scene::Node& node : file.content.node())
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
     if (Expected<void> named = resolvePending(firstPending); !named) return named;
+    for (std::size_t i = firstParts; i < pendingParts_.size(); ++i)
+        if (Expected<void> named = resolveParts(file, pendingParts_[i]); !named) return named;
+    pendingParts_.resize(firstParts);
+    keys_ = std::move(outerKeys);
     if (!file.content.saved().empty()) return placeSaved(file, spot);
     keepBeside(file);
     return {};
@@ -219,16 +233,22 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
 
     ObjectId transform;
     bool evenScale = true;
+    Affine3d parent_T_node = Affine3d::Identity();
     if (node.has_transform()) {
         Expected<Transform> value = readTransform(node.transform());
         if (!value) return in(value.error());
         transform = create(*value);
         evenScale = value->scale == Vec3d::Constant(value->scale.x());
+        parent_T_node = value->pose().matrix;
     }
     Expected<Placed*> own = newNode(readName(node.name(), contentName(content)), transform ? transform : *core, spot);
     if (!own) return in(own.error());
     (*own)->transform = transform;
     (*own)->evenScale = evenScale;
+    (*own)->content = *core;
+    (*own)->parent_T_node = parent_T_node;
+    (*own)->movesOtherwise = *core && tableTypeOf(node) && tableTypeOf(node)->pose;
+    if (node.key() != 0) keys_[node.key()] = *own;
     Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material, spot.paint};
 
     // A node has one core: content beside a transform goes into a node of its own below. Only what says something of
@@ -245,6 +265,13 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (content == Content::kMotion)
         pending_.push_back({PendingRef::Kind::kMotionTarget, *core, holder, spot.top, node.motion().target(),
                             placeText(file.label, node.motion().at())});
+    if (content == Content::kAnimation || content == Content::kSkin)
+        pendingParts_.push_back({.core = *core,
+                                 .animation = node.has_animation() ? &node.animation() : nullptr,
+                                 .skin = node.has_skin() ? &node.skin() : nullptr,
+                                 .from = holder,
+                                 .top = spot.top,
+                                 .where = placeText(file.label, placeOf(node))});
     if (content == Content::kInterest) {
         const proto::scene::Interest& interest = node.interest();
         const std::string where = placeText(file.label, interest.at());

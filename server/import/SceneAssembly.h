@@ -18,7 +18,7 @@
 namespace tessera {
 
 /// One import under way. Not thread-safe. After an error it is of no further use. Its parts: SceneAssembly.cpp places
-/// nodes, SceneCores.cpp makes cores, SceneNames.cpp resolves names, SavedObjects.cpp takes over what was saved.
+/// nodes, SceneCores.cpp makes cores, SceneNames.cpp resolves names, AnimationCores.cpp those of channels and joints, SavedObjects.cpp takes over what was saved.
 class SceneAssembly {
 public:
     explicit SceneAssembly(const ImportOptions& options);
@@ -34,6 +34,9 @@ private:
         ObjectId id;
         std::string name;
         ObjectId transform;     ///< its core, where that is a Transform
+        ObjectId content = {};  ///< the core of what it is besides: its own, or of a node below
+        Affine3d parent_T_node = Affine3d::Identity();  ///< of its transform
+        bool movesOtherwise = false;                    ///< by another core than a Transform
         bool evenScale = true;  ///< that transform scales all axes alike
         Placed* parent = nullptr;
         std::vector<Placed*> children;
@@ -67,6 +70,15 @@ private:
         std::string where;  ///< file:line:column
         bool free = false;  ///< a collision object with a mass
     };
+    /// Channels and joints to be looked up then; of an animation or of a skin.
+    struct PendingParts {
+        ObjectId core;
+        const proto::scene::Animation* animation = nullptr;
+        const proto::scene::Skin* skin = nullptr;
+        Placed* from;
+        Placed* top;
+        std::string where;
+    };
 
     /// The Transform that puts a file where it shall stand, but for `Placing::fit`, which takes all of it to be known.
     Transform standOf(const LoadedFile& file, const Placing& placing);
@@ -84,6 +96,7 @@ private:
     Expected<ObjectId> contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     /// One of its own for each place: each is bent by itself.
     Expected<ObjectId> deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
+    Expected<ObjectId> skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);
     Expected<LoadedFile::GeometryCore> surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message, const Spot& spot);
@@ -98,6 +111,13 @@ private:
     Placed* placed(ObjectId id, std::string name, Placed* parent);
     Expected<void> resolvePending(std::size_t from);
     Expected<void> resolve(const PendingRef& ref);
+    /// By a name, or null.
+    [[nodiscard]] Placed* find(Placed* from, Placed* top, const std::string& name) const;
+    Expected<void> resolveParts(LoadedFile& file, const PendingParts& parts);
+    Expected<void> resolveJoints(LoadedFile& file, const PendingParts& parts);
+    Expected<ObjectId> keyFrames(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts);
+    /// What has the field: the transform of a node, its content, or the node; or a material.
+    Expected<ObjectId> channelTarget(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts);
     void noteUnfree(const PendingRef& ref, const Placed& body);
     /// For a person to read, each once.
     void note(std::string text);
@@ -119,6 +139,9 @@ private:
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
     std::vector<std::unique_ptr<Placed>> placed_;
     std::vector<PendingRef> pending_;
+    std::vector<PendingParts> pendingParts_;
+    std::map<std::uint32_t, Placed*> keys_;   ///< of the file that is being placed
+    std::vector<const TypeInfo*> types_;      ///< of what is created, by the place among the placeholders
     std::set<std::string> noted_;
     std::vector<std::string> importing_;  ///< files being placed, outermost first
 };

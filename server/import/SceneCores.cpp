@@ -105,6 +105,17 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             motion.playing = !node.motion().paused();
             return create(motion);
         }
+        case Content::kAnimation: {
+            Expected<Animation> animation = readTableObject<Animation>(node.animation());
+            if (!animation) return tl::unexpected(animation.error());
+            if (node.animation().has_mode() && !proto::scene::Animation::Mode_IsValid(node.animation().mode()))
+                return fail(ErrorCode::kBadInput, "an animation's mode is none of its words");
+            if (node.animation().channel().empty()) return fail(ErrorCode::kBadInput, "an animation has no channels");
+            animation->playing = !node.animation().paused();
+            return create(*animation);
+        }
+        case Content::kSkin:
+            return skinCore(file, node.skin(), spot);
         case Content::kEnvironment: {
             Expected<Environment> environment = readEnvironment(node.environment());
             if (!environment) return tl::unexpected(environment.error());
@@ -206,6 +217,61 @@ Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto:
         if (const Expected<Blob> rest = controlPointsAtRest(value)) value.controlPoints = *rest;
     LoadedFile::GeometryCore core;
     const auto made = derivedCore(file, core, std::move(value), geometry.material().empty() ? spot.material : geometry.material(), spot);
+    if (!made) return tl::unexpected(made.error());
+    ++drawn_;
+    result_.triangles += core.triangles;
+    return core.id;
+}
+
+Expected<ObjectId> SceneAssembly::skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot) {
+    Expected<MeshArrays> arrays = file.mesh(skin.mesh());
+    if (!arrays) return tl::unexpected(arrays.error());
+    if (arrays->primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "a skin deforms triangles, no points or lines");
+    Skin value;
+    value.positions = std::move(arrays->positions);
+    value.normals = std::move(arrays->normals);
+    value.colors = std::move(arrays->colors);
+    value.texcoords = std::move(arrays->texcoords);
+    value.texcoords1 = std::move(arrays->texcoords1);
+    value.indices = std::move(arrays->indices);
+    const auto written = [](const auto& numbers) {
+        return numbers.empty() ? Blob() : Blob::of(std::span<const float>(numbers.data(), static_cast<std::size_t>(numbers.size())));
+    };
+    std::vector<std::uint16_t> joints;
+    for (const std::uint32_t joint : skin.joint_index()) {
+        if (joint > 0xffff) return fail(ErrorCode::kBadInput, fmt::format("joint {} is more than a skin can have", joint));
+        joints.push_back(static_cast<std::uint16_t>(joint));
+    }
+    if (!joints.empty()) value.jointIndices = Blob::of(std::span<const std::uint16_t>(joints));
+    value.jointWeights = written(skin.joint_weight());
+    value.inverseBinds = written(skin.inverse_bind());
+    value.morphPositions = written(skin.morph_position());
+    value.morphNormals = written(skin.morph_normal());
+    value.weights = written(skin.weight());
+    for (const auto& [target, number] : {std::pair(&value.jointIndices, skin.joint_indices_blob()), std::pair(&value.jointWeights, skin.joint_weights_blob()),
+                                         std::pair(&value.inverseBinds, skin.inverse_binds_blob()), std::pair(&value.morphPositions, skin.morph_positions_blob()),
+                                         std::pair(&value.morphNormals, skin.morph_normals_blob()), std::pair(&value.pose, skin.pose_blob())}) {
+        if (number == 0) continue;
+        Expected<Blob> blob = file.blob(number);
+        if (!blob) return tl::unexpected(blob.error());
+        *target = std::move(*blob);
+    }
+    const auto jointCount = static_cast<std::size_t>(skin.joint_size() + skin.joint_key_size());
+    if (!value.jointIndices.empty() && jointCount == 0) return fail(ErrorCode::kBadInput, "its vertices follow joints, and it names none");
+    if (!value.jointIndices.empty() && value.jointWeights.empty()) return fail(ErrorCode::kBadInput, "its vertices follow joints without weights");
+    if (value.jointIndices.empty() && !value.jointWeights.empty()) return fail(ErrorCode::kBadInput, "it has weights of joints, and its vertices follow none");
+    if (jointCount > 0 && !value.inverseBinds.empty() && value.inverseBinds.sizeBytes() != jointCount * 12 * sizeof(float))
+        return fail(ErrorCode::kBadInput, fmt::format("inverse_bind has {} bytes; {} joints have {}", value.inverseBinds.sizeBytes(), jointCount, jointCount * 12 * sizeof(float)));
+    // At rest until the server has looked where the joints are, in the first frame.
+    if (jointCount > 0 && value.pose.empty()) {
+        std::vector<float> rest;
+        for (std::size_t i = 0; i < jointCount; ++i)
+            for (const float number : {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}) rest.push_back(number);
+        value.pose = Blob::of(std::span<const float>(rest));
+    }
+    if (value.pose.sizeBytes() != jointCount * 12 * sizeof(float)) return fail(ErrorCode::kBadInput, "its pose is of another number of joints");
+    LoadedFile::GeometryCore core;
+    const auto made = derivedCore(file, core, std::move(value), skin.material().empty() ? spot.material : skin.material(), spot);
     if (!made) return tl::unexpected(made.error());
     ++drawn_;
     result_.triangles += core.triangles;

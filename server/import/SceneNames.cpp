@@ -62,20 +62,24 @@ Expected<void> SceneAssembly::resolvePending(std::size_t from) {
     return {};
 }
 
+SceneAssembly::Placed* SceneAssembly::find(Placed* from, Placed* top, const std::string& name) const {
+    if (name.starts_with('/')) return descend(top, std::string_view(name).substr(1));
+    Placed* found = nullptr;
+    for (Placed* outer = from; found == nullptr && outer != nullptr && outer != top; outer = outer->parent) {
+        if (outer != from) found = descendFrom(outer, name);
+        if (found == nullptr && outer->parent != nullptr) found = descend(outer->parent, name);
+    }
+    return found;
+}
+
 Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
     Placed* found = nullptr;
     if (ref.name.empty()) {
         found = ref.from;
         while (found != ref.top && !found->transform) found = found->parent;
         if (found == ref.top) found = nullptr;
-    } else if (ref.name.front() == '/') {
-        found = descend(ref.top, std::string_view(ref.name).substr(1));
     } else {
-        for (Placed* outer = ref.from; found == nullptr && outer != nullptr && outer != ref.top;
-             outer = outer->parent) {
-            if (outer != ref.from) found = descendFrom(outer, ref.name);
-            if (found == nullptr && outer->parent != nullptr) found = descend(outer->parent, ref.name);
-        }
+        found = find(ref.from, ref.top, ref.name);
     }
     const std::string shown = readName(ref.name, "");
     const auto wrong = [&](std::string_view what) {

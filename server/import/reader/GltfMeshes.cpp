@@ -108,10 +108,9 @@ void GltfReader::noteLeftOut() {
 }
 
 void GltfReader::noteAttributes(const tinygltf::Primitive& primitive) {
-    static const std::set<std::string> understood = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
-                                                     "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0"};
+    static const std::set<std::string> understood = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
     for (const auto& [name, accessor] : primitive.attributes)  // a leading underscore: an application's own
-        if (understood.count(name) == 0 && !name.starts_with('_'))
+        if (understood.count(name) == 0 && !name.starts_with('_') && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_"))
             scene_.note(fmt::format("the attribute {} of vertices is left out", name));
     for (const auto& [name, value] : primitive.extensions) noteExtension(name);
 }
@@ -154,7 +153,7 @@ Expected<std::vector<std::uint32_t>> GltfReader::triangles(const tinygltf::Primi
 }
 
 Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
-                                         const tinygltf::Primitive& primitive) {
+                                         const tinygltf::Primitive& primitive, bool atRest) {
     if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
         return fail(ErrorCode::kBadInput, fmt::format("its mode is {}: 0 to 6 are known", primitive.mode));
     MeshData data;
@@ -187,7 +186,8 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
                              : toSrgbByte((*colors)[i]);
 
     noteAttributes(primitive);
-    const std::vector<double>& weights = weightsOf(node, mesh);
+    static const std::vector<double> kNone;
+    const std::vector<double>& weights = atRest ? kNone : weightsOf(node, mesh);
     for (std::size_t i = 0; i < primitive.targets.size() && i < weights.size(); ++i) {
         if (weights[i] == 0.0) continue;
         for (const auto& [name, values] : {std::pair<const char*, std::vector<float>*>{"POSITION", &data.positions},
@@ -235,89 +235,13 @@ Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::No
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
         if (isLeftOut(source)) continue;
-        if (!source.targets.empty()) scene_.note("morph targets are shown at rest");
-        Expected<MeshData> data = primitive(node, mesh, source);
+        Expected<MeshData> data = primitive(node, mesh, source, false);
         if (!data) return failWith(fmt::format("mesh {}, primitive {}", index, i), data.error());
         if (data->empty()) continue;
         Expected<std::string> material = materialName(source.material);
         if (!material) return tl::unexpected(material.error());
         Part part{fmt::format("mesh {}.{}", number, i), std::move(*material), boundsOf(data->positions)};
         scene_.addModelMesh(part.mesh, std::move(*data), limits_);
-        parts.push_back(std::move(part));
-    }
-    return parts;
-}
-
-Expected<std::vector<GltfReader::Part>> GltfReader::skinnedParts(int nodeIndex) {
-    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(nodeIndex)];
-    if (static_cast<std::size_t>(node.skin) >= model_.skins.size() ||
-        static_cast<std::size_t>(node.mesh) >= model_.meshes.size())
-        return fail(ErrorCode::kBadInput, fmt::format("node {} names a skin or mesh that does not exist", nodeIndex));
-    scene_.note("skins are shown in the pose that the file stands in");
-    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(node.skin)];
-    std::vector<float> inverseBind;
-    if (skin.inverseBindMatrices >= 0) {
-        Expected<std::vector<float>> read = accessors_.floats(skin.inverseBindMatrices, 16);
-        if (!read) return tl::unexpected(read.error());
-        inverseBind = std::move(*read);
-    }
-    std::vector<Affine3d> joints;
-    for (std::size_t i = 0; i < skin.joints.size(); ++i) {
-        const auto joint = world_.find(skin.joints[i]);
-        Affine3d matrix = joint == world_.end() ? Affine3d(Affine3d::Identity()) : joint->second;
-        if ((i + 1) * 16 <= inverseBind.size()) {
-            const Mat4f bind = Eigen::Map<const Mat4f>(inverseBind.data() + i * 16);
-            matrix = Affine3d(Mat4d(matrix.matrix() * bind.cast<double>()));
-        }
-        joints.push_back(matrix);
-    }
-
-    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
-    std::vector<Part> parts;
-    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-        const tinygltf::Primitive& source = mesh.primitives[i];
-        if (isLeftOut(source)) continue;
-        if (attribute(source, "JOINTS_0") < 0 || attribute(source, "WEIGHTS_0") < 0) {
-            scene_.note("parts of meshes that have a skin, but no joints, are left out");
-            continue;
-        }
-        if (source.mode == TINYGLTF_MODE_POINTS) {
-            scene_.note("points that have a skin are left out");
-            continue;
-        }
-        Expected<MeshData> data = primitive(node, mesh, source);
-        if (!data) return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), data.error());
-        const Expected<std::vector<std::uint32_t>> joint = accessors_.integers(attribute(source, "JOINTS_0"), 4);
-        if (!joint) return tl::unexpected(joint.error());
-        const Expected<std::vector<float>> weight = accessors_.floats(attribute(source, "WEIGHTS_0"), 4);
-        if (!weight) return tl::unexpected(weight.error());
-        const std::size_t vertices = data->positions.size() / 3;
-        if (joint->size() != vertices * 4 || weight->size() != vertices * 4)
-            return fail(ErrorCode::kBadInput, "JOINTS_0, WEIGHTS_0 and POSITION have different numbers of vertices");
-        for (std::size_t v = 0; v < vertices; ++v) {
-            Vec3d moved = Vec3d::Zero();
-            Mat3d linear = Mat3d::Zero();
-            const Vec3d position = Eigen::Map<const Vec3f>(data->positions.data() + 3 * v).cast<double>();
-            for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
-                const auto w = static_cast<double>((*weight)[k]);
-                if (w == 0.0) continue;
-                if ((*joint)[k] >= joints.size())
-                    return fail(ErrorCode::kBadInput, "a vertex names a joint that does not exist");
-                moved += w * (joints[(*joint)[k]] * position);
-                linear += w * joints[(*joint)[k]].linear();
-            }
-            Eigen::Map<Vec3f>(data->positions.data() + 3 * v) = moved.cast<float>();
-            if (!data->normals.empty()) {
-                const Vec3d normal = Eigen::Map<const Vec3f>(data->normals.data() + 3 * v).cast<double>();
-                Eigen::Map<Vec3f>(data->normals.data() + 3 * v) = Vec3d(linear * normal).cast<float>();
-            }
-        }
-        normalise(data->normals);
-        if (data->empty()) continue;
-        Expected<std::string> material = materialName(source.material);
-        if (!material) return tl::unexpected(material.error());
-        Part part{fmt::format("skin {}.{}", nodeIndex, i), std::move(*material), boundsOf(data->positions)};
-        scene_.addMesh(part.mesh, std::move(*data));
         parts.push_back(std::move(part));
     }
     return parts;

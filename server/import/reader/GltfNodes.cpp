@@ -103,7 +103,9 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
         return fail(ErrorCode::kBadInput, fmt::format("node {} has two parents, or is its own ancestor", index));
     for (const auto& [name, value] : node.extensions) noteExtension(name);
     if (node.mesh >= 0) countLeftOut(node.mesh);
-    if (node.mesh >= 0 && node.skin < 0) {
+    if (deforms(node)) {
+        if (Expected<void> done = extendByDeforming(index, world_T_node); !done) return done;
+    } else if (node.mesh >= 0) {
         const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
         for (const Part& part : *parts) bounds_.extend(part.bounds.transformed(world_T_node));
@@ -116,13 +118,22 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
 /// Second pass: builds nodes.
 Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::Node*()>& make) {
     const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
-    proto::scene::Node* placed = addPlacedNode(make, nodeName(index), localTransform(node));
-    if (const auto motion = motions_.find(index); motion != motions_.end()) {
-        proto::scene::Node* child = placed->add_node();
-        child->set_name("motion");
-        *child->mutable_motion() = motion->second;
+    proto::scene::Node* placed = nullptr;
+    if (animated_.count(index) > 0) {
+        // Its parts as they are: what is animated of them replaces one, and leaves the others.
+        placed = make();
+        placed->set_name(nodeName(index));
+        const Vec4d q = vectorFrom<4>(node.rotation, Vec4d(0, 0, 0, 1));
+        const Quatd rotation(q[3], q[0], q[1], q[2]);
+        setTransform(*placed->mutable_transform(), vectorFrom<3>(node.translation, Vec3d::Zero()), rotation.norm() > 1e-12 ? rotation.normalized() : Quatd::Identity(),
+                     vectorFrom<3>(node.scale, Vec3d::Ones()));
+    } else {
+        placed = addPlacedNode(make, nodeName(index), localTransform(node));
     }
-    if (node.mesh >= 0 && node.skin < 0) {
+    placed->set_key(keyOf(index));
+    if (deforms(node)) {
+        if (Expected<void> done = addDeforming(index, *placed); !done) return done;
+    } else if (node.mesh >= 0) {
         const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
         for (std::size_t i = 0; i < parts->size(); ++i) {
@@ -265,26 +276,12 @@ Expected<PlainScene> GltfReader::read() {
     }
     for (const int root : roots)
         if (Expected<void> done = walk(root, Affine3d::Identity(), 1); !done) return tl::unexpected(done.error());
-    if (Expected<void> done = readAnimation(); !done) return tl::unexpected(done.error());
+    findAnimated();
 
     const auto addRoot = [this] { return scene_.file.add_node(); };
     for (const int root : roots)
         if (Expected<void> done = addNode(root, addRoot); !done) return tl::unexpected(done.error());
-    // Skinned meshes are in world coordinates.
-    for (const auto& [index, world] : world_) {
-        const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
-        if (node.mesh < 0 || node.skin < 0) continue;
-        const Expected<std::vector<Part>> parts = skinnedParts(index);
-        if (!parts) return tl::unexpected(parts.error());
-        proto::scene::Node* holder = scene_.file.add_node();
-        holder->set_name(nodeName(index) + " in pose");
-        for (std::size_t i = 0; i < parts->size(); ++i) {
-            proto::scene::Node* child = holder->add_node();
-            child->set_name(fmt::format("part {}", i));
-            child->mutable_geometry()->set_mesh((*parts)[i].mesh);
-            child->mutable_geometry()->set_material((*parts)[i].material);
-        }
-    }
+    if (Expected<void> done = addAnimations(); !done) return tl::unexpected(done.error());
     noteLeftOut();
     pictures_.finish();
     return std::move(scene_);

@@ -65,8 +65,9 @@ private:
     // GltfMeshes.cpp
     /// Of the node's mesh.
     Expected<std::vector<Part>> meshParts(const tinygltf::Node& node);
+    /// `atRest`: without its morph targets, whatever their weights.
     Expected<MeshData> primitive(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
-                                 const tinygltf::Primitive& primitive);
+                                 const tinygltf::Primitive& primitive, bool atRest);
     /// The indices of a primitive, or one for each of its vertices.
     Expected<std::vector<std::uint32_t>> vertexOrder(const tinygltf::Primitive& primitive, std::size_t vertices);
     /// Lines, and what has no positions.
@@ -76,9 +77,16 @@ private:
     void noteLeftOut();
     void noteAttributes(const tinygltf::Primitive& primitive);
     Expected<std::vector<std::uint32_t>> triangles(const tinygltf::Primitive& primitive, std::size_t vertices);
-    /// The skin's pose in the file as a mesh in world coordinates (glTF 2.0, "Skins": the node's own transform does
-    /// not count).
-    Expected<std::vector<Part>> skinnedParts(int node);
+
+    // GltfSkins.cpp
+    /// Joints or morph targets deform its mesh.
+    [[nodiscard]] bool deforms(const tinygltf::Node& node) const;
+    Expected<void> addDeforming(int index, proto::scene::Node& placed);
+    Expected<void> extendByDeforming(int index, const Affine3d& world_T_node);
+    Expected<void> setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& message);
+    Expected<void> setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin);
+    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, std::vector<std::uint16_t>& indices, std::vector<float>& weights);
+    Expected<std::vector<float>> readTargets(const tinygltf::Primitive& primitive, const char* name, std::size_t vertices);
 
     // GltfMaterials.cpp
     Expected<std::string> materialName(int material);
@@ -91,7 +99,18 @@ private:
     std::string imageName(const GltfTextureUse& use);
 
     // GltfAnimations.cpp
-    Expected<void> readAnimation();
+    /// What channels and joints name: of a node; parts of meshes have others.
+    [[nodiscard]] static std::uint32_t keyOf(int node);
+    /// The nodes whose transforms are animated: they keep their three parts.
+    void findAnimated();
+    /// Each of the file's animations as a node at its top.
+    Expected<void> addAnimations();
+    Expected<void> addAnimation(const tinygltf::Animation& source, std::size_t number);
+    struct Sampled {
+        std::uint32_t times = 0, values = 0;  ///< blobs
+        proto::scene::Channel::Interpolation interpolation = proto::scene::Channel::LINEAR;
+    };
+    Expected<Sampled> sampler(const tinygltf::Animation& animation, int number, const std::string& path, std::size_t components);
 
     const tinygltf::Model& model_;
     const FolderFiles& files_;
@@ -107,7 +126,16 @@ private:
     /// By image, and what the Image message says besides; empty: unusable.
     std::map<std::pair<int, std::string>, std::string> images_;
     std::map<int, Affine3d> world_;                ///< world_T_node of the nodes in the scene
-    std::map<int, proto::scene::Motion> motions_;  ///< by node
+    std::set<int> animated_;
+    struct Morphed {
+        std::vector<std::uint32_t> keys;  ///< of the parts
+        std::size_t targets = 0;
+    };
+    std::map<int, Morphed> morphed_;  ///< by node
+    std::uint32_t partKeys_ = 0;
+    std::map<int, std::uint32_t> keyTimes_;  ///< blobs, by accessor
+    std::map<std::pair<int, std::string>, std::uint32_t> keyValues_;
+    bool playing_ = false;  ///< one of the animations
     Box bounds_;
     std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };

@@ -276,6 +276,20 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             *out.mutable_motion() = node.motion();
             *out.mutable_motion()->mutable_at() = at;
             return {};
+        case Content::kAnimation:
+            *out.mutable_animation() = node.animation();
+            *out.mutable_animation()->mutable_at() = at;
+            for (const proto::scene::Channel& channel : node.animation().channel()) {
+                if (channel.material().empty()) continue;
+                if (Expected<void> known = checkName(materials_, channel.material(), "material"); !known) return known;
+            }
+            return {};
+        case Content::kSkin:
+            *out.mutable_skin() = node.skin();
+            *out.mutable_skin()->mutable_at() = at;
+            if (node.skin().material().empty()) out.mutable_skin()->set_material(material);
+            if (Expected<void> known = checkName(meshes_, node.skin().mesh(), "mesh"); !known) return known;
+            return out.skin().material().empty() ? Expected<void>() : checkName(materials_, out.skin().material(), "material");
         case Content::kInterest:
             *out.mutable_interest() = node.interest();
             *out.mutable_interest()->mutable_at() = at;

@@ -16,7 +16,7 @@ const std::set<std::string> kShown = {"KHR_lights_punctual",    "KHR_mesh_quanti
                                       "KHR_materials_unlit",    "KHR_materials_emissive_strength", "KHR_materials_clearcoat",
                                       "KHR_materials_transmission"};
 const std::set<std::string> kShownAttributes = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
-                                                "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0"};
+                                                "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0", "JOINTS_1", "WEIGHTS_1"};
 
 /// A member, or an empty object.
 const Json& at(const Json& object, const std::string& key) {
@@ -94,6 +94,7 @@ public:
         if (at(file_, "scenes").size() > 1) census_.toBeNamed.insert("of several scenes");
         if (at(file_, "animations").size() > 1) census_.toBeNamed.insert("of several animations");
         for (const int root : roots()) visit(root, 0);
+        for (const Json& animation : at(file_, "animations")) countAnimation(animation);
         for (const int material : materials_) census_.materials.insert(lineOf(file_, element(file_, "materials", material)));
         return census_;
     }
@@ -116,8 +117,12 @@ private:
         if (depth > 200) return;
         census_.parts["camera"] += node.contains("camera");
         census_.parts["light"] += at(at(node, "extensions"), "KHR_lights_punctual").contains("light");
-        if (node.contains("skin")) census_.toBeNamed.insert("skins are shown");
-        for (const Json& primitive : at(element(file_, "meshes", node.value("mesh", -1)), "primitives")) countPart(primitive);
+        reached_.insert(index);
+        for (const Json& primitive : at(element(file_, "meshes", node.value("mesh", -1)), "primitives")) {
+            countPart(primitive);
+            if (primitive.contains("targets") && primitive.value("mode", 4) >= 4) morphs_.insert(index);
+            if (node.contains("skin") && at(primitive, "attributes").contains("JOINTS_0") && primitive.value("mode", 4) >= 4) ++census_.parts["joints"];
+        }
         for (const Json& child : at(node, "children")) visit(child.get<int>(), depth + 1);
     }
 
@@ -140,12 +145,30 @@ private:
             ++census_.parts[name];
             if (kShownAttributes.count(name) == 0 && name.front() != '_') census_.toBeNamed.insert(name);
         }
-        if (primitive.contains("targets")) census_.toBeNamed.insert("morph targets");
+        if (!primitive.contains("targets")) return;
+        if (mode < 4)
+            census_.toBeNamed.insert("morph targets");
+        else
+            census_.parts["target"] += primitive["targets"].size();
+    }
+
+    /// Of channels that can play: of nodes that are shown, and weights of meshes that have targets.
+    void countAnimation(const Json& animation) {
+        std::uint64_t channels = 0;
+        for (const Json& channel : at(animation, "channels")) {
+            const Json& target = at(channel, "target");
+            const int node = target.value("node", -1);
+            const std::string path = target.value("path", "");
+            const bool moves = path == "translation" || path == "rotation" || path == "scale";
+            channels += reached_.count(node) > 0 && (moves ? !element(file_, "nodes", node).contains("matrix") : path == "weights" && morphs_.count(node) > 0);
+        }
+        census_.parts["animation"] += channels > 0;
+        census_.parts["channel"] += channels;
     }
 
     const Json& file_;
     FileCensus census_;
-    std::set<int> materials_;
+    std::set<int> materials_, reached_, morphs_;
 };
 
 }  // namespace

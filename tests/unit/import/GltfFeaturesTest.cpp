@@ -248,7 +248,7 @@ TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
     EXPECT_FLOAT_EQ(glass->baseColor.w(), 0.4f);
 }
 
-TEST(GltfAnimation, BecomesAMotionOfItsNode) {
+TEST(GltfAnimation, BecomesChannelsOfItsNodesTransform) {
     GltfText gltf;
     const int positions = gltf.floats(kSquare, "VEC3", 3);
     const int times = gltf.floats({0, 1, 2}, "SCALAR", 1);
@@ -261,18 +261,22 @@ TEST(GltfAnimation, BecomesAMotionOfItsNode) {
         "animations":[{{"samplers":[{{"input":{},"output":{}}},{{"input":{},"output":{},"interpolation":"STEP"}}],
         "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},{{"sampler":1,"target":{{"node":0,"path":"rotation"}}}}]}}])",
         positions, times, moves, turnTimes, turns))));
-    const auto* motion = aspect.core<Motion>("/model/n/motion");
-    ASSERT_NE(motion, nullptr);
-    EXPECT_EQ(motion->target, aspect->get<Node>(*findNode(*aspect, "/model/n"))->core);
-    EXPECT_EQ(motion->mode, Motion::kLoop);
-    const auto keys = motion->keys.as<double>();
-    ASSERT_EQ(keys.size() % 11, 0u);
-    const std::size_t count = keys.size() / 11;
-    ASSERT_EQ(count, 5u) << "0, 0.5, just before 1, 1, 2";
-    EXPECT_DOUBLE_EQ(keys[11 + 1], 2.0) << "x at 0.5 s, half way";
-    EXPECT_DOUBLE_EQ(keys[2 * 11 + 4], 1.0) << "not turned yet just before the step";
-    EXPECT_NEAR(keys[3 * 11 + 6], std::sqrt(0.5), 1e-6) << "turned at 1 s";
-    EXPECT_DOUBLE_EQ(keys[4 * 11 + 8], 2.0) << "what is not animated stays: scale";
+    const auto* animation = aspect.core<Animation>("/model/animation 0");
+    ASSERT_NE(animation, nullptr);
+    EXPECT_TRUE(animation->playing);
+    EXPECT_EQ(animation->mode, Animation::kLoop);
+    ASSERT_EQ(animation->channels.size(), 2u);
+    const auto* moved = aspect->get<KeyFrames>(animation->channels[0]);
+    const auto* turned = aspect->get<KeyFrames>(animation->channels[1]);
+    EXPECT_EQ(moved->target, aspect->get<Node>(*findNode(*aspect, "/model/n"))->core);
+    EXPECT_EQ(moved->field, "translation");
+    EXPECT_EQ(moved->interpolation, KeyFrames::kLinear);
+    EXPECT_TRUE(std::ranges::equal(moved->times.as<double>(), std::vector<double>{0, 1, 2}));
+    EXPECT_TRUE(std::ranges::equal(moved->values.as<double>(), std::vector<double>{0, 0, 0, 4, 0, 0, 4, 2, 0}));
+    EXPECT_EQ(turned->field, "rotation");
+    EXPECT_EQ(turned->interpolation, KeyFrames::kStep);
+    EXPECT_TRUE(std::ranges::equal(turned->values.as<double>(), std::vector<double>{1, 0, 0, 0, half, 0, half, 0})) << "w x y z";
+    EXPECT_EQ(aspect.core<Transform>("/model/n")->scale, Vec3d(2, 2, 2)) << "what is not animated stays";
 }
 
 TEST(GltfExtension, ThatIsRequiredAndUnknownIsNamed) {
@@ -329,10 +333,10 @@ TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
         return std::any_of(ids.begin(), ids.end(),
                            [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
     };
-    EXPECT_TRUE(has("BoxAnimated.glb", typeOf<Motion>()));
+    EXPECT_TRUE(has("BoxAnimated.glb", typeOf<Animation>()));
     EXPECT_TRUE(has("BoxTextured.glb", typeOf<Image>()));
-    EXPECT_TRUE(has("RiggedFigure.glb", typeOf<Geometry>()));
-    EXPECT_TRUE(has("Fox.glb", typeOf<Motion>()));
+    EXPECT_TRUE(has("RiggedFigure.glb", typeOf<Skin>()));
+    EXPECT_TRUE(has("Fox.glb", typeOf<Skin>()));
 }
 
 }  // namespace

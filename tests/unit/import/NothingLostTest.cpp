@@ -90,6 +90,27 @@ FileCensus sceneCensus(const ImportedAspect& aspect) {
         for (const auto& [name, blob] : attributes) census.parts[name] += !blob->empty();
         return Descend::kInto;
     });
+    action.on<Skin>([&](const Visit&, const Skin& skin) {
+        census.triangles += skin.indices.sizeBytes() / 12;
+        const std::pair<const char*, const Blob*> attributes[] = {{"POSITION", &skin.positions},
+                                                                  {"TEXCOORD_0", &skin.texcoords},
+                                                                  {"TEXCOORD_1", &skin.texcoords1},
+                                                                  {"COLOR_0", &skin.colors},
+                                                                  {"joints", &skin.jointIndices}};
+        for (const auto& [name, blob] : attributes) census.parts[name] += !blob->empty();
+        if (!skin.positions.empty()) census.parts["target"] += skin.morphPositions.sizeBytes() / skin.positions.sizeBytes();
+        return Descend::kInto;
+    });
+    action.on<Animation>([&](const Visit&, const Animation& animation) {
+        ++census.parts["animation"];
+        // Weights drive each part of a mesh.
+        std::set<std::pair<BlobId, BlobId>> channels;
+        for (const ObjectId id : animation.channels) {
+            const auto& frames = *aspect->get<KeyFrames>(id);
+            census.parts["channel"] += frames.field != "weights" || channels.insert({frames.times.id(), frames.values.id()}).second;
+        }
+        return Descend::kInto;
+    });
     action.run(*aspect);
     census.parts["image"] = allOf<Image>(aspect).size();
     census.parts["camera"] = allOf<Camera>(aspect).size();
@@ -119,7 +140,7 @@ void expectNothingLost(const FileCensus& file, const ImportedScene& scene) {
         EXPECT_EQ(shown.parts.at("image"), static_cast<std::uint64_t>(unnamed));
     }
     if (file.parts.empty()) return;  // what follows is counted of glTF alone
-    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "camera", "light"}) {
+    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "camera", "light", "joints", "target", "animation", "channel"}) {
         const auto said = file.parts.find(name), is = shown.parts.find(name);
         EXPECT_EQ(is == shown.parts.end() ? 0 : is->second, said == file.parts.end() ? 0 : said->second) << name;
     }
