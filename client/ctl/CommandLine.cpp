@@ -51,6 +51,8 @@ struct Words {
     std::string decision;
     std::vector<double> respondTo;
     verb::PlayTracker play;
+    verb::Play take;
+    double seconds = 0, speed = 1;
     std::string playProtocol = "dtrack";
 };
 
@@ -293,6 +295,19 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* pickY = pick->add_option("Y", in.pick.yPx, "From the top");
     pick->add_option("--wand", in.pick.wand, "What this wand points at instead")->type_name("NAME");
 
+    const CLI::App* animations = app.add_subcommand("animations", "What plays, or could");
+    const auto ofAnimation = [&](const char* verb, const char* what) {
+        CLI::App* one = app.add_subcommand(verb, what);
+        one->add_option("NODE", in.take.node, "An animation's; tessera-ctl animations lists them")->required();
+        return one;
+    };
+    const CLI::App* playOne = ofAnimation("play", "An animation goes on from where it is");
+    const CLI::App* pauseOne = ofAnimation("pause", "An animation stands");
+    CLI::App* seek = ofAnimation("seek", "An animation shows another time");
+    seek->add_option("SECONDS", in.seconds, "From its beginning")->required()->check(numberFault);
+    CLI::App* speedOf = ofAnimation("speed", "How fast an animation plays");
+    speedOf->add_option("FACTOR", in.speed, "1: as made; below 0: backwards")->required()->check(numberFault);
+
     const CLI::App* trackers = app.add_subcommand("trackers", "What the wall's trackers say, and how well");
 
     CLI::App* play = app.add_subcommand("play-tracker", "Sends poses as a tracker would; needs no server");
@@ -384,6 +399,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             return in.pick;
         }
         if (trackers->parsed()) return verb::Trackers{};
+        if (animations->parsed()) return verb::Animations{};
+        if (playOne->parsed() || pauseOne->parsed()) return verb::Play{.node = in.take.node, .playing = playOne->parsed(), .time = {}, .speed = {}};
+        if (seek->parsed()) return verb::Play{.node = in.take.node, .playing = {}, .time = in.seconds, .speed = {}};
+        if (speedOf->parsed()) return verb::Play{.node = in.take.node, .playing = {}, .time = {}, .speed = in.speed};
         if (play->parsed()) {
             in.play.osc = in.playProtocol == "osc";
             if (in.play.osc && in.play.flystick)

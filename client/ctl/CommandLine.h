@@ -72,6 +72,13 @@ struct Contacts {
     std::optional<std::int64_t> show;        ///< bits of Interest::show
     std::string interest;                    ///< a node; empty: all
 };
+struct Animations {};
+/// One of them.
+struct Play {
+    std::string node;
+    std::optional<bool> playing;
+    std::optional<double> time, speed;
+};
 struct Questions {};
 struct Respond {
     std::uint64_t question = 0;
@@ -93,7 +100,8 @@ struct Save {
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
                            verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show>;
+                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show,
+                           verb::Animations, verb::Play>;
 
 struct CommandLine {
     std::string server;

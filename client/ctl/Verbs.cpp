@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/FlyTerminal.h"
