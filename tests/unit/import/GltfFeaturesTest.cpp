@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"
@@ -142,7 +143,8 @@ TEST(GltfMorph, StandsAsItsNodeSaysElseAsItsMesh) {
         "meshes":[{{"weights":[0.5],"primitives":[{{"attributes":{{"POSITION":{}}},"targets":[{{"POSITION":{}}}]}}]}}])",
         positions, moves))));
     const auto height = [&](const char* node) {
-        return aspect.core<Geometry>(fmt::format("/model/{}/part 0", node))->positions.as<float>()[2];
+        const Skin& skin = *aspect.core<Skin>(fmt::format("/model/{}/part 0", node));
+        return drawableOf(Object::of(skin)).arrays().positions.as<float>()[2];
     };
     EXPECT_FLOAT_EQ(height("a"), 4);
     EXPECT_FLOAT_EQ(height("b"), 8);
