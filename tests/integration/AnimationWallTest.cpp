@@ -1,0 +1,70 @@
+/// Animations, skins and morph targets on walls of real processes: the same pictures on all, led by tessera-ctl.
+#include <gtest/gtest.h>
+
+#include "tests/integration/AskedWall.h"
+
+namespace tessera::test {
+namespace {
+
+const std::string kMoving = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct";
+
+class AnimationWall : public AskedWall {
+public:
+    explicit AnimationWall(const std::string& wall) : AskedWall({.wall = wall, .scene = kMoving}), ready(start()) {}
+    void standAt(const char* seconds) const {
+        for (const char* node : {"/crawl", "/change", "/glow", "/swing"}) {
+            tell({"pause", node});
+            tell({"seek", node, seconds});
+        }
+    }
+    [[nodiscard]] nlohmann::json named(const std::string& node) const {
+        const nlohmann::json told = ask({"animations"});
+        for (const nlohmann::json& entry : told["animations"])
+            if (entry["node"] == node) return entry;
+        ADD_FAILURE() << node << " is not listed";
+        return {};
+    }
+    const bool ready;
+};
+
+TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
+    Picture early, late;
+    {
+        AnimationWall wall("2x2");
+        ASSERT_TRUE(wall.ready) << wall.logs();
+        EXPECT_TRUE(wall.named("/crawl")["playing"]);
+        EXPECT_EQ(wall.named("/crawl")["channels"], 50);
+        wall.standAt("0.5");
+        EXPECT_FALSE(wall.named("/crawl")["playing"]);
+        EXPECT_EQ(wall.named("/crawl")["time"], 0.5);
+        early = wall.picture("early");
+        wall.standAt("1.25");
+        late = wall.picture("late");
+        EXPECT_GT(pixelsThatDiffer(early, late), 1000u);
+        // On from there, and faster: it comes around, and the crane is stopped by the wall.
+        wall.tell({"speed", "/crawl", "7"});
+        wall.tell({"speed", "/swing", "20"});
+        for (const char* node : {"/crawl", "/swing"}) wall.tell({"play", node});
+        for (int i = 0; i < 200 && wall.placeOf("/crane").x() < 2.0; ++i) wall.settle();
+        EXPECT_GT(wall.placeOf("/crane").x(), 2.0);
+        EXPECT_LT(wall.placeOf("/crane").x(), 2.4 - 0.15 - 0.2);
+        EXPECT_FALSE(wall.contacts().empty());
+        wall.tell({"undo"});  // of the last play: playing itself is no step
+        EXPECT_FALSE(wall.named("/swing")["playing"]);
+        EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
+    }
+    AnimationWall one("1x1");
+    ASSERT_TRUE(one.ready) << one.logs();
+    one.standAt("1.25");
+    EXPECT_EQ(pixelsThatDiffer(one.picture("late"), late), 0u);
+    one.standAt("0.5");
+    EXPECT_EQ(pixelsThatDiffer(one.picture("early"), early), 0u);
+    const Outcome none = one.wall().ctl({"play", "/floor"});
+    EXPECT_NE(none.exitCode, 0);
+    EXPECT_NE(none.output.find("/floor is no animation"), std::string::npos) << none.output;
+    EXPECT_NE(one.wall().ctl({"seek", "/crawl", "1e300"}).exitCode, 0);
+    (void)one.finish();
+}
+
+}  // namespace
+}  // namespace tessera::test
