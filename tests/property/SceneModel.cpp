@@ -39,9 +39,9 @@ double someNumber(Random& random) {
     }
 }
 
-/// 1 lies within the bounds of every field that has some.
+/// Within the bounds of a field: itself, or what is nearest to 1.
 double within(const FieldInfo& field, double number) {
-    return number < field.least || number > field.greatest ? 1.0 : number;
+    return number < field.least || number > field.greatest ? std::clamp(1.0, field.least, field.greatest) : number;
 }
 
 std::string someName(Random& random) {
