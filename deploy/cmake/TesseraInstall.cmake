@@ -4,6 +4,10 @@ include(CMakePackageConfigHelpers)
 
 set(application_layers base input math change field cores scene session wall output codec net application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
+# Tessera::rays, for applications that ask what rays meet; and the layers that it needs besides.
+set(ray_layers geometry freeform drawable rays)
+list(APPEND application_targets tessera_geometry tessera_freeform tessera_freeform_subdivision tessera_freeform_nurbs
+  tessera_freeform_nurbs_tessellation tessera_lattice tessera_drawable tessera_rays)
 set(package_folder lib/cmake/Tessera)
 
 install(TARGETS ${application_targets} tessera_proto EXPORT TesseraTargets
@@ -12,13 +16,13 @@ install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} 
 
 # Headers keep their paths from the root: #include "common/application/Application.h". Those that only a module's own .cpp files
 # include stay here; they need Asio or protobuf.
-foreach(layer ${application_layers})
+foreach(layer ${application_layers} ${ray_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
     PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/ApplicationUnpacker.h" EXCLUDE
     PATTERN "common/codec/WallMessage.h" EXCLUDE PATTERN "common/codec/OutputMessage.h" EXCLUDE
     PATTERN "common/codec/TrackingMessage.h" EXCLUDE PATTERN "common/codec/NavigationMessage.h" EXCLUDE
-    PATTERN "common/codec/ApplicationNavigationParts.h" EXCLUDE
+    PATTERN "common/codec/ApplicationNavigationParts.h" EXCLUDE PATTERN "common/codec/ApplicationSceneHeads.h" EXCLUDE
     PATTERN "common/codec/ApplicationTrackingParts.h" EXCLUDE PATTERN "common/wall/WallNames.h" EXCLUDE
     PATTERN "common/application/Connection.h" EXCLUDE
     PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)

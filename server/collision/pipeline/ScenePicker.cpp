@@ -112,10 +112,13 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         if (!shape) return;
         const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit);
         if (!hit || (best && (hit->t > best->t || (hit->t == best->t && !handler.precedes(number, bestPlace))))) return;
-        best = PickHit{place.node, hit->face, ray.origin + hit->t * ray.direction, hit->t};
+        best = PickHit{.node = place.node, .face = hit->face, .point = ray.origin + hit->t * ray.direction, .t = hit->t};
         bestPlace = number;
         limit = hit->t;
     });
+    if (!best) return best;
+    const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
+    if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
     return best;
 }
 

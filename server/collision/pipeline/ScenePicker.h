@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "common/math/Ray.h"
+#include "common/rays/HitDetails.h"
+#include "common/rays/PickTree.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/mesh/QueryWork.h"
 #include "server/collision/mesh/TriangleTriangle.h"
 #include "server/collision/objects/ObjectHandler.h"
-#include "server/collision/pipeline/PickTree.h"
 
 namespace tessera {
 
@@ -22,6 +23,7 @@ struct PickHit {
     std::uint32_t face = 0;       ///< triangle index in the geometry; of points, 8 for each (common/geometry/Points.h)
     Vec3d point = Vec3d::Zero();  ///< world
     double t = 0;                 ///< in lengths of the ray's direction
+    HitDetails details = {};      ///< normal, barycentric weights, texture coordinate
 };
 
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands

@@ -14,6 +14,8 @@ TEST(Pick, TheNearestVisibleTriangle) {
     ASSERT_TRUE(hit);
     EXPECT_EQ(hit->node, near.shape);
     EXPECT_DOUBLE_EQ(hit->t, 1.5);
+    EXPECT_TRUE(hit->details.normal.isApprox(Vec3d::UnitZ()));
+    EXPECT_NEAR(hit->details.weights.sum(), 1, 1e-15);
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.1, 0.2, 0), Vec3d::UnitZ()}));
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.6, 0, 0), -Vec3d::UnitZ()}));
 }

@@ -1,4 +1,4 @@
-#include "server/collision/pipeline/PickTree.h"
+#include "common/rays/PickTree.h"
 
 #include <algorithm>
 #include <utility>
