@@ -29,6 +29,8 @@ struct Words {
     std::string loadUp;
     verb::Set set;
     verb::Remove remove;
+    verb::Clone clone;
+    verb::Find find;
     verb::Pick pick;
     verb::Snapshot snapshot;
     verb::Save save;
@@ -266,6 +268,23 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
 
+    CLI::App* clone = app.add_subcommand("clone", "A node and all below it once more, beside it");
+    clone->add_option("NODE", in.clone.node, "/path/of/names or #id")->required();
+    clone->add_option("--under", in.clone.under, "Below this node instead")->type_name("NODE");
+    clone->add_option("--name", in.clone.name, "Of the copy (as the original's)")->type_name("NAME");
+    clone->add_flag("--deep", in.clone.deep, "Cores, materials, images too: else it shares them");
+    clone->add_option("--share", in.clone.share, "With --deep: but for this type of core, material,\nimage …, or this node's core, or #id")
+        ->type_name("TYPE|NODE");
+
+    CLI::App* find = app.add_subcommand("find", "The nodes that an expression names");
+    find->footer("wheel*  /hall/**/wheel?  //*[Geometry][visible]  /hall/crane/*[hidden]\n"
+                 "* stands for any characters of a name, ? for one, ** for any number of levels.");
+    find->add_option("EXPRESSION", in.find.expression, "A path with * ? ** //, and conditions in brackets:\na type of core, visible, hidden")->required();
+    find->add_option("--under", in.find.under, "The expression's / (the root)")->type_name("NODE");
+    find->add_option("--type", in.find.type, "Only nodes with such a core")->type_name("TYPE");
+    find->add_option("--page-size", in.find.pageSize, "Nodes in one answer of the server, 1 to 512 (256)")->type_name("N")->check(CLI::Range(1, 512));
+    find->add_option("--limit", in.find.limit, "Nodes at most (all)")->type_name("N")->check(CLI::Range(0, 100'000'000));
+
     CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
     types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
 
@@ -389,6 +408,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (move->parsed()) return moveVerb(in);
         if (set->parsed()) return in.set;
         if (remove->parsed()) return in.remove;
+        if (clone->parsed()) {
+            if (!in.clone.deep && !in.clone.share.empty())
+                return fail(ErrorCode::kUsage, "clone: --share needs --deep: without it all cores are shared");
+            return in.clone;
+        }
+        if (find->parsed()) return in.find;
         if (undo->parsed()) return verb::Undo{};
         if (redo->parsed()) return verb::Redo{};
         if (view->parsed()) return viewVerb(in, scale->count() > 0);

@@ -35,6 +35,20 @@ struct Set {
 struct Remove {
     std::string node;
 };
+struct Clone {
+    std::string node;
+    std::string under;  ///< a node; empty: beside the original
+    std::string name;   ///< empty: as the original's
+    bool deep = false;
+    std::vector<std::string> share;  ///< names of types, nodes and objects
+};
+struct Find {
+    std::string expression;
+    std::string under = "/";      ///< the expression's "/"
+    std::string type;             ///< of cores; empty: any
+    std::uint32_t pageSize = 256;
+    std::int64_t limit = -1;      ///< nodes; -1: all
+};
 struct Undo {};
 struct Redo {};
 struct View {
@@ -101,7 +115,7 @@ struct Save {
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
                            verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                            verb::Save, verb::Trackers, verb::PlayTracker, verb::Show,
-                           verb::Animations, verb::Play>;
+                           verb::Animations, verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {
     std::string server;

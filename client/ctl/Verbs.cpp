@@ -13,6 +13,7 @@
 #include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/SceneTree.h"
+#include "client/ctl/SearchVerbs.h"
 #include "client/ctl/TrackingVerbs.h"
 #include "client/image/Picture.h"
 #include "common/scenefile/SceneFile.h"
@@ -241,6 +242,23 @@ Expected<Answer> run(Application& application, const verb::Remove& remove) {
     return answer;
 }
 
+Expected<Answer> run(Application& application, const verb::Clone& clone) {
+    const Expected<request::Clone> wish = cloneWish(application, clone);
+    if (!wish) return tl::unexpected(wish.error());
+    const Expected<answer::Committed> committed = application.cloneNode(*wish);
+    if (!committed) return tl::unexpected(committed.error());
+    const ObjectId copy = committed->ids.empty() ? ObjectId() : committed->ids.front().second;
+    SceneNames names(application);
+    names.learn(std::span(&copy, 1));
+    const std::string path = names.node(copy);
+    Answer answer = committedAnswer(application, *committed,
+                                    fmt::format("cloned {} as {}: {} new objects", clone.node, path, committed->created));
+    answer.json["node"] = copy.value;
+    answer.json["path"] = path;
+    answer.json["objects"] = committed->created;
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::Undo&) {
     const Expected<answer::Committed> committed = application.undo();
     if (!committed) return tl::unexpected(committed.error());
@@ -290,13 +308,23 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
     SceneNames names(application);
     names.learn(std::span(&picked->node, 1));
     const std::string path = names.node(picked->node);
-    return Answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf(picked->point)),
+    Answer answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf(picked->point)),
                   {{"hit", true},
                    {"node", picked->node.value},
                    {"path", path},
                    {"face", picked->face},
-                   {"point", jsonOf(picked->point)}},
+                   {"point", jsonOf(picked->point)},
+                   {"distance", picked->t},
+                   {"normal", jsonOf(picked->normal)},
+                   {"barycentric", Json::array({1 - picked->corners.sum(), picked->corners.x(), picked->corners.y()})}},
                   {}};
+    answer.text += fmt::format("{} away, normal {}", picked->t, textOf(picked->normal));
+    if (picked->texcoord) {
+        answer.text += fmt::format(", texture at {} {}", picked->texcoord->x(), picked->texcoord->y());
+        answer.json["texcoord"] = Json::array({picked->texcoord->x(), picked->texcoord->y()});
+    }
+    answer.text += "\n";
+    return answer;
 }
 
 Expected<Answer> run(Application& application, const verb::Save& save) {
@@ -352,6 +380,7 @@ struct Runner {
     Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
     Expected<Answer> operator()(const verb::Fly&) const { return flyByTerminal(application, print); }
     Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
+    Expected<Answer> operator()(const verb::Find& find) const { return run(application, find, json, print); }
     template <typename Verb>
     Expected<Answer> operator()(const Verb& verb) const {
         return run(application, verb);

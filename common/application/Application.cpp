@@ -451,6 +451,22 @@ Expected<answer::Committed> Application::removeNode(ObjectId node) {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Remove{node}));
 }
 
+Expected<answer::Committed> Application::cloneNode(const request::Clone& wish) {
+    return impl_->settled(impl_->askFor<answer::Committed>(wish));
+}
+
+Expected<answer::FoundPage> Application::find(request::Find wanted) {
+    const TimePoint deadline = clockNow() + impl_->options.timeout;
+    for (;;) {
+        Expected<answer::FoundPage> page = impl_->askFor<answer::FoundPage>(wanted);
+        if (!page || !page->nodes.empty() || page->next.empty()) return page;
+        if (clockNow() >= deadline)
+            return fail(ErrorCode::kNetwork, fmt::format("the server at {} found nothing within {} ms, and has not looked everywhere",
+                                                         impl_->options.address, impl_->options.timeout.count()));
+        wanted.after = std::move(page->next);
+    }
+}
+
 Expected<ObjectInfo> Application::describe(const std::string& name) {
     Expected<std::vector<ObjectInfo>> infos = describe(std::span(&name, 1));
     if (!infos) return tl::unexpected(infos.error());

@@ -83,6 +83,11 @@ public:
     /// meanwhile: what comes, goes or moves while the pages come is told as some page saw it, or not at all.
     [[nodiscard]] Expected<SceneExcerpt> fetchTree(request::GetTree wanted);
 
+    /// A page of the nodes that an expression names ("/hall/**/wheel*", "//*[Geometry]": common/scene/Search.h), in the order of the document. It
+    /// tells something, or is the last: `next` is empty then. Else `next` as `after` asks for the one behind it. The server goes on meanwhile:
+    /// what stays in its place is found, what comes, goes or moves may be found or not.
+    [[nodiscard]] Expected<answer::FoundPage> find(request::Find wanted);
+
     // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
 
     /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the
@@ -138,6 +143,9 @@ public:
     [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move);
     /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes it).
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
+    /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step of undo. The copy is
+    /// `ids.front().second`.
+    [[nodiscard]] Expected<answer::Committed> cloneNode(const request::Clone& wish);
     /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
     /// Transform of its own where it is a model or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/codec/ApplicationNavigationParts.h"
+#include "common/codec/ApplicationSceneHeads.h"
 #include "common/codec/ApplicationTrackingParts.h"
 #include "common/codec/ApplicationUnpacker.h"
 #include "proto/application.pb.h"
@@ -26,14 +27,6 @@ void put(pb::Vector* out, const Vec3d& v) {
     out->set_x(v.x());
     out->set_y(v.y());
     out->set_z(v.z());
-}
-void put(pb::Picked* out, const answer::Picked& picked) {
-    out->set_hit(picked.hit);
-    out->set_node(picked.node.value);
-    out->set_face(picked.face);
-    put(out->mutable_point(), picked.point);
-    out->set_x_px(picked.xPx);
-    out->set_y_px(picked.yPx);
 }
 void put(pb::Contacts* out, const answer::Contacts& contacts) {
     out->set_frame(contacts.frame.value);
@@ -157,14 +150,18 @@ void pack(const request::GetObjects& r, pb::RequestHead& head, Parts&) {
     out.set_paths(r.paths);
 }
 void pack(const request::GetTree& r, pb::RequestHead& head, Parts& parts) {
-    pb::GetTree& out = *head.mutable_get_tree();
-    out.set_node(r.node.value);
-    out.set_levels(r.levels);
-    out.set_core_type(r.coreType.value);
+    putGetTree(*head.mutable_get_tree(), r);
     parts = {recordBytes(r.after), recordBytes(r.cores)};
 }
 void pack(const request::Remove& r, pb::RequestHead& head, Parts&) {
     head.mutable_remove()->set_node(r.node.value);
+}
+void pack(const request::Clone& r, pb::RequestHead& head, Parts&) {
+    putClone(*head.mutable_clone(), r);
+}
+void pack(const request::Find& r, pb::RequestHead& head, Parts& parts) {
+    putFind(*head.mutable_find(), r);
+    parts = {recordBytes(r.after)};
 }
 void pack(const request::GetTrackers&, pb::RequestHead& head, Parts&) {
     head.mutable_get_trackers();
@@ -231,17 +228,6 @@ ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& i
     return out;
 }
 
-ApplicationRequest unpackGetTree(const pb::GetTree& head, ApplicationUnpacker& in) {
-    in.expectParts(2);
-    request::GetTree out;
-    out.node = ObjectId{head.node()};
-    out.levels = head.levels();
-    out.after = in.records<ObjectId>(0, in.limits().maxDepth);
-    out.coreType = in.objectType(head.core_type());
-    out.cores = in.records<ObjectId>(1, in.limits().maxFilterCores);
-    return out;
-}
-
 request::Load unpackLoad(const pb::Load& from, ApplicationUnpacker& in) {
     request::Load load{in.text(from.path()), ObjectId{from.parent()}};
     if (from.has_at()) load.placing.at = in.vector(from.at());
@@ -255,7 +241,7 @@ request::Load unpackLoad(const pb::Load& from, ApplicationUnpacker& in) {
 ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
     const bool hasParts =
         head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree ||
-        head.what_case() == pb::RequestHead::kNavigate;
+        head.what_case() == pb::RequestHead::kNavigate || head.what_case() == pb::RequestHead::kFind;
     if (!hasParts) in.expectParts(0);
     switch (head.what_case()) {
         case pb::RequestHead::kPropose:
@@ -292,9 +278,13 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
                                        .paths = head.get_objects().paths(),
                                        .content = head.get_objects().content()};
         case pb::RequestHead::kGetTree:
-            return unpackGetTree(head.get_tree(), in);
+            return readGetTree(head.get_tree(), in);
         case pb::RequestHead::kRemove:
             return request::Remove{ObjectId{head.remove().node()}};
+        case pb::RequestHead::kClone:
+            return readClone(head.clone(), in);
+        case pb::RequestHead::kFind:
+            return readFind(head.find(), in);
         case pb::RequestHead::kGetTrackers:
             return request::GetTrackers{};
         case pb::RequestHead::kShow:
@@ -345,6 +335,7 @@ Bytes join(const answer::Done&, pb::AnswerHead& head) {
 Bytes join(const answer::Committed& a, pb::AnswerHead& head) {
     head.mutable_committed()->set_sequence(a.sequence.value);
     head.mutable_committed()->set_removed(a.removed);
+    head.mutable_committed()->set_created(a.created);
     std::vector<IdPair> ids;
     ids.reserve(a.ids.size());
     for (const auto& [placeholder, id] : a.ids) ids.push_back({placeholder.value, id.value});
@@ -397,7 +388,7 @@ Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
     return joinParts(head, {});
 }
 Bytes join(const answer::Picked& a, pb::AnswerHead& head) {
-    put(head.mutable_picked(), a);
+    putPicked(*head.mutable_picked(), a);
     return joinParts(head, {});
 }
 Bytes join(const answer::Images& a, pb::AnswerHead& head) {
@@ -424,6 +415,12 @@ Bytes join(const answer::TreePage& a, pb::AnswerHead& head) {
     const Bytes nodes = packTree(a.nodes);
     return joinParts(head, std::array<ByteSpan, 3>{nodes, recordBytes(a.next), a.content});
 }
+Bytes join(const answer::FoundPage& a, pb::AnswerHead& head) {
+    head.mutable_found_page()->set_sequence(a.sequence.value);
+    head.mutable_found_page()->set_looked_at(a.lookedAt);
+    const PackedObjects packed = packObjects(a.nodes);
+    return joinParts(head, std::array<ByteSpan, 3>{packed.records, packed.texts, recordBytes(a.next)});
+}
 
 Bytes join(const answer::Trackers& a, pb::AnswerHead& head) {
     putTrackers(*head.mutable_trackers(), a);
@@ -432,7 +429,7 @@ Bytes join(const answer::Trackers& a, pb::AnswerHead& head) {
 
 answer::Committed unpackCommitted(const pb::Committed& head, ApplicationUnpacker& in) {
     in.expectParts(2);
-    answer::Committed out{Sequence{head.sequence()}, {}, {}, head.removed()};
+    answer::Committed out{Sequence{head.sequence()}, {}, {}, head.removed(), head.created()};
     const auto ids = in.records<IdPair>(0, in.limits().maxIds);
     out.ids.reserve(ids.size());
     for (const IdPair& pair : ids) out.ids.emplace_back(ObjectId{pair.placeholder}, ObjectId{pair.id});
@@ -500,7 +497,7 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
                                   in.texts(head.loaded().notes(), answer::Loaded::kMostNotes)};
         case pb::AnswerHead::kPicked:
             in.expectParts(0);
-            return in.picked(head.picked());
+            return readPicked(head.picked(), in);
         case pb::AnswerHead::kContacts:
             return in.contacts(head.contacts());
         case pb::AnswerHead::kImages:
@@ -515,6 +512,8 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
             return in.objects(head.objects());
         case pb::AnswerHead::kTreePage:
             return in.treePage(head.tree_page());
+        case pb::AnswerHead::kFoundPage:
+            return in.foundPage(head.found_page());
         case pb::AnswerHead::kTrackers:
             in.expectParts(0);
             return readTrackers(head.trackers(), in);
@@ -534,7 +533,7 @@ Bytes join(const notice::Frame& n, pb::NoticeHead& head) {
     return joinParts(head, {});
 }
 Bytes join(const answer::Picked& n, pb::NoticeHead& head) {
-    put(head.mutable_picked(), n);
+    putPicked(*head.mutable_picked(), n);
     return joinParts(head, {});
 }
 
@@ -554,7 +553,7 @@ ApplicationNotice unpackNotice(const pb::NoticeHead& head, ApplicationUnpacker& 
             return in.contacts(head.contacts());
         case pb::NoticeHead::kPicked:
             in.expectParts(0);
-            return in.picked(head.picked());
+            return readPicked(head.picked(), in);
         case pb::NoticeHead::kEvents:
             return in.events(head.events());
         case pb::NoticeHead::kDistances:

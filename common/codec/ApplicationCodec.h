@@ -61,6 +61,23 @@ struct GetTree {
 struct Remove {
     ObjectId node;
 };
+/// A node with everything below it once more (`cloneList` in common/scene/Clones.h says what each means).
+struct Clone {
+    ObjectId node, under;
+    std::string name;
+    bool deep = false;
+    std::vector<ObjectType> shareTypes;
+    std::vector<ObjectId> shareObjects;
+};
+/// A page of the nodes that an expression finds (common/scene/PathPattern.h), in the order of the document. What one page costs is bounded,
+/// however large the scene is: it may tell nothing and not be the last. While the pages are asked for the scene may change as with GetTree.
+struct Find {
+    std::string expression;
+    ObjectId node = kRootNode;  ///< the expression's "/": what is below it is searched
+    ObjectType coreType;        ///< only nodes with such a core; none: any
+    std::uint32_t pageSize = 256;  ///< nodes told at most; the server has a bound of its own
+    std::vector<ObjectId> after;   ///< `FoundPage::next` of the page before; empty: from the start
+};
 /// Moves the wall in the world, or a user's head in the wall. Unset parts stay. `reset`: back to the scene's camera.
 struct SetView {
     std::optional<Vec3d> position;
@@ -117,17 +134,19 @@ using ApplicationRequest =
     std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
                  request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
-                 request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate>;
+                 request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate,
+                 request::Clone, request::Find>;
 
 namespace answer {
 
 struct Committed {
     Sequence sequence;
-    /// Ids given to the placeholders of the proposal.
+    /// Ids given to the placeholders of the proposal; of a Clone the copy of its node alone.
     std::vector<std::pair<ObjectId, ObjectId>> ids;
     /// Objects whose transforms the collision response kept from going where the proposal wanted them.
     std::vector<ObjectId> stopped;
     std::uint64_t removed = 0;  ///< objects that a Remove took away
+    std::uint64_t created = 0;  ///< objects that a Clone made
 };
 struct HostInfo {
     std::string name, state;
@@ -170,6 +189,10 @@ struct Picked {
     std::uint32_t face = 0;
     Vec3d point = Vec3d::Zero();
     double xPx = 0, yPx = 0;
+    double t = 0;                   ///< how far from where the ray begins (the eye, the wand), in world units
+    Vec3d normal = Vec3d::Zero();   ///< of the face, world, of length 1, as its corners turn; zero of a ball and of a face without area
+    Vec2d corners = Vec2d::Zero();  ///< barycentric: how much of the face's second and third corner
+    std::optional<Vec2d> texcoord;  ///< of the first set, where the geometry has one
 };
 struct TileImageValue {
     std::string tile, host;
@@ -187,7 +210,7 @@ struct Done {};
 using ApplicationAnswer =
     std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
                  answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
-                 answer::TreePage, answer::Trackers>;
+                 answer::TreePage, answer::Trackers, answer::FoundPage>;
 
 namespace notice {
 struct Frame {
@@ -210,6 +233,7 @@ struct ApplicationLimits {
     std::size_t maxCollisionBytes = std::size_t{16} << 20;
     std::size_t maxNames = 256;         ///< asked for at once
     std::size_t maxFilterCores = 4096;  ///< of one GetTree
+    std::size_t maxShared = 4096;       ///< types, and objects, that one Clone shares
     std::size_t maxPageNodes = 4096;
     std::size_t maxDepth = 4096;  ///< nodes from a page's top to where the next one begins
     /// Of paths and of content in one answer, each.

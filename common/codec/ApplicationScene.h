@@ -44,6 +44,12 @@ struct TreePage {
     ByteSlice content;            ///< as in Objects
     std::vector<ObjectId> next;   ///< `GetTree::after` of the next page; empty: this is the last
 };
+struct FoundPage {
+    Sequence sequence;
+    std::vector<ObjectInfo> nodes;  ///< in the order of the document
+    std::vector<ObjectId> next;     ///< `Find::after` of the next page; empty: this is the last
+    std::uint64_t lookedAt = 0;     ///< nodes, for this page
+};
 
 }  // namespace answer
 }  // namespace tessera

@@ -39,9 +39,6 @@ public:
         if (!tellsRotation(q.squaredNorm())) refuse(ErrorCode::kBadInput, "a quaternion that cannot be normalised");
         return q;
     }
-    answer::Picked picked(const proto::application::Picked& p) {
-        return {p.hit(), ObjectId{p.node()}, p.face(), vector(p.point()), finite(p.x_px()), finite(p.y_px())};
-    }
     answer::Contacts contacts(const proto::application::Contacts& head) {
         expectCollision(1);
         return {FrameNumber(head.frame()), head.begun(), taken(unpackContacts(part(0), limits_.maxContacts)),
@@ -68,6 +65,11 @@ public:
     answer::Objects objects(const proto::application::Objects& head) {
         expectScene();
         return {Sequence(head.sequence()), taken(unpackObjects(part(0), part(1), limits_.maxNames)), bytes(2)};
+    }
+    answer::FoundPage foundPage(const proto::application::FoundPage& head) {
+        expectScene();
+        return {Sequence(head.sequence()), taken(unpackObjects(part(0), part(1), limits_.maxPageNodes)), records<ObjectId>(2, limits_.maxDepth),
+                head.looked_at()};
     }
     answer::TreePage treePage(const proto::application::TreePage& head) {
         expectScene();

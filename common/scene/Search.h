@@ -62,9 +62,9 @@ struct SearchPage {
     std::size_t lookedAt = 0;
 };
 
-/// A page of what the pattern names. What one costs is bounded by the options, however large the scene is: it may find nothing and not be the
-/// last. The scene may change between pages: what stays in its place is told once (perhaps twice where a node of `after` has gone or moved;
-/// where one has moved among its own siblings, those that it has passed by may be missed); what comes, goes or moves meanwhile is told or not. kNotFound: `top` is no node. kBadInput: `after` leads down from another one.
+/// A page of what the pattern names, at a bounded cost: it may find nothing and not be the last. While the scene changes between pages, what stays
+/// in its place is told once (where a node of `after` has gone or moved perhaps twice; where one has moved among its own siblings, those passed by
+/// perhaps not), what comes, goes or moves is told or not. kNotFound: `top` is no node. kBadInput: `after` leads down from another one.
 [[nodiscard]] Expected<SearchPage> searchPage(const Aspect& aspect, const PathPattern& pattern, const SearchOptions& options);
 
 /// Whether no Switch above the node shows another of its children instead.

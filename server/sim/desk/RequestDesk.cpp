@@ -6,6 +6,7 @@
 
 #include "common/base/Utf8.h"
 #include "common/codec/ChangeCodec.h"
+#include "common/scene/Clones.h"
 #include "common/scene/Edits.h"
 #include "server/sim/desk/SceneAnswers.h"
 
@@ -18,6 +19,7 @@ constexpr std::size_t kMostNoteBytes = 500;
 template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
                             std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
+                            std::is_same_v<Request, request::Clone> ||
                             std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
 
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
@@ -173,6 +175,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, Tim
         picked.node = hit->node;
         picked.face = hit->face;
         picked.point = hit->point;
+        picked.t = hit->t * ray->direction.norm();
+        picked.normal = hit->details.normal;
+        picked.corners = hit->details.weights.tail<2>();
+        picked.texcoord = hit->details.texcoord;
     }
     ServerActions actions = news_.picked(picked);
     append(actions, answer(asker, ApplicationAnswer(picked)));
@@ -257,6 +263,29 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
     const std::uint64_t removed = list->destructions.size();
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list)}, .removed = removed};
     return queueEdit(ticket, {}, now);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, TimePoint now) {
+    const Aspect& scene = around_.simulation.scene();
+    const CloneOptions options{.under = wish.under,
+                               .name = wish.name,
+                               .deep = wish.deep,
+                               .shareTypes = wish.shareTypes,
+                               .shareObjects = wish.shareObjects,
+                               .maxChanges = limits_.maxProposalChanges};
+    Expected<Clone> clone = cloneList(scene, wish.node, options);
+    if (!clone) return refuse(asker, clone.error());
+    const std::uint64_t ticket = nextTicket_++;
+    std::vector<Blob> named = blobsOf(clone->list);
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(clone->list)}, .created = clone->objects, .copy = clone->node};
+    return queueEdit(ticket, std::move(named), now);
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
+    Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
+    if (!page) return refuse(asker, page.error());
+    page->sequence = around_.simulation.sequence();
+    return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
 Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
@@ -417,9 +446,12 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
 Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditOutcome& outcome,
                                                    Sequence sequence) const {
     if (!outcome.result) return tl::unexpected(outcome.result.error());
-    if (!open.isLoad)
-        return ApplicationAnswer(answer::Committed{
-            .sequence = sequence, .ids = outcome.ids, .stopped = outcome.stopped, .removed = open.removed});
+    if (!open.isLoad) {
+        answer::Committed committed{.sequence = sequence, .stopped = outcome.stopped, .removed = open.removed, .created = open.created};
+        for (const auto& pair : outcome.ids)
+            if (!open.copy || pair.first == open.copy) committed.ids.push_back(pair);
+        return ApplicationAnswer(std::move(committed));
+    }
     answer::Loaded loaded = open.loaded;
     const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
     if (given != outcome.ids.end())

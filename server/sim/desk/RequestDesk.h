@@ -94,6 +94,8 @@ private:
         Edit edit;  ///< waiting for blobs or a frame
         std::vector<Blob> announced;  ///< can be fetched until its outcome is known
         std::uint64_t removed = 0;  ///< of a Remove: objects
+        std::uint64_t created = 0;  ///< of a Clone: objects
+        ObjectId copy = {};         ///< of a Clone: the placeholder of the node's copy
         std::size_t bytes = 0;  ///< of the proposal
         bool isLoad = false;
         std::vector<ChangeList> parts;  ///< of a load that takes several frames
@@ -120,6 +122,8 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::GetObjects&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Clone&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Find&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);

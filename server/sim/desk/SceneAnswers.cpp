@@ -8,6 +8,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/Search.h"
 
 namespace tessera {
 
@@ -197,6 +198,42 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree&
     }
     page.next = walk.way();
     page.content = content.encoded();
+    return page;
+}
+
+Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::Find& wanted, const PageLimits& limits) {
+    const Expected<PathPattern> pattern = PathPattern::parse(wanted.expression);
+    if (!pattern) return tl::unexpected(pattern.error());
+    SearchOptions options{.top = wanted.node, .coreType = wanted.coreType, .after = wanted.after};
+    options.maxFound = std::clamp<std::size_t>(wanted.pageSize, 1, limits.maxTold);
+    options.maxLookedAt = limits.maxLookedAt;
+    Expected<SearchPage> found = searchPage(scene, *pattern, options);
+    if (!found) return tl::unexpected(found.error());
+
+    answer::FoundPage page;
+    page.next = std::move(found->next);
+    page.lookedAt = found->lookedAt;
+    std::vector<ObjectId> named;
+    std::vector<std::size_t> places;
+    std::unordered_set<ObjectId> parents;
+    std::size_t siblings = 0;
+    for (const ObjectId id : found->found) {
+        page.nodes.push_back(infoOf(scene, id));
+        page.nodes.back().path = fmt::format("#{}", id.value);
+        std::vector<ObjectId> added;
+        std::size_t more = 0;
+        for (ObjectId at = scene.get<Node>(id)->parent; at && !parents.contains(at); at = scene.get<Node>(at)->parent) {
+            more += scene.get<Node>(at)->children.size();
+            added.push_back(at);
+        }
+        if (siblings + more > limits.maxSiblings) continue;
+        siblings += more;
+        parents.insert(added.begin(), added.end());
+        named.push_back(id);
+        places.push_back(page.nodes.size() - 1);
+    }
+    std::vector<std::string> paths = pathsOf(scene, named);
+    for (std::size_t i = 0; i < places.size(); ++i) page.nodes[places[i]].path = std::move(paths[i]);
     return page;
 }
 

@@ -16,9 +16,14 @@ struct PageLimits {
     std::size_t maxLookedAt = 8192;  ///< nodes, told or not
     /// Of fields, about; the node that goes beyond it is still told.
     std::size_t maxBytes = std::size_t{256} << 10;
+    std::size_t maxSiblings = 65'536;  ///< looked at for the paths of what is found
 };
 /// kNotFound: `wanted.node` is no node (any more).
 [[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree& wanted,
                                                   const PageLimits& limits = {});
+
+/// A page of what `wanted.expression` names (common/scene/Search.h). kUsage: it is no expression. A node's path looks at all siblings on its way;
+/// where these are too many for one page, `path` is its number ("#17").
+[[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::Find& wanted, const PageLimits& limits = {});
 
 }  // namespace tessera

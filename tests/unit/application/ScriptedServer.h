@@ -14,6 +14,7 @@
 #include "common/codec/WallCodec.h"
 #include "common/net/Transport.h"
 #include "common/scene/Aspect.h"
+#include "common/scene/Clones.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/desk/SceneAnswers.h"
@@ -212,6 +213,23 @@ private:
             return treePage(scene_, *tree, {.maxTold = 2}).map([](answer::TreePage page) {
                 return ApplicationAnswer(std::move(page));
             });
+        if (const auto* find = std::get_if<request::Find>(&asked))
+            return foundPage(scene_, *find, {.maxLookedAt = 2}).map([](answer::FoundPage page) { return ApplicationAnswer(std::move(page)); });
+        if (const auto* clone = std::get_if<request::Clone>(&asked)) {
+            Expected<Clone> made = cloneList(scene_, clone->node,
+                                             {.under = clone->under,
+                                              .name = clone->name,
+                                              .deep = clone->deep,
+                                              .shareTypes = clone->shareTypes,
+                                              .shareObjects = clone->shareObjects});
+            if (!made) return tl::unexpected(made.error());
+            Expected<ApplicationAnswer> committed = commitLocked(std::move(made->list));
+            if (!committed) return committed;
+            answer::Committed& told = std::get<answer::Committed>(*committed);
+            told.created = made->objects;
+            std::erase_if(told.ids, [&](const auto& pair) { return pair.first != made->node; });
+            return committed;
+        }
         if (const auto* remove = std::get_if<request::Remove>(&asked)) {
             Expected<ChangeList> list = removalList(scene_, remove->node);
             if (!list) return tl::unexpected(list.error());

@@ -89,6 +89,24 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     EXPECT_EQ(tree.coreType, ObjectType{5});
     EXPECT_EQ(tree.cores, (std::vector{ObjectId{6}, ObjectId{7}}));
     EXPECT_EQ(std::get<request::Remove>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
+    const auto clone = std::get<request::Clone>(*decodeRequest(encodeRequest(everyRequest()[20])));
+    EXPECT_EQ(clone.node, ObjectId{11});
+    EXPECT_EQ(clone.under, ObjectId{12});
+    EXPECT_TRUE(clone.name == "twin" && clone.deep);
+    EXPECT_EQ(clone.shareTypes, std::vector{ObjectType{5}});
+    EXPECT_EQ(clone.shareObjects, (std::vector{ObjectId{13}, ObjectId{14}}));
+    const auto find = std::get<request::Find>(*decodeRequest(encodeRequest(everyRequest()[21])));
+    EXPECT_EQ(find.expression, "/hall/**/wheel*[visible]");
+    EXPECT_EQ(find.node, ObjectId{3});
+    EXPECT_EQ(find.coreType, ObjectType{4});
+    EXPECT_EQ(find.pageSize, 17u);
+    EXPECT_EQ(find.after, (std::vector{ObjectId{3}, ObjectId{9}}));
+    const auto found = std::get<answer::FoundPage>(*decodeAnswer(encodeAnswer(everyAnswer()[13])));
+    EXPECT_EQ(found.sequence, 36_seq);
+    EXPECT_EQ(found.nodes, twoObjects());
+    EXPECT_EQ(found.next, (std::vector{ObjectId{1}, ObjectId{5}}));
+    EXPECT_EQ(found.lookedAt, 37u);
+    EXPECT_EQ(std::get<answer::Committed>(*decodeAnswer(encodeAnswer(everyAnswer()[1]))).created, 26u);
     for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
         EXPECT_EQ(std::get<request::Show>(*decodeRequest(encodeRequest(request::Show{showing}))).showing, showing);
     EXPECT_EQ(decodeRequest(encodeRequest(request::Show{static_cast<Showing>(kLastShowing + 1)})).error().code, ErrorCode::kUnsupported);
@@ -99,6 +117,9 @@ TEST(ApplicationCodec, NamesAndPagesHaveLimits) {
     request::GetObjects many;
     many.names.assign(ApplicationLimits().maxNames + 1, "/hall");
     EXPECT_EQ(decodeRequest(encodeRequest(many)).error().code, ErrorCode::kLimit);
+    request::Clone sharing;
+    sharing.shareObjects.assign(ApplicationLimits().maxShared + 1, ObjectId{5});
+    EXPECT_EQ(decodeRequest(encodeRequest(sharing)).error().code, ErrorCode::kLimit);
     request::GetTree deep;
     deep.after.assign(ApplicationLimits().maxDepth + 1, ObjectId{1});
     EXPECT_EQ(decodeRequest(encodeRequest(deep)).error().code, ErrorCode::kLimit);
@@ -178,6 +199,10 @@ TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
     EXPECT_EQ(picked.point, Vec3d(1, 2, 3));
     EXPECT_EQ(picked.xPx, 30.5);
     EXPECT_EQ(picked.yPx, 31.5);
+    EXPECT_EQ(picked.t, 2.5);
+    EXPECT_EQ(picked.normal, Vec3d(0, 0, 1));
+    EXPECT_EQ(picked.corners, Vec2d(0.25, 0.5));
+    EXPECT_EQ(picked.texcoord, Vec2d(0.125, 0.75));
 
     const auto contacts = std::get<answer::Contacts>(*decodeAnswer(encodeAnswer(answers[5])));
     EXPECT_EQ(contacts.frame, 100_frame);

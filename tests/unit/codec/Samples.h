@@ -166,7 +166,18 @@ inline std::vector<ApplicationRequest> everyRequest() {
                               .deed = request::Navigate::Deed::kGoToBookmark,
                               .node = ObjectId{9},
                               .bookmark = 3,
-                              .input = InputState{.source = 1, .held = 1, .wheel = ~0ull, .right = -32767, .cursorX = 5}}};
+                              .input = InputState{.source = 1, .held = 1, .wheel = ~0ull, .right = -32767, .cursorX = 5}},
+            request::Clone{.node = ObjectId{11},
+                           .under = ObjectId{12},
+                           .name = "twin",
+                           .deep = true,
+                           .shareTypes = {ObjectType{5}},
+                           .shareObjects = {ObjectId{13}, ObjectId{14}}},
+            request::Find{.expression = "/hall/**/wheel*[visible]",
+                          .node = ObjectId{3},
+                          .coreType = ObjectType{4},
+                          .pageSize = 17,
+                          .after = {ObjectId{3}, ObjectId{9}}}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -192,10 +203,10 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},
-        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}, 25},
+        answer::Committed{Sequence{21}, {{placeholder, ObjectId{22}}}, {ObjectId{23}, ObjectId{24}}, 25, 26},
         status,
         answer::Loaded{ObjectId{25}, 26, 27, {"skins are shown at rest", ""}},
-        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5), Vec2d(0.125, 0.75)},
         twoContacts(),
         answer::Images{{{"front-0-0", "a", 32_frame, some(100)}, {"front-1-0", "b", 33_frame, some(5)}}, {"front-0-1"}},
         answer::PairEvents{1_frame, {anEvent()}, 2},
@@ -212,7 +223,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                            2,
                            3,
                            4,
-                           {{"body 0", "head viewer", 5, 6, 60.5, 7.5, 0.25, 9}}}}}};
+                           {{"body 0", "head viewer", 5, 6, 60.5, 7.5, 0.25, 9}}}}},
+        answer::FoundPage{36_seq, twoObjects(), {ObjectId{1}, ObjectId{5}}, 37}};
 }
 
 inline notice::Poses somePoses() {
@@ -224,7 +236,7 @@ inline notice::Poses somePoses() {
 inline std::vector<ApplicationNotice> everyNotice() {
     return {notice::Frame{40_frame, {"a", "b"}, {"c"}},
             twoContacts(),
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5},
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5), Vec2d(0.125, 0.75)},
             answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
             answer::Distances{1_frame, {aDistance()}, 2},
             answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},

@@ -61,6 +61,8 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Set>("set /lamp color 1 0.5 -1e-3").values.size(), 3u);
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
     EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");
+    EXPECT_EQ(parsed<verb::Clone>("clone /hall --deep --share Material --share #17").share.size(), 2u);
+    EXPECT_EQ(parsed<verb::Find>("find /hall/**[visible] --page-size 9").pageSize, 9u);
     (void)parsed<verb::Undo>("undo");
     (void)parsed<verb::Redo>("redo");
     EXPECT_EQ(parsed<verb::Pick>("pick 10 20.5").yPx, 20.5);

@@ -67,6 +67,33 @@ TEST(Ctl, SetsAnyFieldByItsName) {
         << "the scene's own rules hold";
 }
 
+TEST(Ctl, FindsPageByPage) {
+    const ScriptedServer server;
+    EXPECT_EQ(ctl(server, {"find", "/hall/**"}).out, "/hall/crane  Transform\n/hall/crane/hook  Geometry\n");
+    EXPECT_EQ(ctl(server, {"find", "h*", "--limit", "1"}).out, "/hall\n");
+    EXPECT_EQ(ctl(server, {"find", "*", "--type", "Geometry"}).out, "/hall/crane/hook  Geometry\n");
+    EXPECT_EQ(askJson(server, {"find", "/*", "--under", "/hall"})["nodes"][0]["path"], "/hall/crane");
+    EXPECT_EQ(askJson(server, {"find", "nobody"})["nodes"].size(), 0u);
+    EXPECT_EQ(ctl(server, {"find", "/a["}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"find", "*", "--type", "Sphere"}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"find", "*", "--under", "/nowhere"}).exitCode, 3);
+}
+
+TEST(Ctl, ClonesAndTakesBack) {
+    const ScriptedServer server;
+    const auto shallow = askJson(server, {"clone", "/hall/crane"});
+    EXPECT_EQ(shallow["path"], "/hall/crane[1]");
+    EXPECT_EQ(shallow["objects"], 2);
+    EXPECT_EQ(ctl(server, {"undo"}).exitCode, 0);
+    const auto deep = askJson(server, {"clone", "/hall/crane", "--deep", "--name", "twin", "--under", "/"});
+    EXPECT_EQ(deep["path"], "/twin");
+    const auto shared = askJson(server, {"clone", "/hall/crane", "--deep", "--share", "Material", "--share", "/hall/crane"});
+    EXPECT_EQ(shared["objects"].get<int>(), deep["objects"].get<int>() - 2) << "a material, and the crane's Transform";
+    EXPECT_EQ(ctl(server, {"clone", "/hall", "--under", "/hall/crane"}).exitCode, 1);
+    EXPECT_EQ(ctl(server, {"clone", "/hall", "--share", "Material"}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"clone", "/hall", "--deep", "--share", "Sphere"}).exitCode, 3);
+}
+
 TEST(Ctl, RemovesAndBringsBack) {
     const ScriptedServer server;
     const auto removed = askJson(server, {"remove", "/hall/crane"});

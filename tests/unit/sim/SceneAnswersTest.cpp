@@ -47,6 +47,21 @@ std::vector<ObjectId> inOrder(const Aspect& scene, ObjectId top, std::uint32_t l
     return ids;
 }
 
+TEST(SceneAnswers, WhatIsFoundHasItsPathUnlessThatWouldTakeTooLong) {
+    const Aspect scene = hall();
+    const Expected<answer::FoundPage> page = foundPage(scene, {.expression = "/hall/*"});
+    ASSERT_TRUE(page);
+    ASSERT_EQ(page->nodes.size(), 2u);
+    EXPECT_EQ(page->nodes[0].path, "/hall/crane");
+    EXPECT_EQ(page->nodes[0].coreType, typeOf<Transform>());
+    EXPECT_EQ(page->nodes[1].path, "/hall/hook");
+    EXPECT_TRUE(page->next.empty());
+    EXPECT_EQ(foundPage(scene, {.expression = "/hall/*"}, {.maxSiblings = 2})->nodes[1].path, "#4") << "two siblings, and one above";
+    EXPECT_EQ(foundPage(scene, {.expression = "/hall/*", .pageSize = 1})->nodes.size(), 1u);
+    EXPECT_EQ(foundPage(scene, {.expression = "/hall["}).error().code, ErrorCode::kUsage);
+    EXPECT_EQ(foundPage(scene, {.expression = "*", .node = ObjectId(5)}).error().code, ErrorCode::kNotFound);
+}
+
 TEST(SceneAnswers, ObjectsAreToldByPathAndByNumber) {
     const Aspect scene = hall();
     const answer::Objects told =

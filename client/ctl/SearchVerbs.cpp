@@ -1,0 +1,68 @@
+#include "client/ctl/SearchVerbs.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+Expected<Answer> run(Application& application, const verb::Find& find, bool json, const Print& print) {
+    request::Find wanted{.expression = find.expression, .pageSize = find.pageSize};
+    if (!find.type.empty()) {
+        const TypeInfo* type = findType(find.type);
+        if (!type || !type->isCore)
+            return fail(ErrorCode::kUsage, fmt::format("find: \"{}\" is no type of core; tessera-ctl types lists them", find.type));
+        wanted.coreType = type->type;
+    }
+    if (find.under != "/") {
+        const Expected<ObjectInfo> top = application.describeNode(find.under);
+        if (!top) return tl::unexpected(top.error());
+        wanted.node = top->id;
+    }
+    Answer answer;
+    answer.json = {{"nodes", nlohmann::ordered_json::array()}};
+    std::int64_t left = find.limit < 0 ? std::numeric_limits<std::int64_t>::max() : find.limit;
+    while (left > 0) {
+        Expected<answer::FoundPage> page = application.find(wanted);
+        if (!page) return tl::unexpected(page.error());
+        std::string lines;
+        for (const ObjectInfo& node : page->nodes) {
+            if (left-- == 0) break;
+            const TypeInfo* core = findType(node.coreType);
+            if (json)
+                answer.json["nodes"].push_back({{"node", node.id.value}, {"path", node.path}, {"core", core ? core->name : std::string_view()}});
+            else
+                lines += fmt::format("{}{}{}\n", node.path, core ? "  " : "", core ? core->name : std::string_view());
+        }
+        if (!lines.empty()) print(lines);
+        if (page->next.empty()) break;
+        wanted.after = std::move(page->next);
+    }
+    return answer;
+}
+
+Expected<request::Clone> cloneWish(Application& application, const verb::Clone& clone) {
+    request::Clone wish{.name = clone.name, .deep = clone.deep};
+    const Expected<ObjectInfo> node = application.describeNode(clone.node);
+    if (!node) return tl::unexpected(node.error());
+    wish.node = node->id;
+    if (!clone.under.empty()) {
+        const Expected<ObjectInfo> under = application.describeNode(clone.under);
+        if (!under) return tl::unexpected(under.error());
+        wish.under = under->id;
+    }
+    for (const std::string& word : clone.share) {
+        if (const TypeInfo* type = findType(word)) {
+            wish.shareTypes.push_back(type->type);
+            continue;
+        }
+        const Expected<ObjectInfo> shared = application.describe(word);
+        if (!shared) return failWith(fmt::format("clone: --share {}: no type is called so", word), shared.error());
+        wish.shareObjects.push_back(shared->id);
+    }
+    return wish;
+}
+
+}  // namespace tessera

@@ -1,0 +1,15 @@
+/// What is there by name, and copies of it.
+#pragma once
+
+#include "client/ctl/Answer.h"
+#include "client/ctl/CommandLine.h"
+
+namespace tessera {
+
+/// Paths are printed page by page, as they come; as JSON they are one answer.
+[[nodiscard]] Expected<Answer> run(Application& application, const verb::Find& find, bool json, const Print& print);
+
+/// Names to numbers: a word of the share list is a type where there is one of that name, else a node's path or an object's "#17".
+[[nodiscard]] Expected<request::Clone> cloneWish(Application& application, const verb::Clone& clone);
+
+}  // namespace tessera

@@ -1,0 +1,95 @@
+#include "common/codec/ApplicationSceneHeads.h"
+
+#include "common/codec/ApplicationUnpacker.h"
+#include "proto/application.pb.h"
+
+namespace tessera {
+
+namespace {
+
+void setVector(proto::application::Vector& to, const Vec3d& from) {
+    to.set_x(from.x());
+    to.set_y(from.y());
+    to.set_z(from.z());
+}
+
+}  // namespace
+
+void putClone(proto::application::Clone& to, const request::Clone& from) {
+    to.set_node(from.node.value);
+    to.set_under(from.under.value);
+    to.set_name(from.name);
+    to.set_deep(from.deep);
+    for (const ObjectType type : from.shareTypes) to.add_share_types(type.value);
+    for (const ObjectId id : from.shareObjects) to.add_share_objects(id.value);
+}
+
+request::Clone readClone(const proto::application::Clone& from, ApplicationUnpacker& in) {
+    request::Clone out{.node = ObjectId{from.node()}, .under = ObjectId{from.under()}, .name = in.text(from.name()), .deep = from.deep()};
+    const auto all = static_cast<std::size_t>(from.share_types_size()) + static_cast<std::size_t>(from.share_objects_size());
+    if (!in.within(all, in.limits().maxShared, "types and objects to share")) return out;
+    for (const std::uint32_t type : from.share_types()) out.shareTypes.push_back(in.objectType(type));
+    for (const std::uint64_t id : from.share_objects()) out.shareObjects.emplace_back(id);
+    return out;
+}
+
+void putFind(proto::application::Find& to, const request::Find& from) {
+    to.set_expression(from.expression);
+    to.set_node(from.node.value);
+    to.set_core_type(from.coreType.value);
+    to.set_page_size(from.pageSize);
+}
+
+request::Find readFind(const proto::application::Find& from, ApplicationUnpacker& in) {
+    in.expectParts(1);
+    return {.expression = in.text(from.expression()),
+            .node = ObjectId{from.node()},
+            .coreType = in.objectType(from.core_type()),
+            .pageSize = from.page_size(),
+            .after = in.records<ObjectId>(0, in.limits().maxDepth)};
+}
+
+void putGetTree(proto::application::GetTree& to, const request::GetTree& from) {
+    to.set_node(from.node.value);
+    to.set_levels(from.levels);
+    to.set_core_type(from.coreType.value);
+}
+
+request::GetTree readGetTree(const proto::application::GetTree& from, ApplicationUnpacker& in) {
+    in.expectParts(2);
+    request::GetTree out;
+    out.node = ObjectId{from.node()};
+    out.levels = from.levels();
+    out.after = in.records<ObjectId>(0, in.limits().maxDepth);
+    out.coreType = in.objectType(from.core_type());
+    out.cores = in.records<ObjectId>(1, in.limits().maxFilterCores);
+    return out;
+}
+
+void putPicked(proto::application::Picked& to, const answer::Picked& from) {
+    to.set_hit(from.hit);
+    to.set_node(from.node.value);
+    to.set_face(from.face);
+    setVector(*to.mutable_point(), from.point);
+    to.set_x_px(from.xPx);
+    to.set_y_px(from.yPx);
+    to.set_t(from.t);
+    setVector(*to.mutable_normal(), from.normal);
+    to.set_second(from.corners.x());
+    to.set_third(from.corners.y());
+    if (!from.texcoord) return;
+    to.set_has_texcoord(true);
+    to.set_texcoord_u(from.texcoord->x());
+    to.set_texcoord_v(from.texcoord->y());
+}
+
+answer::Picked readPicked(const proto::application::Picked& from, ApplicationUnpacker& in) {
+    answer::Picked out{from.hit(), ObjectId{from.node()}, from.face(), in.vector(from.point()), in.finite(from.x_px()), in.finite(from.y_px())};
+    out.t = in.finite(from.t());
+    out.normal = in.vector(from.normal());
+    out.corners = {in.finite(from.second()), in.finite(from.third())};
+    if (from.has_texcoord()) out.texcoord = Vec2d(in.finite(from.texcoord_u()), in.finite(from.texcoord_v()));
+    return out;
+}
+
+}  // namespace tessera
