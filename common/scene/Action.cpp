@@ -1,6 +1,6 @@
 #include "common/scene/Action.h"
 
-
+#include "common/scene/ChildChoice.h"
 #include "common/scene/ObjectTable.h"
 
 namespace tessera {
@@ -14,11 +14,10 @@ struct ChildRange {
 };
 
 ChildRange shownChildren(const Node& node, const Object& core) {
-    const Switch* choice = core.as<Switch>();
-    if (!choice || choice->choice == Switch::kAll) return {0, node.children.size()};
-    if (choice->choice < 0 || static_cast<std::uint64_t>(choice->choice) >= node.children.size()) return {};
-    const auto index = static_cast<std::size_t>(choice->choice);
-    return {index, index + 1};
+    const std::optional<std::size_t> sole = soleChild(core);
+    if (!sole) return {0, node.children.size()};
+    if (*sole >= node.children.size()) return {};
+    return {*sole, *sole + 1};
 }
 
 void placeCore(const Object& core, const Affine3d& world_T_parent, Affine3d& world_T_node) {

@@ -21,7 +21,7 @@ struct Visit {
 
 enum class Descend { kInto, kPast };
 
-/// Depth first, children in order, switches respected, transforms accumulated. Handlers are registered by core type;
+/// Depth first, children in order, what hides children respected (ChildChoice.h), transforms accumulated. Handlers are registered by core type;
 /// a node whose core has no handler is just passed through.
 class Action {
 public:

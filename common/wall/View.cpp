@@ -66,6 +66,7 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     camera.pixels = screenPixels(screen);
     const Affine3d world_T_wall = view.world_T_wall();
     camera.eyeWorld = world_T_wall * eyeWall;
+    camera.headWorld = world_T_wall * user.eye(Eye::kCenter);
 
     // wall_T_world = scale^-1 · rotation^T · (p - position); then onto the screen's axes from the eye.
     Mat3d screen_R_wall;
@@ -99,7 +100,10 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
 }
 
 ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view, const ClipRange& range) {
-    return screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, range);
+    ScreenCamera camera = screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, range);
+    const auto user = std::find_if(wall.users.begin(), wall.users.end(), [&](const User& u) { return u.name == tile.user; });
+    camera.user = static_cast<unsigned>(user - wall.users.begin());
+    return camera;
 }
 
 Frustum tileFrustum(const ScreenCamera& camera, const PixelRect& rect, double marginPx) {

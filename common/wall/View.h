@@ -35,6 +35,9 @@ struct ScreenCamera {
     Affine3d eye_T_world;  ///< metres in eye space, axes along the screen: x right, y up, -z into the screen
     Mat4d clip_T_eye;      ///< off-axis projection of the whole screen, OpenGL clip space (Kooima 2008)
     ScreenPixels pixels;
+    // Who looks: the same for all screens and both eyes of a user. Matters where a scene shows users different things.
+    unsigned user = 0;                   ///< their place among the wall's users
+    Vec3d headWorld = Vec3d::Zero();     ///< between the eyes, where it is, in front of the screen or not; world units
 };
 
 /// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre, so

@@ -56,6 +56,12 @@ std::string_view contentName(Content content) {
             return "camera";
         case Content::kSwitch:
             return "switch";
+        case Content::kMaterialGroup:
+            return "material_group";
+        case Content::kDistanceLod:
+            return "distance_lod";
+        case Content::kBillboard:
+            return "billboard";
         case Content::kMotion:
             return "motion";
         case Content::kEnvironment:
@@ -71,6 +77,18 @@ std::string_view contentName(Content content) {
         default:
             return "node";
     }
+}
+
+/// Says something of what is below it, beside what the table of types knows: poses and choices.
+bool isHolder(Content content) {
+    return content == Content::kMaterialGroup || content == Content::kBillboard;
+}
+
+/// The name of the node that a light stands at; empty: its own.
+std::string_view beaconOf(const proto::scene::Node& node) {
+    if (node.has_directional_light()) return node.directional_light().beacon();
+    if (node.has_point_light()) return node.point_light().beacon();
+    return node.has_spot_light() ? std::string_view(node.spot_light().beacon()) : std::string_view();
 }
 
 /// Where the content says it stands; of contents that do not, line 0.
@@ -259,7 +277,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         if (!inner) return in(inner.error());
         holder = *inner;
         const TypeInfo* type = tableTypeOf(node);
-        if (type && (type->pose || type->effects & Effect::kVisibility))
+        if (type && (type->pose || type->effects & Effect::kVisibility || isHolder(content)))
             below.parent = holder->id, below.placed = holder, ++below.depth;
     }
     if (content == Content::kMotion)
@@ -290,6 +308,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         else if (object.mass() > 0 && object.division() != proto::scene::CollisionObject::WHOLE)
             note(where + ": it is divided into several objects, so its mass means nothing");
     }
+    if (const std::string_view beacon = beaconOf(node); !beacon.empty())
+        pending_.push_back({PendingRef::Kind::kBeacon, *core, holder, spot.top, std::string(beacon), placeText(file.label, placeOfNode(node)), false, tableTypeOf(node)->type});
     if (content == Content::kImport)
         if (Expected<void> done = placeImport(file, node, below); !done) return done;
     if (content == Content::kInstance)

@@ -61,7 +61,7 @@ private:
     };
     /// A name to be looked up once everything has its place.
     struct PendingRef {
-        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode };
+        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode, kBeacon };
         Kind kind;
         ObjectId core;
         Placed* from;
@@ -69,6 +69,7 @@ private:
         std::string name;
         std::string where;  ///< file:line:column
         bool free = false;  ///< a collision object with a mass
+        ObjectType type = {};  ///< of a light
     };
     /// Channels and joints to be looked up then; of an animation or of a skin.
     struct PendingParts {

@@ -10,6 +10,7 @@
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
 #include "common/geometry/Mesh.h"
+#include "common/scene/ChildChoice.h"
 #include "common/scene/Text.h"
 #include "server/import/CollisionCores.h"
 #include "server/import/NurbsCores.h"
@@ -93,6 +94,34 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 return fail(ErrorCode::kBadInput,
                             "a switch's choice is a child's number from 0, -1 (all) or -2 (none)");
             return create(choice);
+        }
+        case Content::kMaterialGroup: {
+            Expected<MaterialGroup> group = readTableObject<MaterialGroup>(node.material_group());
+            if (!group) return tl::unexpected(group.error());
+            if (!node.material_group().material().empty()) {
+                const Expected<ObjectId> material = materialCore(file, node.material_group().material());
+                if (!material) return material;
+                group->material = *material;
+            }
+            return create(*group);
+        }
+        case Content::kDistanceLod: {
+            const auto& message = node.distance_lod();
+            Expected<DistanceLOD> lod = readTableObject<DistanceLOD>(message);
+            if (!lod) return tl::unexpected(lod.error());
+            lod->ranges = Blob::of(std::span<const double>(message.range().data(), static_cast<std::size_t>(message.range_size())));
+            if (const Expected<void> sound = checkRanges(*lod); !sound) return tl::unexpected(sound.error());
+            if (node.node_size() != 0 && node.node_size() <= message.range_size())
+                note(fmt::format("{}: a distance_lod with {} ranges and {} below it: beyond the ranges that count the last of these is shown", file.label,
+                                 message.range_size(), node.node_size()));
+            return create(*lod);
+        }
+        case Content::kBillboard: {
+            if (node.billboard().point() && node.billboard().has_axis()) return fail(ErrorCode::kBadInput, "a billboard has an axis or a point, not both");
+            Expected<Billboard> billboard = readTableObject<Billboard>(node.billboard());
+            if (!billboard) return tl::unexpected(billboard.error());
+            if (node.billboard().point()) billboard->axis = Vec3d::Zero();
+            return create(*billboard);
         }
         case Content::kMotion: {
             const Expected<Blob> keys = readKeys(node.motion());

@@ -11,6 +11,8 @@ namespace {
 
 /// Where the rows of a field go; null: they mean nothing for collisions.
 SceneEffects::Rows* rowsFor(SceneEffects& effects, ObjectType type, FieldId field) {
+    // What users see of levels of detail: collisions look at the first.
+    if (type == typeOf<DistanceLOD>() || (type == typeOf<Node>() && field == fieldId<&Node::levels>)) return nullptr;
     const Effect what = effectsOf(type, field);
     if (what & Effect::kStructure) return &effects.cores;
     if (what & Effect::kVisibility) return &effects.choices;

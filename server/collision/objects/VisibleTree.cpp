@@ -5,6 +5,7 @@
 
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
+#include "common/scene/ChildChoice.h"
 
 namespace tessera {
 
@@ -15,17 +16,20 @@ CoreKind kindOf(const Object& core) {
     if (!core) return CoreKind::kOther;
     if (core.info().pose) return CoreKind::kTransform;
     if (isDrawable(typeOf(core))) return CoreKind::kDrawable;
-    if (core.is<Switch>()) return CoreKind::kSwitch;
+    if (core.is<Switch>() || core.is<DistanceLOD>()) return CoreKind::kSwitch;
     if (core.is<Interest>()) return CoreKind::kInterest;
     if (core.is<CollisionObject>()) return CoreKind::kObject;
     if (core.is<Environment>()) return CoreKind::kEnvironment;
     return CoreKind::kOther;
 }
 
-/// The child that a Switch shows; none where it shows none. Not for one that shows all.
-ObjectId chosen(const Node& node, const Switch& choice) {
-    if (choice.choice < 0 || choice.choice >= static_cast<std::int64_t>(node.children.size())) return {};
-    return node.children[static_cast<std::size_t>(choice.choice)];
+/// The child that a node shows of which it does not show all; none where it shows none. What users see of levels of detail is no matter.
+ObjectId chosen(const Node& node, std::size_t sole) {
+    return sole < node.children.size() ? node.children[sole] : ObjectId();
+}
+
+std::optional<std::size_t> soleChildOf(const Aspect& aspect, const Node& node) {
+    return soleChild(node.core ? aspect.find(node.core) : Object());
 }
 
 /// Where these children stand among the others, ascending.
@@ -133,9 +137,9 @@ void VisibleTree::attach(const Aspect& aspect, std::uint32_t parent, std::span<c
 void VisibleTree::choose(const Aspect& aspect, std::uint32_t place) {
     const Node* node = aspect.get<Node>(places_[place].node);
     if (!node) return;
-    const Switch* choice = aspect.coreOf<Switch>(*node);
-    const bool single = choice && choice->choice != Switch::kAll, was = links_[place].single;
-    const ObjectId only = single ? chosen(*node, *choice) : ObjectId{};
+    const std::optional<std::size_t> sole = soleChildOf(aspect, *node);
+    const bool single = sole.has_value(), was = links_[place].single;
+    const ObjectId only = single ? chosen(*node, *sole) : ObjectId{};
     if (single) {
         std::vector<std::uint32_t> shown;
         for (std::uint32_t at = order_.next(DocumentOrder::open(place)); at != DocumentOrder::close(place);
@@ -189,14 +193,14 @@ std::uint32_t VisibleTree::show(const Aspect& aspect, ObjectId nodeId, std::uint
     hidden_.erase(nodeId);
     order_.insert(place, after);
     bear(aspect, place, node.core);
-    const Switch* choice = aspect.coreOf<Switch>(node);
+    const std::optional<std::size_t> sole = soleChildOf(aspect, node);
     std::uint32_t last = DocumentOrder::open(place);
-    if (!choice || choice->choice == Switch::kAll) {
+    if (!sole) {
         for (const ObjectId child : node.children) last = show(aspect, child, place, last);
         return DocumentOrder::close(place);
     }
     links_[place].single = true;
-    const ObjectId only = chosen(node, *choice);
+    const ObjectId only = chosen(node, *sole);
     for (const ObjectId child : node.children)
         if (child != only) hidden_.insert(child, place);
     if (only) (void)show(aspect, only, place, last);

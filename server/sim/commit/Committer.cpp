@@ -11,6 +11,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/drawable/Drawable.h"
+#include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/commit/KeyFramesCheck.h"
 
@@ -105,7 +106,12 @@ Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
 
 namespace {
 
-/// A drawable core as a list leaves it behind.
+/// Cores whose arrays have to fit together, or make sense.
+bool isChecked(ObjectType type) {
+    return isDrawable(type) || type == typeOf<DistanceLOD>();
+}
+
+/// Such a core as a list leaves it behind.
 class Draft {
 public:
     explicit Draft(const Object& present) : type_(present.info()), memory_(::operator new(type_.size, kAlignment)) {
@@ -121,7 +127,7 @@ public:
     void set(const FieldEntry& field, const FieldValue& value) {
         if (checkValue(field, value)) field.store(memory_, value);
     }
-    [[nodiscard]] Drawable drawable() const { return drawableOf(Object(type_, memory_)); }
+    [[nodiscard]] Object object() const { return Object(type_, memory_); }
     [[nodiscard]] std::string_view typeName() const { return type_.name; }
 
 private:
@@ -144,23 +150,25 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
         return touched.try_emplace(id, fits ? present : type.freshObject()).first->second;
     };
     for (const FieldColumn& column : list.columns) {
-        const TypeInfo* type = isDrawable(column.type) ? findType(column.type) : nullptr;
+        const TypeInfo* type = isChecked(column.type) ? findType(column.type) : nullptr;
         const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
         if (!field || field->kind != column.kind() || field->width != column.width) continue;
         // Arrays, and what else says how they are to be read.
-        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && !(field->effects & Effect::kShape)) continue;
+        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && isDrawable(column.type) && !(field->effects & Effect::kShape)) continue;
         if (column.scalarCount() != column.ids.size() * column.width) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
             draftOf(column.ids[row], *type).set(*field, column.value(row));
     }
     for (const RangeEdit& range : list.ranges)
-        if (const TypeInfo* type = isDrawable(range.type) ? findType(range.type) : nullptr)
+        if (const TypeInfo* type = isChecked(range.type) ? findType(range.type) : nullptr)
             if (const FieldEntry* field = findField(*type, range.field))
                 draftOf(range.object, *type).set(*field, range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, draft] : touched) {
+        const DistanceLOD* lod = draft.object().as<DistanceLOD>();
         const Drawable present = drawableOf(scene_, id);  // sound: it was committed
-        if (const Expected<void> sound = draft.drawable().check(present && !present.derived() ? present.key() : MeshKey()); !sound)
+        const Expected<void> sound = lod ? checkRanges(*lod) : drawableOf(draft.object()).check(present && !present.derived() ? present.key() : MeshKey());
+        if (!sound)
             return failWith(fmt::format("{} #{}", draft.typeName(), id.value), sound.error());
     }
     return {};

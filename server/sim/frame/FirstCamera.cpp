@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -64,7 +65,7 @@ bool FirstCamera::concerns(const Aspect& scene, const ChangeList& list) const {
     for (const FieldColumn& column : list.columns) {
         if (column.type == typeOf<Camera>() && column.field == fieldId<&Camera::enabled>) return true;
         const bool cores = column.type == typeOf<Node>() && column.field == fieldId<&Node::core>;
-        const bool choices = column.type == typeOf<Switch>() && column.field == fieldId<&Switch::choice>;
+        const bool choices = column.type == typeOf<Switch>() && column.field == fieldId<&Switch::choice>;  // levels: always the first
         if (!cores && !choices) continue;
         for (const ObjectId id : column.ids)
             if (cores ? watched_.contains(id) : switchCores_.contains(id)) return true;
@@ -84,7 +85,7 @@ void FirstCamera::watch(const Aspect& scene) {
             if (!isNew) break;  // the way up from here is watched already
             ++visited_;
             const Node& node = *scene.get<Node>(id);
-            if (scene.coreOf<Switch>(node)) {
+            if (scene.coreOf<Switch>(node) || scene.coreOf<DistanceLOD>(node)) {
                 switchNodes_.emplace(id, node.children.size());
                 switchCores_.insert(node.core);
             }
@@ -101,14 +102,11 @@ ObjectId FirstCamera::firstBelow(const Aspect& scene, ObjectId id) {
     if (isEnabledCamera(scene, node)) return id;
     std::vector<std::pair<std::size_t, ObjectId>> children;
     for (const ObjectId child : watched_.at(id)) children.emplace_back(0, child);
-    const Switch* choice = scene.coreOf<Switch>(node);
-    const bool one = choice && choice->choice != Switch::kAll;
+    const std::optional<std::size_t> one = soleChild(node.core ? scene.find(node.core) : Object());
     if (one || children.size() > 1)
         for (auto& [index, child] : children) index = indexOf(node, child);
     if (one)
-        std::erase_if(children, [&](const auto& child) {
-            return choice->choice < 0 || child.first != static_cast<std::uint64_t>(choice->choice);
-        });
+        std::erase_if(children, [&](const auto& child) { return child.first != *one; });
     std::ranges::sort(children);
     for (const auto& [index, child] : children)
         if (const ObjectId found = firstBelow(scene, child)) return found;

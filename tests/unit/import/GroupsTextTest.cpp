@@ -1,0 +1,91 @@
+/// What scene text says of material groups, levels of detail, billboards, and of lights beside their colours.
+#include <gtest/gtest.h>
+
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+Expected<ImportedScene> importGroups(const std::string& text) {
+    const Scratch scratch;
+    return importScene(scratch.write("groups.tsct", text), kRootNode, importOptions());
+}
+
+std::string groupsTrouble(const std::string& text) {
+    const Expected<ImportedScene> scene = importGroups(text);
+    return scene ? "" : scene.error().message;
+}
+
+TEST(GroupsText, HoldsMaterialGroupsLevelsAndBillboards) {
+    Expected<ImportedScene> scene = importGroups(R"(
+        material { name: "gilt" metallic: 1 }
+        node { name: "lent" transform { translation { x: 1 } } material_group { material: "gilt" override: true protect: true }
+          node { name: "thing" box { size { x: 1 y: 1 z: 1 } } } }
+        node { name: "tree" distance_lod { range: 5 range: 12.5 center { y: 2 } hysteresis: 0.2 } node {} node {} node {} }
+        node { name: "pixels" distance_lod { range: 90 range: 20 measure: SIZE radius: 3 } node {} node {} node {} }
+        node { name: "sign" transform { translation { x: 1 } } billboard { axis { x: 1 } } node { name: "plate" } }
+        node { name: "post" billboard {} }
+        node { name: "point" billboard { point: true } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    // Below a transform the core has a node of its own, which holds what the text writes below.
+    const auto* group = aspect.core<MaterialGroup>("/lent/material_group");
+    ASSERT_NE(group, nullptr);
+    ASSERT_NE(aspect->get<Material>(group->material), nullptr);
+    EXPECT_EQ(aspect->get<Material>(group->material)->metallic, 1.0f);
+    EXPECT_TRUE(group->overrides && group->protects);
+    EXPECT_TRUE(findNode(*aspect, "/lent/material_group/thing"));
+    const auto* tree = aspect.core<DistanceLOD>("/tree");
+    ASSERT_NE(tree, nullptr);
+    ASSERT_EQ(tree->ranges.as<double>().size(), 2u);
+    EXPECT_EQ(tree->ranges.as<double>()[1], 12.5);
+    EXPECT_EQ(tree->center, Vec3d(0, 2, 0));
+    EXPECT_EQ(tree->hysteresis, 0.2);
+    const auto* pixels = aspect.core<DistanceLOD>("/pixels");
+    EXPECT_EQ(pixels->measure, DistanceLOD::kSize);
+    EXPECT_EQ(pixels->radius, 3);
+    EXPECT_EQ(pixels->hysteresis, DistanceLOD().hysteresis);
+    EXPECT_EQ(aspect.core<Billboard>("/sign/billboard")->axis, Vec3d::UnitX());
+    EXPECT_TRUE(findNode(*aspect, "/sign/billboard/plate"));
+    EXPECT_EQ(aspect.core<Billboard>("/post")->axis, Vec3d::UnitY());
+    EXPECT_EQ(aspect.core<Billboard>("/point")->axis, Vec3d::Zero());
+}
+
+TEST(GroupsText, LightsStandAtBeaconsFallOffAndAreOff) {
+    Expected<ImportedScene> scene = importGroups(R"(
+        node { name: "arm" node { name: "tip" } }
+        node { name: "lamp" point_light { beacon: "/arm/tip" attenuation { x: 1 y: 2 z: 3 } on: false } }
+        node { name: "beam" spot_light { beacon: "arm" } }
+        node { name: "sun" directional_light { beacon: "/arm" } }
+        node { name: "bulb" point_light {} })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* lamp = aspect.core<PointLight>("/lamp");
+    EXPECT_EQ(lamp->beacon, *findNode(*aspect, "/arm/tip"));
+    EXPECT_EQ(lamp->attenuation, Vec3f(1, 2, 3));
+    EXPECT_FALSE(lamp->on);
+    EXPECT_EQ(aspect.core<SpotLight>("/beam")->beacon, *findNode(*aspect, "/arm"));
+    EXPECT_EQ(aspect.core<DirectionalLight>("/sun")->beacon, *findNode(*aspect, "/arm"));
+    const auto* bulb = aspect.core<PointLight>("/bulb");
+    EXPECT_TRUE(bulb->on && !bulb->beacon);
+    EXPECT_EQ(bulb->attenuation, Vec3f(0, 0, 1));
+}
+
+TEST(GroupsText, SaysWhatIsWrong) {
+    EXPECT_NE(groupsTrouble(R"(node { material_group { material: "gold" } })").find("there is no material 'gold'"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { distance_lod { range: 5 range: 4 } })").find("range 1 is 4 after 5"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { distance_lod { range: nan } })").find("finite"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { distance_lod { hysteresis: 2 } })").find("hysteresis"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { billboard { point: true axis { x: 1 } } })").find("not both"), std::string::npos);
+    EXPECT_NE(groupsTrouble("\nnode { point_light { beacon: \"nowhere\" } }").find(":2:"), std::string::npos);
+    EXPECT_NE(groupsTrouble("\nnode { point_light { beacon: \"nowhere\" } }").find("there is no node 'nowhere' for this light"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { point_light { attenuation { x: -1 } } })").find("attenuation"), std::string::npos);
+    const Expected<ImportedScene> few = importGroups(R"(node { distance_lod { range: 5 range: 9 } node {} })");
+    ASSERT_TRUE(few) << messageOf(few);
+    ASSERT_EQ(few->notes.size(), 1u);
+    EXPECT_NE(few->notes[0].find("2 ranges and 1 below it"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
