@@ -25,7 +25,7 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
                                std::span<const std::array<float, 4>> shadowViews) {
     clusters_.collect(lights, camera, !shadowViews.empty());
     texels_.clear();
-    const auto add = [&](const LightTexels& light) { texels_.insert(texels_.end(), {light.place, light.radiance, light.cone}); };
+    const auto add = [&](const LightTexels& light) { texels_.insert(texels_.end(), {light.place, light.radiance, light.cone, light.falloff}); };
     for (const LightTexels& light : clusters_.lights()) add(light);
     const std::size_t shadowed = clusters_.shadowed().size();
     for (std::size_t i = 0; i < shadowed; ++i) {

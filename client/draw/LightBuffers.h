@@ -21,7 +21,7 @@ public:
                                    std::span<const std::array<float, 4>> shadowViews);
     /// Where shaders find the lights with shadows, in texels; how many there are.
     [[nodiscard]] std::array<float, 2> shadowed() const {
-        return {static_cast<float>(3 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
+        return {static_cast<float>(4 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
     }
     /// Where `begin` said kSun or kSuns: they; those that there are not are dark.
     [[nodiscard]] const std::array<Sun, kMostSuns>& suns() const { return suns_; }

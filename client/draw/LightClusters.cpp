@@ -36,6 +36,14 @@ std::array<float, 4> coneOf(const LightItem& light, const Mat3d& eye_R_world) {
     return asTexel((eye_R_world * light.direction).normalized() * slope, -outer * slope);
 }
 
+/// `radiance` is that at a world unit times the square of metres per world unit. What is not said falls off nowhere.
+std::array<float, 4> falloffOf(const Vec3f& attenuation, double scale) {
+    constexpr double kUtmost = 1e30;  // squares of distances are below 1e8 of these
+    Vec3d said = attenuation.cast<double>().cwiseMax(0.0);
+    if (!(said.maxCoeff() > 0)) said = Vec3d::UnitX();
+    return asTexel((said.array() * Eigen::Array3d(scale * scale, scale, 1)).min(kUtmost).matrix(), 0);
+}
+
 }  // namespace
 
 void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamera& camera, bool shadowed) {
@@ -55,7 +63,7 @@ void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamer
         }
         return {asTexel(camera.eye_T_world * light.position, 1),
                 brightness(light.radiance, scale * scale, hasRange(light) ? 1 / (light.range * scale) : 0),
-                coneOf(light, eye_R_world)};
+                coneOf(light, eye_R_world), falloffOf(light.attenuation, scale)};
     };
     shadowed_.clear();
     for (const LightItem& light : lights) {

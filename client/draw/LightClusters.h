@@ -16,13 +16,15 @@
 
 namespace tessera {
 
-/// What a shader reads of a light: three texels.
+/// What a shader reads of a light: four texels.
 struct LightTexels {
     std::array<float, 4> place;     ///< eye space, metres: position and 1, or direction towards the light and 0
     std::array<float, 4> radiance;  ///< rgb at one metre; w: 1 / range in metres, 0 for unlimited
     /// Of a spot: its axis in eye space times s, and o, so that cos · s + o goes from 0 at the outer angle to 1 at the
     /// inner one. Of others: 0 0 0 1.
     std::array<float, 4> cone;
+    /// x, y, z: 1 / (x + y d + z d²) at d metres, times what `radiance` was multiplied with. Of directional ones and by default 0 0 1.
+    std::array<float, 4> falloff = {0, 0, 1, 0};
 };
 
 /// Kept from draw to draw for its memory.

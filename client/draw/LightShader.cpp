@@ -96,7 +96,7 @@ void addRay(inout Lit lit, vec3 l, vec3 radiance) {
 #endif
 }
 
-void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
+void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec3 falloff) {
     vec3 l = place.xyz - lit.position * place.w;
     float d2 = max(dot(l, l), 1e-8);
     float invD = inversesqrt(d2);
@@ -105,7 +105,10 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone) {
     float x2 = d2 * radiance.w * radiance.w;
     // Its cone: squared, so that it fades without an edge.
     float inCone = clamp(cone.w - dot(l, cone.xyz), 0.0, 1.0);
-    float strength = inCone * inCone * mix(1.0, invD * invD * max(1.0 - x2 * x2, 0.0), place.w);
+    // 1 / (x + y d + z d²), by the inverse of d: with 0 0 1 the square alone, to the bit.
+    float invD2 = invD * invD;
+    float fallen = min(invD2 / max(falloff.x * invD2 + falloff.y * invD + falloff.z, 1e-30), 1e18);
+    float strength = inCone * inCone * mix(1.0, fallen * max(1.0 - x2 * x2, 0.0), place.w);
     addRay(lit, l, radiance.rgb * strength);
 }
 
@@ -177,11 +180,11 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 #if LIGHTS == 2
     uint one = 0u;
     do {
-        int at = int(shadows.x) + 15 * int(one);
+        int at = int(shadows.x) + 16 * int(one);
         vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
         vec3 towards = normalize(place.xyz - position * place.w);
-        radiance.rgb *= arrives(at + 3, position, n, towards);
-        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2));
+        radiance.rgb *= arrives(at + 4, position, n, towards);
+        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3).xyz);
     } while (++one < uint(shadows.y));
 #endif
 #if LIGHTS >= 3
@@ -209,8 +212,8 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 #else
         int index = int(k < everywhere ? k : texelFetch(lightLists, int(k < everywhere ? 0u : list + k)).x);
 #endif
-        addLight(lit, texelFetch(lightTexels, 3 * index), texelFetch(lightTexels, 3 * index + 1),
-                 texelFetch(lightTexels, 3 * index + 2));
+        addLight(lit, texelFetch(lightTexels, 4 * index), texelFetch(lightTexels, 4 * index + 1),
+                 texelFetch(lightTexels, 4 * index + 2), texelFetch(lightTexels, 4 * index + 3).xyz);
     } while (++k < count);
 #endif
     lit.diffuse *= base * (1.0 - metallic);

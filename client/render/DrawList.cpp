@@ -21,7 +21,7 @@ bool same(const DrawItem& a, const DrawItem& b) {
 bool same(const LightItem& a, const LightItem& b) {
     return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle && a.shadows == b.shadows &&
            sameBits(a.position, b.position) &&
-           sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance);
+           sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance) && sameBits(a.attenuation, b.attenuation);
 }
 
 template <typename Item>
@@ -44,7 +44,7 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
-           a.pixels.height == b.pixels.height;
+           a.pixels.height == b.pixels.height && a.user == b.user && sameBits(a.headWorld, b.headWorld);
 }
 
 }  // namespace tessera

@@ -50,6 +50,7 @@ struct LightItem {
     Vec3d direction = -Vec3d::UnitZ();  ///< world, the way the light travels
     Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
+    Vec3f attenuation{0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
     bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most
 };

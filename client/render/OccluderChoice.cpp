@@ -44,7 +44,7 @@ void OccluderChoice::weigh(std::span<const std::uint32_t> items, bool anew) {
 template <typename F>
 void OccluderChoice::forEachShown(const SceneItem& item, F&& f) {
     const std::vector<MeshCluster>& clusters = item.mesh->clusters;
-    const ClusterGlance glance(*tile_, scene_->places[item.place].world_T_node, clipFromItem(*scene_, *tile_, item), eyeWorld_);
+    const ClusterGlance glance(*tile_, scene_->world_T(item), clipFromItem(*scene_, *tile_, item), eyeWorld_);
     spentNs_ += CullingCosts::kGlance * static_cast<double>(clusters.size());
     for (std::uint32_t k = 0; k < clusters.size(); ++k)
         if (const ClusterGlance::Place place = glance.at(clusters[k]); place.shown) f(k, place);

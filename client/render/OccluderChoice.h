@@ -118,11 +118,11 @@ private:
 };
 
 [[nodiscard]] inline Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
-    return tile.clip_T_world() * scene.places[item.place].world_T_node.matrix();
+    return tile.clip_T_world() * scene.world_T(item).matrix();
 }
 /// See TileProjection.
 [[nodiscard]] inline double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
-    return tile.noise(item.reach, scene.places[item.place].world_T_node.translation());
+    return tile.noise(item.reach, scene.world_T(item).translation());
 }
 
 }  // namespace tessera

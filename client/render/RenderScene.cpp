@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/render/SceneItems.h"
+#include "common/scene/Action.h"
 
 namespace tessera {
 
@@ -75,6 +76,12 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     standing_.clear();
     attachedLights_ = 0;
     lightsStale_ = true;
+    levels_.clear();
+    byUser_.clear();
+    turns_.clear();
+    billboards_.clear();
+    turnedPoses.clear();
+    lentTo_.clear();
 
     aspect_ = &aspect;
     places.reserve(aspect.objectCount());
@@ -95,7 +102,10 @@ void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
     ++update_;
     for (const Creation& creation : list.creations)
         if (creation.type == typeOf<Node>()) addPlace(creation.id, kNone);
-    if (!list.placements.empty()) ++version.scene;
+    if (!list.placements.empty()) {
+        ++version.scene;
+        lightsStale_ = lightsStale_ || beacons_;
+    }
     // First all out, then in where they are at the end: what stood below what in between may have been a circle.
     for (const Placement& placement : list.placements) takeOut(placement.node);
     for (const Placement& placement : list.placements) putUnderParent(placement.node);
@@ -135,7 +145,11 @@ void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> id
             mark(place, kCore);
         }
     if (effects & Effect::kVisibility)
-        for (const ObjectId id : ids) markUsers(id, kChoice);
+        for (const ObjectId id : ids) {
+            markUsers(id, kChoice);
+            // What users see of levels of detail stands in the node.
+            if (const std::uint32_t place = places.find(id); place != kNone && places[place].role == SceneRole::kChoice) mark(place, kChoice);
+        }
     if (effects & Effect::kPose)
         for (const ObjectId id : ids) markUsers(id, kPose);
     if (effects & kDrawnByContent) {
@@ -145,10 +159,17 @@ void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> id
             looks_.shapeChanged(*aspect_, id, changedLooks_);
             looks_.lookChanged(*aspect_, id, changedLooks_);
         }
-        for (const ObjectId core : changedLooks_) markUsers(core, kDrawn);
+        for (const ObjectId id : ids)
+            if (const std::uint32_t user = users_.find(id); user != kNone && places[user].role == SceneRole::kMaterials) markUsers(id, kCore);
+        for (const ObjectId changed : changedLooks_) {
+            markUsers(changed, kDrawn);
+            if (const auto lent = lentTo_.find(changed); lent != lentTo_.end())
+                for (const std::uint32_t place : lent->second) mark(place, kDrawn);
+        }
         changedLooks_.clear();
     }
     if (effects & Effect::kLight) lightsStale_ = true;
+    if (beacons_ && (effects & (Effect::kStructure | Effect::kPose))) lightsStale_ = true;
 }
 
 void RenderScene::Impl::adopt(ObjectId top) {
@@ -186,6 +207,9 @@ void RenderScene::Impl::removePlace(std::uint32_t slot) {
     ++work_;
     TESSERA_CHECK(places[slot].parent == kNone && places[slot].firstChild == kNone, "who goes stands alone");
     setCore(slot, {});
+    levels_.erase(slot);
+    turns_.erase(slot);
+    billboards_.erase(slot);
     places.erase(slot);
 }
 
@@ -246,33 +270,36 @@ void RenderScene::Impl::markUsers(ObjectId core, Dirty why) {
 
 // Anew for any change of a light: 0.1 us each, where most scenes have a few.
 void RenderScene::Impl::refreshLights() {
-    lights.clear();
+    seenLights_.clear();
+    seenEnvironments_.clear();
+    beacons_ = lightsByUser_ = false;
     for (const std::uint32_t place : shownLights_) {
-        if (lights.size() == DrawList::kMaxLights) break;
         ++work_;
-        lights.push_back(lightAt(place));
+        const LightSetting setting = lightSettingOf(aspect_->find(places[place].core));
+        if (!setting.on) continue;
+        beacons_ = beacons_ || setting.beacon;
+        lightsByUser_ = lightsByUser_ || places[place].seenBy != 0xff;
+        seenLights_.push_back({lightAt(place, setting.beacon), places[place].seenBy});
+        seenLights_.back().light.attenuation = setting.attenuation;
     }
-    lightsLeftOut = shownLights_.size() - lights.size();
-    std::size_t suns = 0, spots = 0;
-    shadowsLeftOut = 0;
-    for (LightItem& light : lights) {
-        if (!light.shadows) continue;
-        const bool spot = light.kind == LightItem::Kind::kSpot;
-        light.shadows = spot ? ++spots <= DrawList::kMaxShadowSpots : ++suns <= 1;
-        if (!light.shadows) ++shadowsLeftOut;
+    for (const std::uint32_t place : shownEnvironments_) {
+        ++work_;
+        seenEnvironments_.emplace_back(*aspect_->get<Environment>(places[place].core), places[place].seenBy);
+        if (places[place].seenBy == 0xff) break;
+        lightsByUser_ = true;
     }
-    if (attachedLights_ == 0) lights = defaultLights();
-    const auto first = shownEnvironments_.begin();
-    ++work_;
-    const auto* found = first == shownEnvironments_.end() ? nullptr : aspect_->get<Environment>(places[*first].core);
-    environment = found ? *found : Environment();
+    chooseLights();
 }
 
-LightItem RenderScene::Impl::lightAt(std::uint32_t slot) const {
+LightItem RenderScene::Impl::lightAt(std::uint32_t slot, ObjectId beacon) const {
     const ScenePlace& place = places[slot];
+    Affine3d world_T_light = place.world_T_node;
+    // A beacon that is hidden stands where it would be seen.
+    if (const std::uint32_t at = places.find(beacon); at != kNone && places[at].attached)
+        world_T_light = places[at].shown ? places[at].world_T_node : worldTransform(*aspect_, beacon);
     LightItem light;
-    light.position = place.world_T_node.translation();
-    light.direction = unitOr(place.world_T_node.linear() * -Vec3d::UnitZ(), -Vec3d::UnitZ());
+    light.position = world_T_light.translation();
+    light.direction = unitOr(world_T_light.linear() * -Vec3d::UnitZ(), -Vec3d::UnitZ());
     const Object core = aspect_->find(place.core);
     const LightSource source = core.info().light(core.data());
     light.kind = source.kind;

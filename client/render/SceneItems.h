@@ -12,6 +12,8 @@
 #include "client/render/SceneEffects.h"
 #include "client/render/ShadowCasters.h"
 #include "client/render/SceneLooks.h"
+#include "common/field/NodePose.h"
+#include "common/scene/ChildChoice.h"
 
 namespace tessera {
 
@@ -32,33 +34,46 @@ struct SceneItem {
     bool byScreen = false;                  ///< see SceneLook
     double slack = 0;                       ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`
+    std::uint8_t seenBy = 0xff;             ///< users, see ScenePlace
+    std::uint32_t turned = kUnturned;       ///< in `turnedPoses`; its place says where it stands otherwise
+    ObjectId lent;                          ///< its material, where a group gives it; else none
+    static constexpr std::uint32_t kUnturned = 0xffffffffu;
     double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
-/// A node of the scene, attached or not. What children inherit: attached, shown, depth, world_T_node.
+/// What material groups above a place say.
+struct GroupMaterials {
+    ObjectId nearest;  ///< for what brings none
+    ObjectId over;     ///< whatever it brings; none: nobody overrides
+    bool operator==(const GroupMaterials&) const = default;
+};
+
+/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, depth, world_T_node.
 struct ScenePlace {
     static constexpr std::uint32_t kNone = IdIndex::kNone;
     static constexpr std::uint32_t kAll = 0xfffffffeu;
+    static constexpr std::uint32_t kByUser = 0xfffffffdu;
 
     ObjectId id;  ///< of the node
     ObjectId core;
     SceneRole role = SceneRole::kNothing;
     std::uint8_t dirty = 0;  ///< why it is to be settled
     bool attached = false;   ///< the root, or below it
-    bool shown = false;      ///< attached, and no switch hides it
+    bool shown = false;      ///< attached, and some user sees it
+    bool turns = false, turnsBelow = false;  ///< a billboard stands above it; or is it
+    std::uint8_t seenBy = 0;  ///< a bit per user (ChildChoice.h): no switch and no level of detail hides it from them
     bool ordered = false;    ///< stands among `shownLights` or `shownEnvironments`
     bool counted = false;    ///< in `attachedLights`
     std::uint32_t parent = kNone, firstChild = kNone;
     SlotLink sibling;                ///< in no particular order
     SlotLink user;                   ///< of the same core
-    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none; means nothing while hidden
+    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none, or see `levels`; means nothing while hidden
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
     std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
     std::uint32_t newDepth = 0, newDepthIn = 0;    ///< while an update runs, see depthNow
-    Affine3d world_T_node = Affine3d::Identity();  ///< while shown
-
-    [[nodiscard]] bool maySee(std::uint32_t child) const { return shows == kAll || shows == child; }
+    GroupMaterials materials;                      ///< for what is below, while shown
+    Affine3d world_T_node = Affine3d::Identity();  ///< while shown; nothing turned
 };
 
 /// How far items reach, by octaves: the greatest of a set that changes.
@@ -114,7 +129,13 @@ struct RenderScene::Impl {
 
     /// In its own coordinates: around it, however fine it is drawn.
     [[nodiscard]] static Box reachedBy(const SceneItem& item);
-    /// From here on items have the meshes that this screen draws (ScreenFineness.h). Before anything that is done for one of its tiles.
+    /// Where it stands for the user who looks.
+    [[nodiscard]] const Affine3d& world_T(const SceneItem& item) const {
+        return item.turned == SceneItem::kUnturned ? places[item.place].world_T_node : turnedPoses[item.turned];
+    }
+    std::vector<Affine3d> turnedPoses;  ///< of what is below billboards
+    /// From here on everything is as this screen shows it: items are those that its user sees, billboards look at the user's head
+    /// (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h). Before anything that is done for one of its tiles.
     void lookFrom(const ScreenCamera& camera);
 
     void rebuild(const Aspect& aspect);
@@ -138,9 +159,16 @@ private:
     void markUsers(ObjectId core, Dirty why);
     void finish();
     void refreshLights();
-    [[nodiscard]] LightItem lightAt(std::uint32_t place) const;
+    [[nodiscard]] LightItem lightAt(std::uint32_t place, ObjectId beacon) const;
+
+    // UserView.cpp
+    void showTo(const ScreenCamera& camera);
+    void turnBillboards();
+    void turnBelow(std::uint32_t billboard);
+    void chooseLights();
 
     // ScreenFineness.cpp
+    void refineFor(const ScreenCamera& camera);
     void drawAt(std::uint32_t item, const Fineness& fineness, const RenderMesh* mesh);
 
     // ShadowCasters.cpp
@@ -151,7 +179,13 @@ private:
     void settle(std::uint32_t top);
     void settleItem(std::uint32_t place, bool moved, bool another);
     void enterBelow(std::uint32_t place, bool reorder);
-    [[nodiscard]] std::uint32_t shownChild(const ScenePlace& place) const;
+    /// The child that is shown, or none, all or kByUser; then `levels` has who sees which.
+    [[nodiscard]] std::uint32_t shownChild(std::uint32_t place);
+    /// Of those who see a place, who may see this child of it.
+    [[nodiscard]] std::uint8_t mayBeSeenBy(std::uint32_t place, std::uint32_t child) const;
+    [[nodiscard]] GroupMaterials materialsBelow(const ScenePlace& place) const;
+    void keepTurn(std::uint32_t place);
+    void lend(SceneItem& item, ObjectId material);
     [[nodiscard]] Affine3d worldOf(const ScenePlace& place) const;
     [[nodiscard]] std::uint32_t depthNow(std::uint32_t place);
     void leaveRole(std::uint32_t place);
@@ -184,6 +218,31 @@ private:
     std::unordered_map<std::uint32_t, OrderedPlaces::iterator> standing_;
     std::size_t attachedLights_ = 0;  ///< hidden ones counted
     bool lightsStale_ = false;
+    bool beacons_ = false;  ///< some light that is shown stands at another node
+    /// What some user sees, and who.
+    struct SeenLight {
+        LightItem light;
+        std::uint8_t seenBy;
+    };
+    std::vector<SeenLight> seenLights_;
+    std::vector<std::pair<Environment, std::uint8_t>> seenEnvironments_;  ///< the first, and those behind it while not all see them
+    bool lightsByUser_ = false;
+
+    // Who looks, see UserView.cpp.
+    using Levels = std::array<std::uint32_t, 8>;  ///< by user: the child
+    std::unordered_map<std::uint32_t, Levels> levels_;  ///< of places that show kByUser
+    std::set<std::uint32_t> byUser_;                    ///< items that not all see
+    struct Turn {
+        NodePose pose;
+        Vec3d axis;  ///< of a billboard
+    };
+    std::unordered_map<std::uint32_t, Turn> turns_;  ///< places that are shown: billboards, and what moves things below one
+    std::set<std::uint32_t> billboards_;             ///< shown, and below no other
+    bool turnsStale_ = false;
+    std::uint8_t userBit_ = 1;
+    Vec3d head_ = Vec3d::Zero();
+    std::unordered_map<ObjectId, std::set<std::uint32_t>> lentTo_;  ///< materials of groups → places of the items that have them
+    std::vector<std::pair<std::uint32_t, Affine3d>> turning_;
     mutable std::shared_ptr<const ShadowCasters> casters_;
     mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0, castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
     SceneVersion lookedAt_;  ///< by lookFrom
@@ -203,6 +262,11 @@ private:
 
 /// Appends the items whose box is not wholly outside.
 void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found);
+
+/// How a billboard at a node turns, in the node's own coordinates: to bring +Z towards a head, about an axis as far as that allows. Not at all
+/// where that means nothing: a head on the axis or at the origin, +Z along the axis, coordinates that are not finite or have no inverse.
+/// IEEE's four operations and roots alone, as ScreenMeasure.
+[[nodiscard]] Mat3d turnTowards(const Vec3d& headWorld, const Vec3d& axis, const Affine3d& world_T_node);
 
 /// The light of a scene that brings none: three directional lights that are fixed in the world.
 [[nodiscard]] std::vector<LightItem> defaultLights();

@@ -19,11 +19,20 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
         }
     }
     const DrawableUse& use = drawables_[slot];
-    SceneLook look{.mesh = use.mesh, .material = use.materialId, .lineWidth = use.lineWidth, .byScreen = use.screenError > 0, .slack = use.slack};
+    return lookOf(use, use.materialId, use.material);
+}
+
+SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core, ObjectId held) {
+    (void)of(aspect, core);
+    return lookOf(drawables_[drawables_.find(core)], held, materials_.find(held));
+}
+
+SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::uint32_t materialSlot) const {
+    SceneLook look{.mesh = use.mesh, .material = materialId, .lineWidth = use.lineWidth, .byScreen = use.screenError > 0, .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
-    if (use.material != kNone) {
-        const MaterialUse& material = materials_[use.material];
+    if (materialSlot != kNone) {
+        const MaterialUse& material = materials_[materialSlot];
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
         look.occludes = look.occludes && material.opaque;
         look.detailed = material.detailed;
@@ -183,6 +192,7 @@ void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<Obje
 }
 
 void SceneLooks::appendDrawables(std::uint32_t material, std::vector<ObjectId>& to) const {
+    if (materials_[material].held > 0) to.push_back(materials_[material].id);
     for (std::uint32_t d = materials_[material].firstDrawable; d != kNone; d = drawables_[d].ofMaterial.next)
         to.push_back(drawables_[d].id);
 }
@@ -192,12 +202,33 @@ void SceneLooks::setMaterial(const Aspect& aspect, std::uint32_t drawable, Objec
     if (!material) return;
     DrawableUse& use = drawables_[drawable];
     use.materialId = material;
-    use.material = materials_.find(material);
-    if (use.material == kNone) {
-        use.material = materials_.add(material);
-        refresh(aspect, use.material);
-    }
+    use.material = knownMaterial(aspect, material);
     linkFirst(drawables_, materials_[use.material].firstDrawable, drawable, &DrawableUse::ofMaterial);
+}
+
+std::uint32_t SceneLooks::knownMaterial(const Aspect& aspect, ObjectId material) {
+    std::uint32_t slot = materials_.find(material);
+    if (slot != kNone) return slot;
+    slot = materials_.add(material);
+    refresh(aspect, slot);
+    return slot;
+}
+
+void SceneLooks::forgetUnused(std::uint32_t material) {
+    if (materials_[material].firstDrawable != kNone || materials_[material].held > 0) return;
+    setImage(material, {});
+    materials_.erase(material);
+}
+
+void SceneLooks::hold(const Aspect& aspect, ObjectId material) {
+    const std::uint32_t slot = knownMaterial(aspect, material);
+    ++materials_[slot].held;
+}
+
+void SceneLooks::release(ObjectId material) {
+    const std::uint32_t slot = materials_.find(material);
+    --materials_[slot].held;
+    forgetUnused(slot);
 }
 
 void SceneLooks::leaveMaterial(std::uint32_t drawable) {
@@ -205,10 +236,7 @@ void SceneLooks::leaveMaterial(std::uint32_t drawable) {
     if (use.material != kNone) {
         MaterialUse& material = materials_[use.material];
         unlink(drawables_, material.firstDrawable, drawable, &DrawableUse::ofMaterial);
-        if (material.firstDrawable == kNone) {
-            setImage(use.material, {});
-            materials_.erase(use.material);
-        }
+        forgetUnused(use.material);
     }
     use.materialId = {};
     use.material = kNone;

@@ -30,10 +30,15 @@ class SceneLooks {
 public:
     /// Remembers the core until `drop`.
     [[nodiscard]] SceneLook of(const Aspect& aspect, ObjectId core);
+    /// The same with a material that is held, whatever its own is.
+    [[nodiscard]] SceneLook of(const Aspect& aspect, ObjectId core, ObjectId held);
+    /// A material is known, and told of by lookChanged by its own id, until it has been released as often.
+    void hold(const Aspect& aspect, ObjectId material);
+    void release(ObjectId material);
     /// Nobody uses the core any more. Its mesh stays until `endUpdate`. Unknown ones are allowed.
     void drop(ObjectId core);
     /// A drawable's arrays, or anything that makes a look, have new values: appends the known drawables whose look is
-    /// another now. Costs what is appended, and the materials of an image.
+    /// another now, and held materials. Costs what is appended, and the materials of an image.
     void shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
     void lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed);
     void clear();
@@ -93,6 +98,7 @@ private:
         bool detailed = false, coated = false;
         std::uint16_t state = 0;  ///< which images it has, whether alpha cuts it, its sides
         std::uint32_t image = kNone;
+        std::uint32_t held = 0;  ///< how often
         std::uint32_t firstDrawable = kNone;
         SlotLink ofImage;
     };
@@ -106,6 +112,9 @@ private:
     /// Its fields have changed, or are new.
     void keep(std::uint32_t drawable, const Drawable& now);
     void releaseSteps(DrawableUse& use);
+    [[nodiscard]] std::uint32_t knownMaterial(const Aspect& aspect, ObjectId material);
+    void forgetUnused(std::uint32_t material);
+    [[nodiscard]] SceneLook lookOf(const DrawableUse& use, ObjectId materialId, std::uint32_t material) const;
     void setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material);
     void leaveMaterial(std::uint32_t drawable);
     void setImage(std::uint32_t material, ObjectId image);

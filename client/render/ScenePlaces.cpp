@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "client/render/SceneItems.h"
 
@@ -78,19 +79,28 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         const ScenePlace* parent = place.parent == kNone ? nullptr : &places[place.parent];
         const bool isRoot = place.id == kRootNode;
         const bool attached = isRoot || (parent && parent->attached);
-        const bool shown = isRoot || (parent && parent->shown && parent->maySee(slot));
+        const std::uint8_t seenBy = isRoot ? 0xff : parent && parent->shown ? static_cast<std::uint8_t>(parent->seenBy & mayBeSeenBy(place.parent, slot)) : 0;
+        const bool shown = seenBy != 0;
         const std::uint32_t depth = parent ? parent->depth + 1 : 0;
         const bool wasShown = place.shown;
         const bool forAll = attached != place.attached || depth != place.depth;
         place.attached = attached;
         place.shown = shown;
         place.depth = depth;
-        bool moved = false;
+        bool moved = false, relooked = false;
         if (shown) {
             const Affine3d world_T_node = worldOf(place);
-            moved = !wasShown || !sameBits(world_T_node, place.world_T_node);
+            const bool turns = parent && parent->turnsBelow, turnsBelow = turns || place.role == SceneRole::kBillboard;
+            moved = !wasShown || !sameBits(world_T_node, place.world_T_node) || seenBy != place.seenBy || turns != place.turns || turnsBelow != place.turnsBelow;
             if (moved) place.world_T_node = world_T_node;
+            place.turns = turns;
+            place.turnsBelow = turnsBelow;
+            const GroupMaterials materials = materialsBelow(place);
+            relooked = materials != place.materials;
+            place.materials = materials;
         }
+        place.seenBy = seenBy;
+        keepTurn(slot);
 
         const bool light = place.role == SceneRole::kLight;
         if (place.counted != (attached && light)) {
@@ -102,16 +112,20 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         if (place.ordered && (!stands || reorder)) takeOut(slot);
         if (stands && !place.ordered) arrivals_.push_back(slot);
         if (stands && moved) lightsStale_ = true;
-        settleItem(slot, moved, (dirty & kDrawn) != 0);
+        settleItem(slot, moved, relooked || (dirty & kDrawn) != 0);
 
         // Which children inherit something new?
         const std::uint32_t showed = place.shows;
+        const Levels levels = showed == ScenePlace::kByUser ? levels_.at(slot) : Levels();
         if (place.role != SceneRole::kChoice)
             place.shows = ScenePlace::kAll;
         else if (shown)
-            place.shows = shownChild(place);
-        const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
-        const bool news = wasShown != shown || moved || showed != place.shows;
+            place.shows = shownChild(slot);
+        const bool otherLevels = showed == ScenePlace::kByUser && place.shows == showed && levels != levels_.at(slot);
+        if (showed == ScenePlace::kByUser && place.shows != showed) levels_.erase(slot);
+        const auto several = [](std::uint32_t shows) { return shows == ScenePlace::kAll || shows == ScenePlace::kByUser; };
+        const bool seen = (wasShown && several(showed)) || (shown && several(place.shows));
+        const bool news = wasShown != shown || moved || relooked || otherLevels || showed != place.shows;
         if (forAll || (seen && news)) {
             enterBelow(slot, reorder);
             continue;
@@ -122,7 +136,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         }
         if (!news) continue;
         for (const std::uint32_t child : {showed, place.shows}) {
-            if (child == kNone || child == ScenePlace::kAll || places[child].parent != slot) continue;
+            if (child == kNone || several(child) || places[child].parent != slot) continue;
             open_.push_back({child, reorder});
         }
     }
@@ -133,12 +147,57 @@ void RenderScene::Impl::enterBelow(std::uint32_t slot, bool reorder) {
         open_.push_back({c, reorder});
 }
 
-std::uint32_t RenderScene::Impl::shownChild(const ScenePlace& place) const {
-    const auto* choice = aspect_->get<Switch>(place.core);
-    if (!choice || choice->choice == Switch::kAll) return ScenePlace::kAll;
-    const auto& children = aspect_->get<Node>(place.id)->children;
-    if (choice->choice < 0 || static_cast<std::uint64_t>(choice->choice) >= children.size()) return kNone;
-    return places.find(children[static_cast<std::size_t>(choice->choice)]);
+std::uint32_t RenderScene::Impl::shownChild(std::uint32_t slot) {
+    const ScenePlace& place = places[slot];
+    const Object core = aspect_->find(place.core);
+    const Node& node = *aspect_->get<Node>(place.id);
+    const auto childAt = [&](std::size_t index) { return index < node.children.size() ? places.find(node.children[index]) : kNone; };
+    if (!core.is<DistanceLOD>()) {
+        const std::optional<std::size_t> sole = soleChild(core);
+        return sole ? childAt(*sole) : ScenePlace::kAll;
+    }
+    Levels levels;
+    for (std::size_t user = 0; user < kLevelUsers; ++user) levels[user] = childAt(levelOf(node, user));
+    if (std::ranges::all_of(levels, [&](std::uint32_t child) { return child == levels[0]; })) return levels[0];
+    levels_[slot] = levels;
+    return ScenePlace::kByUser;
+}
+
+std::uint8_t RenderScene::Impl::mayBeSeenBy(std::uint32_t slot, std::uint32_t child) const {
+    const std::uint32_t shows = places[slot].shows;
+    if (shows != ScenePlace::kByUser) return shows == ScenePlace::kAll || shows == child ? 0xff : 0;
+    unsigned users = 0;
+    const Levels& levels = levels_.at(slot);
+    for (std::size_t user = 0; user < kLevelUsers; ++user) users |= levels[user] == child ? 1u << user : 0u;
+    return static_cast<std::uint8_t>(users);
+}
+
+// As MaterialGroup.h says: the nearest of those that do not override, the topmost of those that do, up to who protects.
+GroupMaterials RenderScene::Impl::materialsBelow(const ScenePlace& place) const {
+    GroupMaterials materials = place.parent == kNone ? GroupMaterials() : places[place.parent].materials;
+    const MaterialGroup* group = place.role == SceneRole::kMaterials ? aspect_->get<MaterialGroup>(place.core) : nullptr;
+    if (!group) return materials;
+    if (group->protects) materials.over = {};
+    if (!group->material) return materials;
+    if (!group->overrides)
+        materials.nearest = group->material;
+    else if (!materials.over)
+        materials.over = group->material;
+    return materials;
+}
+
+void RenderScene::Impl::lend(SceneItem& item, ObjectId material) {
+    if (item.lent == material) return;
+    if (item.lent) {
+        const auto borrowers = lentTo_.find(item.lent);
+        borrowers->second.erase(item.place);
+        if (borrowers->second.empty()) lentTo_.erase(borrowers);
+        looks_.release(item.lent);
+    }
+    item.lent = material;
+    if (!material) return;
+    looks_.hold(*aspect_, material);
+    lentTo_[material].insert(item.place);
 }
 
 // The one place where world transforms come from, so that following changes and starting anew give the same bits on
@@ -156,11 +215,19 @@ Affine3d RenderScene::Impl::worldOf(const ScenePlace& place) const {
 void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another) {
     ScenePlace& place = places[slot];
     if (!place.shown || place.role != SceneRole::kDrawable) return freeItem(place);
+    const auto placed = [&] {
+        SceneItem& item = items[place.item];
+        item.turned = SceneItem::kUnturned;
+        item.seenBy = place.seenBy;
+        item.seenBy == 0xff ? (void)byUser_.erase(place.item) : (void)byUser_.insert(place.item);
+        turnsStale_ = turnsStale_ || place.turns;
+        placeItem(place.item);
+    };
     if (place.item != kNone && !another) {
-        if (moved) placeItem(place.item);
+        if (moved) placed();
         return;
     }
-    const SceneLook look = looks_.of(*aspect_, place.core);
+    SceneLook look = looks_.of(*aspect_, place.core);
     if (!look.mesh || !look.mesh->drawable()) return freeItem(place);
     const bool isNew = place.item == kNone;
     if (isNew && freeItems_.empty()) {
@@ -175,6 +242,10 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     const bool otherReach = item.base != look.mesh || item.slack != look.slack;
     if (isNew) reaches.add(item.reach);
     countLooks(place.item, -1);
+    item.place = slot;
+    const ObjectId group = place.materials.over || look.material ? place.materials.over : place.materials.nearest;
+    lend(item, group == look.material ? ObjectId() : group);
+    if (item.lent) look = looks_.of(*aspect_, place.core, item.lent);
     item.node = place.id;
     item.geometry = place.core;
     item.material = look.material;
@@ -182,7 +253,6 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.fineness = 0;
     item.byScreen = look.byScreen;
     item.slack = look.slack;
-    item.place = slot;
     item.transparent = look.transparent;
     item.occludes = look.occludes;
     item.detailed = look.detailed;
@@ -191,13 +261,13 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.lineWidth = look.lineWidth;
     item.state = look.state;
     countLooks(place.item, 1);
-    if (isNew || moved || otherReach) placeItem(place.item);
+    if (isNew || moved || otherReach) placed();
 }
 
 void RenderScene::Impl::placeItem(std::uint32_t index) {
     SceneItem& item = items[index];
     Box& box = boxes[index];
-    const Affine3d& world_T_item = places[item.place].world_T_node;
+    const Affine3d& world_T_item = world_T(item);
     reaches.remove(item.reach);
     transparentChanges += item.transparent;
     item.mirrored = world_T_item.linear().determinant() < 0;
@@ -213,6 +283,7 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
         item.reach = 0;
     }
     reaches.add(item.reach);
+    if (!(item.seenBy & userBit_)) box = Box();
     queue(index);
 }
 
@@ -221,6 +292,8 @@ void RenderScene::Impl::freeItem(ScenePlace& place) {
     const std::uint32_t index = std::exchange(place.item, kNone);
     reaches.remove(items[index].reach);
     countLooks(index, -1);
+    lend(items[index], {});
+    byUser_.erase(index);
     boxes[index] = Box();
     queue(index);
     items[index] = {.queued = true};

@@ -153,7 +153,7 @@ double ScreenMeasure::OfItem::pixelsPerUnit(const Box& own, double apart) const 
     return perUnit_ * screen_.pixelsAtOne_ / std::max({depth, distance / screen_.slant_ - perUnit_ * apart, screen_.nearest_});
 }
 
-void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
+void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
     if (byScreen.empty() || (lookedAt_ == version && drawAlike(camera, lookedFrom_))) return;
     lookedAt_ = version;
     lookedFrom_ = camera;
@@ -171,7 +171,7 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
             continue;
         }
         const Drawable& drawable = looks_.drawableByScreen(item.geometry);
-        const Affine3d& world_T_item = places[item.place].world_T_node;
+        const Affine3d& world_T_item = world_T(item);
         std::size_t unit = units.size();
         if (const double seam = drawable.seam(); seam > 0) unit = unitOfSeam.try_emplace(seamKeyOf(seam, world_T_item), unit).first->second;
         if (unit == units.size()) units.push_back({.items = {}, .pixelsPerUnit = {}, .first = item.node, .fineness = 0, .finest = 0, .triangles = 0, .parts = looks_.partsOf(item.geometry), .worth = {}, .levels = {}});

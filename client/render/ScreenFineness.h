@@ -1,4 +1,4 @@
-/// How fine surfaces that control points stand for are drawn, by screen: the second of the two steps before drawing (SceneItems.h, lookFrom).
+/// How fine surfaces that control points stand for are drawn, by screen: the second of the two steps before drawing (SceneItems.h, lookFrom; the other half is UserView.cpp).
 ///
 /// Triangles as the fields say are drawn where their surface is within the wanted pixels of them. Where it may be farther off on this screen,
 /// finer ones are, a step of half as long edges after the other, those first that are farthest off for what they ask for; until none is, or there

@@ -137,7 +137,7 @@ DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
     return {.node = item.node,
             .geometry = item.geometry,
             .material = item.material,
-            .world_T_item = places[item.place].world_T_node,
+            .world_T_item = world_T(item),
             .mirrored = item.mirrored,
             .kind = item.kind,
             .lineWidth = item.lineWidth,

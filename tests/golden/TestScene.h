@@ -78,8 +78,10 @@ public:
         setEnvironment(Vec3f::Zero(), Vec3f::Zero(), background);
         addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
     }
-    void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0) {
+    void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0,
+                       const Vec3f& attenuation = Vec3f(0, 0, 1)) {
         const ObjectId id = create<PointLight>();
+        if (attenuation != PointLight().attenuation) set<PointLight>(id, fieldId<&PointLight::attenuation>, attenuation);
         set<PointLight>(id, fieldId<&PointLight::color>, color);
         set<PointLight>(id, fieldId<&PointLight::intensity>, intensity);
         set<PointLight>(id, fieldId<&PointLight::range>, range);

@@ -235,6 +235,54 @@ TEST_F(LightTest, PointsAndSpotsFallOffAsGltfSays) {
     }
 }
 
+// OpenGL's 1 / (x + y d + z d²), beside a directional light of that strength; all 0: no falloff.
+TEST_F(LightTest, LightsFallOffAsTheirAttenuationSays) {
+    Random random(seedOr(4));
+    const auto shade = [&](auto&& light) {
+        TestScene scene;
+        scene.setDark();
+        Material matt;
+        matt.baseColor = Vec4f(0.6f, 0.6f, 0.6f, 1);
+        matt.roughness = 0.9f;
+        scene.place(scene.add(makeSheet(40, 40), scene.add(matt)), {0, 0, -3});
+        light(scene);
+        return center(draw(scene));
+    };
+    for (int i = 0; i < 30; ++i) {
+        const double distance = std::exp(random.between(1.5, 3)), beside = 0.5 * (3.2 / kSidePx) * (5.4 / 2.4);
+        const Vec3d at(0, 0, -3 + distance), way = Vec3d(beside, -beside, -3) - at;
+        Vec3d attenuation(i & 1 ? random.between(0.1, 3) : 0, i & 2 ? random.between(0.1, 3) : 0, i & 4 ? random.between(0.1, 3) : 0);
+        const double d = way.norm();
+        const double fallen = attenuation.isZero() ? 1 : 1 / (attenuation.x() + attenuation.y() * d + attenuation.z() * d * d);
+        const auto strength = static_cast<float>(0.8 / fallen);
+        const Rgb wanted = shade([&](TestScene& scene) { scene.addDirectionalLight(way, Vec3f::Ones(), 0.8f); });
+        const Rgb is = shade([&](TestScene& scene) {
+            scene.addPointLight(at, Vec3f::Ones(), strength, 0, Vec3f(attenuation.cast<float>()));
+        });
+        EXPECT_NEAR(is.g, wanted.g, 1) << "distance " << d << ", attenuation " << attenuation.transpose();
+    }
+}
+
+// A wall may stand in a world of any scale: what shaders compute in metres is what the core says in world units.
+TEST(LightClusters, AttenuationIsInWorldUnitsWhateverTheScale) {
+    Random random(seedOr(6));
+    for (int i = 0; i < 200; ++i) {
+        const View view{.worldUnitsPerMetre = std::exp(random.between(-6, 6))};
+        const ScreenCamera screen = cameraOf(2300, 1300, {0, 0, 1.5}, 3.2, view);
+        LightItem light;
+        light.kind = LightItem::Kind::kPoint;
+        light.attenuation = Vec3f(static_cast<float>(random.between(0, 2)), static_cast<float>(random.between(0, 2)), static_cast<float>(i % 2 ? random.between(0, 2) : 0));
+        LightClusters clusters;
+        clusters.collect(std::span(&light, 1), screen);
+        const LightTexels& texels = clusters.lights()[0];
+        const double world = std::exp(random.between(-3, 6)), metres = world / view.worldUnitsPerMetre;
+        const double shader = texels.radiance[0] / (texels.falloff[0] + texels.falloff[1] * metres + texels.falloff[2] * metres * metres);
+        const Vec3d said = light.attenuation.cast<double>();
+        const double wanted = 1 / (said.x() + said.y() * world + said.z() * world * world);
+        ASSERT_NEAR(shader / wanted, 1, 1e-5);
+    }
+}
+
 TEST_F(LightTest, OthersAreShownWithoutCompilingAnythingOnceAllIsPrepared) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});

@@ -132,7 +132,7 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
             if (mostSteps(item.fineness) == drawable.finest() || 4 * item.mesh->triangles > kMostTrianglesByScreen || triangles + 3 * item.mesh->triangles > kMostTrianglesOfScreen) continue;
             const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(), truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
             EXPECT_EQ(drawn.positions.id(), item.mesh->positions.id());
-            const Affine3d world_T_item = all.places[item.place].world_T_node;
+            const Affine3d world_T_item = all.world_T(item);
             const auto points = truth.positions.as<float>();
             if (points.empty()) continue;  // more triangles than may be
             const auto offOf = [&](const MeshArrays& mesh, const Vec3d& p) {

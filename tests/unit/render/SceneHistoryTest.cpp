@@ -28,7 +28,8 @@ std::string describe(const RenderScene::Impl& scene, const SceneItem& item, cons
     text += toHex(item.mesh->positions.id()) + toHex(item.mesh->indices.id()) + " ";
     number(static_cast<double>(item.mesh->triangles));
     number(item.reach);
-    const Affine3d& world = scene.places[item.place].world_T_node;
+    text += "seen by " + std::to_string(item.seenBy) + " ";
+    const Affine3d& world = scene.world_T(item);
     std::array<std::uint64_t, 16> bits{};
     std::memcpy(bits.data(), world.data(), sizeof bits);
     for (const std::uint64_t b : bits) text += std::to_string(b) + " ";
@@ -111,20 +112,106 @@ bool isTransparent(const Aspect& aspect, const Material& material, const Geometr
     return material.baseColor.w() < 1 || clear || !allOpaqueIn(geometry.colors);
 }
 
-int crowdedWithLights = 0;  ///< scenes seen with more than sixteen lights
-
-/// Items, lights and environment, read off the scene by a traversal, node after node in document order.
-void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
-    const RenderScene::Impl& all = scene.impl();
-    std::map<std::uint64_t, const SceneItem*> items;
-    for (const SceneItem& item : all.items)
-        if (item.node) items.emplace(item.node.value, &item);
-    std::size_t drawn = 0;
-    std::vector<float> intensities;
+/// What a user sees, read off the scene node after node in document order, by the words of the cores' headers.
+class NaiveView {
+public:
+    struct Drawn {
+        const Geometry* geometry;
+        Affine3d world_T_node;
+        ObjectId material;
+    };
+    struct Shining {
+        float intensity;
+        Vec3d position;
+    };
+    std::map<std::uint64_t, Drawn> drawn;
+    std::vector<Shining> lights;
     std::vector<Vec3f> skies;
-    bool anyLight = false;
-    Action shown, hidden;
-    shown.on<Geometry>([&](const Visit& visit, const Geometry& geometry) {
+    bool anyLight = false;  ///< hidden ones, those that are off and those that others see too
+
+    NaiveView(const Aspect& aspect, std::size_t user, const Vec3d& head) : aspect_(aspect), user_(user), head_(head) {
+        walk(kRootNode, Affine3d::Identity(), true);
+    }
+
+private:
+    void walk(ObjectId id, const Affine3d& world_T_parent, bool seen) {
+        const Node& node = *aspect_.get<Node>(id);
+        const Object core = node.core ? aspect_.find(node.core) : Object();
+        Affine3d world_T_node = placeNode(aspect_, node, world_T_parent);
+        if (const auto* billboard = core.as<Billboard>()) world_T_node.linear() = world_T_parent.linear() * turnTowards(head_, billboard->axis, world_T_parent);
+        above_.push_back(core);
+        const auto light = [&](const auto* it) {
+            if (!it) return;
+            anyLight = true;
+            if (!seen || !it->on) return;
+            lights.push_back({it->intensity, worldTransform(aspect_, attached(it->beacon) ? it->beacon : id).translation()});
+        };
+        light(core.as<PointLight>());
+        light(core.as<SpotLight>());
+        light(core.as<DirectionalLight>());
+        if (seen) {
+            if (const auto* geometry = core.as<Geometry>()) drawn[id.value] = {geometry, world_T_node, materialOf(*geometry)};
+            if (const auto* environment = core.as<Environment>()) skies.push_back(environment->sky);
+        }
+        std::size_t index = 0;
+        for (const ObjectId child : node.children) {
+            bool shown = seen;
+            if (const auto* choice = core.as<Switch>()) shown = shown && (choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(index));
+            if (core.is<DistanceLOD>()) {
+                const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) / (std::uint64_t{1} << (8 * user_)) % 256);
+                shown = shown && (index == level || (index + 1 == node.children.size() && level > index));
+            }
+            walk(child, world_T_node, shown);
+            ++index;
+        }
+        above_.pop_back();
+    }
+    [[nodiscard]] bool attached(ObjectId id) const {
+        const Node* node = aspect_.get<Node>(id);
+        while (node && node->parent) node = aspect_.get<Node>(id = node->parent);
+        return node && id == kRootNode;
+    }
+    [[nodiscard]] ObjectId materialOf(const Geometry& geometry) const {
+        std::size_t from = 0;
+        ObjectId nearest, over;
+        for (std::size_t i = 0; i < above_.size(); ++i)
+            if (const auto* group = above_[i].as<MaterialGroup>(); group && group->protects) from = i;
+        for (std::size_t i = above_.size(); i-- > 0;) {
+            const auto* group = above_[i].as<MaterialGroup>();
+            if (!group || !group->material) continue;
+            if (!group->overrides && !nearest) nearest = group->material;
+            if (group->overrides && i >= from) over = group->material;
+        }
+        return over ? over : geometry.material ? geometry.material : nearest;
+    }
+
+    const Aspect& aspect_;
+    std::size_t user_;
+    Vec3d head_;
+    std::vector<Object> above_;
+};
+
+int crowdedWithLights = 0;  ///< scenes seen with more than sixteen lights
+int differently = 0;        ///< scenes of which this user does not see all that others see, or sees something turned
+int lentMaterials = 0;      ///< items with the material of a group
+
+void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::size_t user, const Vec3d& head) {
+    const NaiveView naive(aspect, user, head);
+    std::map<std::uint64_t, std::uint32_t> items;
+    bool unlike = false;
+    for (std::uint32_t i = 0; i < all.items.size(); ++i) {
+        if (!all.items[i].node) continue;
+        EXPECT_NE(all.items[i].seenBy, 0) << "nobody sees node " << all.items[i].node.value;
+        unlike = unlike || all.items[i].seenBy != 0xff || all.items[i].turned != SceneItem::kUnturned;
+        if (all.items[i].seenBy >> user & 1)
+            items.emplace(all.items[i].node.value, i);
+        else
+            EXPECT_TRUE(all.boxes[i].empty()) << "node " << all.items[i].node.value;
+    }
+    differently += unlike;
+    std::size_t drawn = 0;
+    for (const auto& [id, seen] : naive.drawn) {
+        const Geometry& geometry = *seen.geometry;
         const bool points = geometry.primitive == Geometry::kPoints;
         const MeshArrays arrays{.positions = geometry.positions,
                                 .normals = geometry.normals,
@@ -133,54 +220,28 @@ void expectAsTraversed(const RenderScene& scene, const Aspect& aspect) {
                                 .indices = geometry.indices,
                                 .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
                                 .pointRadius = geometry.pointRadius};
-        const auto item = items.find(visit.nodeId.value);
+        const auto found = items.find(id);
         const bool drawable = checkMesh(arrays) && !(points ? geometry.positions : geometry.indices).empty();
-        EXPECT_EQ(item != items.end(), drawable) << "node " << visit.nodeId.value;
-        if (item == items.end()) return Descend::kInto;
+        EXPECT_EQ(found != items.end(), drawable) << "node " << id;
+        if (found == items.end()) continue;
         ++drawn;
-        const Affine3d& world = all.places[item->second->place].world_T_node;
-        EXPECT_EQ(std::memcmp(world.data(), visit.world_T_node.data(), 16 * sizeof(double)), 0);
-        EXPECT_EQ(item->second->material, geometry.material);
-        EXPECT_EQ(item->second->kind, points ? DrawKind::kPoints : DrawKind::kTriangles);
-        EXPECT_EQ(item->second->mesh->shownRadius, points ? shownRadius(arrays) : 0.0);
-        const auto* material = aspect.get<Material>(geometry.material);
-        EXPECT_EQ(item->second->transparent, material && isTransparent(aspect, *material, geometry));
-        return Descend::kInto;
-    });
-    shown.on<DirectionalLight>([&](const Visit&, const DirectionalLight& light) {
-        intensities.push_back(light.intensity);
-        return Descend::kInto;
-    });
-    shown.on<PointLight>([&](const Visit&, const PointLight& light) {
-        intensities.push_back(light.intensity);
-        return Descend::kInto;
-    });
-    shown.on<SpotLight>([&](const Visit&, const SpotLight& light) {
-        intensities.push_back(light.intensity);
-        return Descend::kInto;
-    });
-    shown.on<Environment>([&](const Visit&, const Environment& environment) {
-        skies.push_back(environment.sky);
-        return Descend::kInto;
-    });
-    shown.run(aspect);
-    const auto found = [&](const Visit&, const auto&) {
-        anyLight = true;
-        return Descend::kInto;
-    };
-    hidden.visitHidden(true);
-    hidden.on<DirectionalLight>(found);
-    hidden.on<PointLight>(found);
-    hidden.on<SpotLight>(found);
-    hidden.run(aspect);
-
-    if (intensities.size() > 16) ++crowdedWithLights;
+        const SceneItem& item = all.items[found->second];
+        EXPECT_EQ(std::memcmp(all.world_T(item).data(), seen.world_T_node.data(), 16 * sizeof(double)), 0) << "node " << id;
+        EXPECT_EQ(item.material, seen.material) << "node " << id;
+        lentMaterials += item.lent ? 1 : 0;
+        EXPECT_EQ(item.kind, points ? DrawKind::kPoints : DrawKind::kTriangles);
+        EXPECT_EQ(item.mesh->shownRadius, points ? shownRadius(arrays) : 0.0);
+        const auto* material = aspect.get<Material>(seen.material);
+        EXPECT_EQ(item.transparent, material && isTransparent(aspect, *material, geometry)) << "node " << id;
+    }
     EXPECT_EQ(drawn, items.size());
-    EXPECT_EQ(all.environment.sky, skies.empty() ? Environment().sky : skies.front());
-    if (!anyLight) intensities.assign(3, 0);
-    ASSERT_EQ(all.lights.size(), intensities.size());
-    for (std::size_t i = 0; anyLight && i < intensities.size(); ++i)
-        EXPECT_EQ(all.lights[i].radiance, Vec3f::Constant(intensities[i])) << "light " << i;
+    EXPECT_EQ(all.environment.sky, naive.skies.empty() ? Environment().sky : naive.skies.front());
+    if (naive.lights.size() > 16) ++crowdedWithLights;
+    ASSERT_EQ(all.lights.size(), naive.anyLight ? naive.lights.size() : 3);
+    for (std::size_t i = 0; naive.anyLight && i < naive.lights.size(); ++i) {
+        EXPECT_EQ(all.lights[i].radiance, Vec3f::Constant(naive.lights[i].intensity)) << "light " << i;
+        EXPECT_EQ(std::memcmp(&all.lights[i].position, &naive.lights[i].position, sizeof(Vec3d)), 0) << "light " << i;
+    }
 }
 
 /// Edits a scene at random; knows nothing of it but what the aspect says.
@@ -253,7 +314,7 @@ private:
                                          typeOf<Geometry>(),   typeOf<Geometry>(),  typeOf<Switch>(),
                                          typeOf<PointLight>(), typeOf<Group>(),     typeOf<DirectionalLight>(),
                                          typeOf<Environment>(), typeOf<SpotLight>(), typeOf<ComponentTransform>(),
-                                         typeOf<InverseTransform>()};
+                                         typeOf<InverseTransform>(), typeOf<MaterialGroup>(), typeOf<DistanceLOD>(), typeOf<Billboard>()};
         const bool light = lightsOften_ && pick(3) > 0;
         const ObjectType type = light ? typeOf<PointLight>() : kTypes[pick(std::size(kTypes))];
         if (!light && pick(3) > 0 && !of(type).empty()) return any(of(type));
@@ -267,6 +328,8 @@ private:
         if (type == typeOf<Switch>()) setChoice(core);
         if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>() || type == typeOf<SpotLight>()) setIntensity(core, type);
         if (type == typeOf<Environment>()) setSky(core);
+        if (type == typeOf<MaterialGroup>()) setGroup(core);
+        if (type == typeOf<Billboard>()) setAxis(core);
         return core;
     }
     void setTransform(ObjectId id) {
@@ -331,6 +394,28 @@ private:
         if (id)
             scene.edit.set(id, type, fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
     }
+    void setLamp(ObjectId id) {
+        const bool point = scene.aspect.get<PointLight>(id);
+        if (!point) return;
+        setField<&PointLight::on>(scene.edit, id, pick(3) > 0);
+        setField<&PointLight::beacon>(scene.edit, id, pick(3) ? any(of(typeOf<Node>())) : ObjectId());
+    }
+    void setGroup(ObjectId id) {
+        if (!id) return;
+        setField<&MaterialGroup::material>(scene.edit, id, pick(4) ? any(of(typeOf<Material>())) : ObjectId());
+        setField<&MaterialGroup::overrides>(scene.edit, id, pick(2) == 0);
+        setField<&MaterialGroup::protects>(scene.edit, id, pick(4) == 0);
+    }
+    void setAxis(ObjectId id) {
+        const Vec3d axes[] = {Vec3d::Zero(), Vec3d::UnitY(), Vec3d::UnitZ(), Vec3d(1, 2, 0)};
+        if (id) setField<&Billboard::axis>(scene.edit, id, axes[pick(4)]);
+    }
+    /// Few levels, and often the same of all users.
+    void setLevels(ObjectId node) {
+        std::uint64_t levels = pick(4);
+        for (int byte = 1; byte < 8; ++byte) levels |= (pick(2) ? levels & 0xff : pick(4)) << (8 * byte);
+        scene.edit.set(node, typeOf<Node>(), fieldId<&Node::levels>, static_cast<std::int64_t>(levels));
+    }
     void setSky(ObjectId id) {
         if (!id) return;
         const Vec3f sky = Vec3f::Constant(static_cast<float>(uniform(0, 1)));
@@ -359,7 +444,7 @@ private:
         std::vector<ObjectId>& nodes = of(typeOf<Node>());
         const ObjectId node = any(nodes);
         const bool crowded = nodes.size() > 70;
-        switch (pick(17)) {
+        switch (pick(20)) {
             case 0:
             case 1:
             case 2:
@@ -400,6 +485,16 @@ private:
             case 10:
             case 11:
                 return setChoice(any(of(typeOf<Switch>())));
+            case 17: {
+                std::vector<ObjectId> bearers;
+                for (const ObjectId id : nodes)
+                    if (const Node* bearer = scene.aspect.get<Node>(id); bearer && scene.aspect.coreOf<DistanceLOD>(*bearer)) bearers.push_back(id);
+                return bearers.empty() ? void() : setLevels(any(bearers));
+            }
+            case 18:
+                return pick(2) ? setGroup(any(of(typeOf<MaterialGroup>()))) : setAxis(any(of(typeOf<Billboard>())));
+            case 19:
+                return setLamp(any(of(typeOf<PointLight>())));
             case 12:
                 return setTransform(any(of(typeOf<Transform>())));
             case 13:
@@ -435,14 +530,20 @@ int runHistory(unsigned seed, int steps) {
     RenderScene followed;
     followed.update(editor.scene.aspect, nullptr);
     int done = 0;
+    ScreenCamera camera = TestCamera().camera();
+    std::mt19937 looking(seed);
     for (int step = 0; step < steps; ++step) {
         const ChangeList list = editor.step();
         done += list.empty() ? 0 : 1;
         followed.update(editor.scene.aspect, &list);
         RenderScene anew;
         anew.update(editor.scene.aspect, nullptr);
+        if (looking() % 2 == 0) camera.user = static_cast<unsigned>(looking() % 10);
+        if (looking() % 2 == 0) camera.headWorld = Vec3d(static_cast<double>(looking() % 5), 1, static_cast<double>(looking() % 5) - 2);
+        const RenderScene::Impl& seen = followed.seenFrom(camera);
+        (void)anew.seenFrom(camera);
         expectSame(followed, anew);
-        if (!testing::Test::HasFailure()) expectAsTraversed(followed, editor.scene.aspect);
+        if (!testing::Test::HasFailure()) expectAsTraversed(seen, editor.scene.aspect, camera.user % 8, camera.headWorld);
         if (testing::Test::HasFailure()) {
             ADD_FAILURE() << "step " << step << " of history " << seed << "; repeat it with TESSERA_HISTORY=" << seed
                           << " unit_render --gtest_filter=SceneHistory.*";
@@ -463,6 +564,8 @@ TEST(SceneHistory, FollowingItEqualsStartingAnew) {
     if (!one) {
         EXPECT_GT(done, 400 * 20) << "most lists were refused: this proves little";
         EXPECT_GT(crowdedWithLights, 200);
+        EXPECT_GT(differently, 400);
+        EXPECT_GT(lentMaterials, 200);
     }
     RecordProperty("lists", done);
 }
