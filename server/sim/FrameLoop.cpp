@@ -106,6 +106,7 @@ struct FrameLoop::Impl {
     Tracking tracking;
     TrackerInputs trackers;
     notice::Poses poses;  ///< of the newest frame
+    LevelChoice levels;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
@@ -143,6 +144,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       tracking(options.wall),
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
+      levels(options.wall),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -151,7 +153,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .journal = journal(),
              .moveHeads = [this] { moveHeads(); },
              .showing = &options.showing,
-             .steering = &steering}),
+             .steering = &steering,
+             .levels = &levels}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,

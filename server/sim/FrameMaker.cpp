@@ -46,6 +46,7 @@ Expected<void> FrameMaker::sceneIsThere() {
     around_.log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
                                  counts.triangles, counts.trianglesStored));
     around_.view.update(around_.simulation.scene(), nullptr);
+    if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
@@ -55,6 +56,10 @@ Expected<void> FrameMaker::sceneIsThere() {
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
                                   TimePoint now) {
     const bool first = number == FrameNumber(0);
+    // By where heads were in the frame before. An edit like others, so that whoever follows, records or keeps a journal has it.
+    if (around_.levels)
+        if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
+            edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
@@ -68,6 +73,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     around_.report.frameCommitted(frame);
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {

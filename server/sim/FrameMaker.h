@@ -11,6 +11,7 @@
 #include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/Report.h"
+#include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/journal/Journal.h"
 #include "server/sim/navigation/Steering.h"
@@ -35,6 +36,7 @@ public:
         std::function<void()> moveHeads = {};
         const Showing* showing = nullptr;  ///< null: the scene
         Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
+        LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
