@@ -1,0 +1,93 @@
+/// What depends on who looks, on walls of several processes: the same on all tiles, and each user's own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "client/image/Picture.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Groups : public testing::Test {
+protected:
+    void draw(const std::string& name, const std::string& wall, const std::string& scene, const std::string& size) {
+        const Outcome outcome = run(folder_.path(),
+                                    {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--size", size, "--output", folder_.path() + "/" + name},
+                                    120s);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
+    }
+    Picture picture(const std::string& name, const std::string& file) {
+        const Expected<Bytes> bytes = readFile(folder_.path() + "/" + name + "/" + file, 100 << 20);
+        const Expected<DecodedPng> png = bytes ? decodePng(*bytes) : Expected<DecodedPng>(tl::unexpected(bytes.error()));
+        EXPECT_TRUE(png) << name << "/" << file;
+        return png ? png->picture : Picture();
+    }
+    TemporaryFolder folder_;
+};
+
+// Material groups, levels, billboards, beacons on what moves: no seam, whatever the tiles.
+TEST_F(Groups, AWallOfTilesIsTheOnePicture) {
+    const std::string scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/groups.tsct";
+    draw("one", "1x1", scene, "322x182");
+    const Picture one = picture("one", "wall.png");
+    for (const std::string wall : {"2x2", "3x1"}) {
+        draw(wall, wall, scene, "322x182");
+        EXPECT_TRUE(one == picture(wall, "wall.png")) << wall;
+    }
+}
+
+std::size_t pixelsOfChannel(const Picture& p, int channel) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + 2 < p.rgb.size(); i += 3) {
+        const auto at = [&](int c) { return int{p.rgb[i + static_cast<std::size_t>(c)]}; };
+        count += at(channel) > 200 && at((channel + 1) % 3) < 60 && at((channel + 2) % 3) < 60;
+    }
+    return count;
+}
+
+// Two heads before one screen, drawn once for each. The ball is 3.06 m from the one and 3.65 m from the other, with a range between. The plate,
+// a metre wide and a metre behind the screen, faces both: its picture is 66.7 pixels wide for who stands before it, and for who stands aside
+// 80.8, where it would be 66.7 if it stood as it is.
+TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
+    const std::string scene = folder_.write("scene.tsct", R"(
+        material { name: "red" base_color { r: 1 g: 0 b: 0 } unlit: true }
+        material { name: "green" base_color { r: 0 g: 1 b: 0 } unlit: true }
+        material { name: "blue" base_color { r: 0 g: 0 b: 1 } unlit: true }
+        node { environment { background { } } }
+        node { camera { } }
+        node { transform { translation { y: 0.6 z: -1 } } distance_lod { range: 3.35 hysteresis: 0.01 }
+          node { material: "red" sphere { radius: 0.15 } }
+          node { material: "green" sphere { radius: 0.15 } } }
+        node { transform { translation { z: -1 } } billboard { }
+          node { material: "blue" box { size { x: 1 y: 0.5 z: 0.002 } } } })");
+    const std::string wall = folder_.write("users.wall", R"(
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+          grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+          grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
+        users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
+        users { name: "second" position { x: 2 y: 0 z: 2 } eye_separation_m: 0.06 }
+        hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
+                            tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
+    const Outcome outcome = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--output", folder_.path() + "/users"}, 120s);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+    const Picture first = picture("users", "tiles/middle-0-0/000007.png"), second = picture("users", "tiles/aside-0-0/000007.png");
+    EXPECT_GT(pixelsOfChannel(first, 0), 100u);
+    EXPECT_EQ(pixelsOfChannel(first, 1), 0u);
+    EXPECT_EQ(pixelsOfChannel(second, 0), 0u);
+    EXPECT_GT(pixelsOfChannel(second, 1), 100u);
+    const auto widthOf = [](const Picture& p) {
+        const std::size_t row = static_cast<std::size_t>(p.widthPx) * 3;
+        Picture middle = Picture::filled(p.widthPx, 1, 0, 0, 0);
+        std::copy_n(p.rgb.begin() + static_cast<std::ptrdiff_t>(100 * row), row, middle.rgb.begin());
+        return static_cast<double>(pixelsOfChannel(middle, 2));
+    };
+    EXPECT_NEAR(widthOf(first), 66.7, 1.5);
+    EXPECT_NEAR(widthOf(second), 80.8, 1.5);
+}
+
+}  // namespace
+}  // namespace tessera::test
