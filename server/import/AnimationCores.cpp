@@ -89,6 +89,12 @@ Expected<void> SceneAssembly::resolveJoints(LoadedFile& file, const PendingParts
     return {};
 }
 
+const TypeInfo* SceneAssembly::typeOfCreated(ObjectId id) const {
+    const std::uint64_t place = id.value - kFirstPlaceholder;
+    const TypeInfo* type = place < types_.size() ? types_[place] : nullptr;
+    return type ? type : findType(typeOf<Node>());  // of what was saved only nodes are found
+}
+
 Expected<ObjectId> SceneAssembly::channelTarget(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts) {
     if (!channel.material().empty()) {
         const Expected<ObjectId> material = materialCore(file, channel.material());
@@ -110,7 +116,7 @@ Expected<ObjectId> SceneAssembly::channelTarget(LoadedFile& file, const proto::s
     std::vector<std::string> fields;
     for (const ObjectId candidate : {found->transform, found->content, found->id}) {
         if (!candidate) continue;
-        const TypeInfo* type = types_[candidate.value - kFirstPlaceholder];
+        const TypeInfo* type = typeOfCreated(candidate);
         if (findField(*type, channel.field())) return candidate;
         kinds += fmt::format("{}{}", kinds.empty() ? "" : ", ", type->name);
         for (const FieldEntry& field : type->fields) fields.emplace_back(field.name);
@@ -134,7 +140,7 @@ Expected<ObjectId> SceneAssembly::keyFrames(LoadedFile& file, const proto::scene
         if (!numbers) return failWith(parts.where, numbers.error());
         *blob = std::move(*numbers);
     }
-    const TypeInfo* type = types_[target->value - kFirstPlaceholder];
+    const TypeInfo* type = typeOfCreated(*target);
     if (const Expected<KeyTrack> sound = KeyTrack::of(frames, type); !sound)
         return failWith(fmt::format("{}: the channel of '{}'", parts.where, readName(channel.field(), "")), sound.error());
     return create(frames);

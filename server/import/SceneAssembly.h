@@ -114,6 +114,7 @@ private:
     Expected<void> resolve(const PendingRef& ref);
     /// By a name, or null.
     [[nodiscard]] Placed* find(Placed* from, Placed* top, const std::string& name) const;
+    [[nodiscard]] const TypeInfo* typeOfCreated(ObjectId id) const;
     Expected<void> resolveParts(LoadedFile& file, const PendingParts& parts);
     Expected<void> resolveJoints(LoadedFile& file, const PendingParts& parts);
     Expected<ObjectId> keyFrames(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts);

@@ -71,6 +71,22 @@ TEST(AnimationText, WhatIsUnsoundIsRefusedWithItsPlace) {
     EXPECT_NE(none.error().message.find("no channels"), std::string::npos) << none.error().message;
 }
 
+TEST(AnimationText, ANodeThatWasSavedCanBeDrivenAsANode) {
+    const Scratch scratch;
+    scratch.write("saved.tsct", "saved { root: 1 object { number: 1 child: 2 node {} } object { number: 2 node { name: \"old\" } } }");
+    const auto driving = [&](const std::string& channel) {
+        return importScene(scratch.write("moving.tsct", "node { name: \"in\" import { uri: \"saved.tsct\" } }\n" + kLamp + "node { name: \"take\" animation { channel { target: \"/in/old\" " + channel + " } } }"),
+                           kRootNode, importOptions());
+    };
+    const Expected<ImportedScene> wrong = driving("field: \"intensity\" time: 0 value: 1");
+    ASSERT_FALSE(wrong);
+    EXPECT_NE(wrong.error().message.find("'/in/old' (Node) has no field 'intensity'"), std::string::npos) << wrong.error().message;
+    Expected<ImportedScene> scene = driving("field: \"levels\" time: 0 value: 1");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect->get<KeyFrames>(aspect.core<Animation>("/take")->channels[0])->target, *findNode(*aspect, "/in/old"));
+}
+
 const std::string kStrip = R"(mesh { name: "strip" position: [0,0,0, 1,0,0, 0,1,0, 1,1,0] index: [0,1,2, 1,3,2] }
 node { name: "arm" transform { translation { x: 1 } } node { name: "hand" transform { translation { y: 3 } } } }
 )";
