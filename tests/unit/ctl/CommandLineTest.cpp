@@ -61,6 +61,12 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Set>("set /lamp color 1 0.5 -1e-3").values.size(), 3u);
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
     EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");
+    (void)parsed<verb::Animations>("animations");
+    EXPECT_EQ(parsed<verb::Play>("play /fox/walk").playing, true);
+    EXPECT_EQ(parsed<verb::Play>("pause /fox/walk").playing, false);
+    EXPECT_EQ(parsed<verb::Play>("seek /fox/walk 1.5").time, 1.5);
+    EXPECT_EQ(parsed<verb::Play>("speed #9 -0.5").speed, -0.5);
+    EXPECT_FALSE(refusal("--server a:1 seek /fox/walk nan").empty());
     EXPECT_EQ(parsed<verb::Clone>("clone /hall --deep --share Material --share #17").share.size(), 2u);
     EXPECT_EQ(parsed<verb::Find>("find /hall/**[visible] --page-size 9").pageSize, 9u);
     (void)parsed<verb::Undo>("undo");

@@ -60,6 +60,7 @@ TEST_F(FieldText, WhatIsReadIsWrittenTheSame) {
             if (info.kind == FieldKind::kInt) words = {"-2"};
             if (info.kind == FieldKind::kBool) words = {"false"};
             if (info.kind == FieldKind::kRef) words = {"#3"};
+            if (info.kind == FieldKind::kRefs) words = {"#3", "#7"};
             if (info.kind == FieldKind::kText) words = {"a name"};
             const auto value = parseValue(find, info, words);
             ASSERT_TRUE(value) << type.name << "." << info.name << ": " << value.error().message;
