@@ -247,9 +247,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* loadAt = load->add_option("--at", in.loadAt, "Where the file's origin comes, in that node's units;\nwith --fit the middle of its underside")
                                     ->type_name("X Y Z")->expected(3)->check(numberFault);
     const CLI::Option* loadScale = load->add_option("--scale", in.loadScale, "So many times its own size")->type_name("S")->check(numberFault);
-    const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, in that node's units (metres)")
+    const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, in those units")
                                      ->type_name("METRES")->check(numberFault);
-    load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else +Z of .stl and\n.off, +Y of others)")->check(CLI::IsMember({"y", "z"}));
+    load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else\n+Z of .stl and .off, +Y of others)")->check(CLI::IsMember({"y", "z"}));
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
     move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();

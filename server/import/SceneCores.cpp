@@ -253,8 +253,9 @@ Expected<ObjectId> SceneAssembly::deformationCore(LoadedFile& file, const proto:
 }
 
 Expected<ObjectId> SceneAssembly::skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot) {
-    Expected<MeshArrays> arrays = file.mesh(skin.mesh());
-    if (!arrays) return tl::unexpected(arrays.error());
+    const Expected<Geometry> mesh = file.mesh(skin.mesh());
+    if (!mesh) return tl::unexpected(mesh.error());
+    std::optional<MeshArrays> arrays = drawableOf(Object::of(*mesh)).arrays();  // strips, quads, polygons as the triangles that they are
     if (arrays->primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "a skin deforms triangles, no points or lines");
     Skin value;
     value.positions = std::move(arrays->positions);

@@ -153,6 +153,7 @@ struct Typesetter::Fonts {
 
 Typesetter::Typesetter() : fonts_(std::make_unique<Fonts>()) {}
 Typesetter::~Typesetter() = default;
+Typesetter::Typesetter(Typesetter&&) noexcept = default;
 
 Expected<Typesetter::Font*> Typesetter::find(const std::string& name, std::vector<std::string>& notes) {
     if (name.size() > kMostFontBytes) return fail(ErrorCode::kLimit, fmt::format("the font's name has {} bytes, at most {} are allowed", name.size(), kMostFontBytes));

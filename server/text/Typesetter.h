@@ -18,6 +18,7 @@ public:
 
     Typesetter();
     ~Typesetter();
+    Typesetter(Typesetter&&) noexcept;
     Typesetter(const Typesetter&) = delete;
     Typesetter& operator=(const Typesetter&) = delete;
 
