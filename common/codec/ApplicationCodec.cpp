@@ -86,12 +86,7 @@ void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) {
     head.mutable_get_status();
 }
 void pack(const request::Load& r, pb::RequestHead& head, Parts&) {
-    head.mutable_load()->set_path(r.path);
-    head.mutable_load()->set_parent(r.parent.value);
-    if (r.placing.at) put(head.mutable_load()->mutable_at(), *r.placing.at);
-    if (r.placing.scale) head.mutable_load()->set_scale(*r.placing.scale);
-    if (r.placing.fit) head.mutable_load()->set_fit(*r.placing.fit);
-    head.mutable_load()->set_up(static_cast<std::uint32_t>(r.placing.up));
+    putLoad(*head.mutable_load(), r);
 }
 void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
     pb::SetView& out = *head.mutable_set_view();
@@ -228,16 +223,6 @@ ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& i
     return out;
 }
 
-request::Load unpackLoad(const pb::Load& from, ApplicationUnpacker& in) {
-    request::Load load{in.text(from.path()), ObjectId{from.parent()}};
-    if (from.has_at()) load.placing.at = in.vector(from.at());
-    if (from.has_scale()) load.placing.scale = in.finite(from.scale());
-    if (from.has_fit()) load.placing.fit = in.finite(from.fit());
-    if (from.up() > static_cast<std::uint32_t>(UpAxis::kZ)) in.refuse(ErrorCode::kBadInput, "an axis that is none");
-    load.placing.up = static_cast<UpAxis>(from.up());
-    return load;
-}
-
 ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacker& in) {
     const bool hasParts =
         head.what_case() == pb::RequestHead::kPropose || head.what_case() == pb::RequestHead::kGetTree ||
@@ -253,7 +238,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kGetStatus:
             return request::GetStatus{};
         case pb::RequestHead::kLoad:
-            return unpackLoad(head.load(), in);
+            return readLoad(head.load(), in);
         case pb::RequestHead::kSetView:
             return unpackSetView(head.set_view(), in);
         case pb::RequestHead::kPick:

@@ -66,6 +66,25 @@ request::GetTree readGetTree(const proto::application::GetTree& from, Applicatio
     return out;
 }
 
+void putLoad(proto::application::Load& to, const request::Load& from) {
+    to.set_path(from.path);
+    to.set_parent(from.parent.value);
+    if (from.placing.at) setVector(*to.mutable_at(), *from.placing.at);
+    if (from.placing.scale) to.set_scale(*from.placing.scale);
+    if (from.placing.fit) to.set_fit(*from.placing.fit);
+    to.set_up(static_cast<std::uint32_t>(from.placing.up));
+}
+
+request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker& in) {
+    request::Load load{in.text(from.path()), ObjectId{from.parent()}};
+    if (from.has_at()) load.placing.at = in.vector(from.at());
+    if (from.has_scale()) load.placing.scale = in.finite(from.scale());
+    if (from.has_fit()) load.placing.fit = in.finite(from.fit());
+    if (from.up() > static_cast<std::uint32_t>(UpAxis::kZ)) in.refuse(ErrorCode::kBadInput, "an axis that is none");
+    load.placing.up = static_cast<UpAxis>(from.up());
+    return load;
+}
+
 void putPicked(proto::application::Picked& to, const answer::Picked& from) {
     to.set_hit(from.hit);
     to.set_node(from.node.value);

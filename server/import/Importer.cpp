@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -29,11 +30,17 @@ Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placi
         return fail(ErrorCode::kBadInput, fmt::format("it is {:g} units long: it would have to be scaled by {:g}", longest, factor));
     const Vec3d underside(box.center().x(), box.lower.y(), box.center().z());
     const Vec3d at = placing.at.value_or(Vec3d::Zero()) - factor * underside;
+    // Lists say nothing of what is as it is by default: there may be no row, and no column.
     const auto rewrite = [&](FieldId field, const Vec3d& value) {
-        for (FieldColumn& column : scene.list.columns)
-            if (column.type == Transform::kType && column.field == field)
-                if (const auto row = std::ranges::find(column.ids, scene.place); row != column.ids.end())
-                    column.assign(static_cast<std::size_t>(row - column.ids.begin()), Doubles{{value.x(), value.y(), value.z()}, 3});
+        const auto before = [&](const FieldColumn& column) { return std::pair(column.type, column.field) < std::pair(Transform::kType, field); };
+        const auto at = std::ranges::partition_point(scene.list.columns, before);
+        const bool isThere = at != scene.list.columns.end() && at->type == Transform::kType && at->field == field;
+        FieldColumn& column = isThere ? *at : *scene.list.columns.insert(at, FieldColumn::ofShape(Transform::kType, field, FieldKind::kDouble, 3));
+        const Doubles numbers{{value.x(), value.y(), value.z()}, 3};
+        if (const auto row = std::ranges::find(column.ids, scene.place); row != column.ids.end())
+            column.assign(static_cast<std::size_t>(row - column.ids.begin()), numbers);
+        else
+            column.append(scene.place, numbers);
     };
     rewrite(fieldId<&Transform::translation>, at);
     rewrite(fieldId<&Transform::scale>, Vec3d::Constant(factor));

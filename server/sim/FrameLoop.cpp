@@ -358,7 +358,7 @@ Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
 Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
     if (finished.ticket != RequestDesk::kStartScene) {
         if (finished.scene)
-            for (const std::string& note : finished.scene->notes) log.info(finished.path + ": " + note);
+            for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
         actions.carryOut(desk.loaded(std::move(finished), Clock::now()));
         return {};
     }
