@@ -205,7 +205,7 @@ Transform SceneAssembly::standOf(const LoadedFile& file, const Placing& placing)
             note(fmt::format("{}: it does not say which way is up; {} is taken to be (--up {} says otherwise)", file.label, z ? "+Z" : "+Y", z ? "y" : "z"));
     }
     if (up == UpAxis::kZ) place.rotation = Quatd(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);  // Z comes to Y
-    if (placing.at) place.translation = *placing.at;
+    if (placing.at && !placing.fit) place.translation = *placing.at;  // with `fit`: once it is known how large it is
     if (placing.scale) place.scale = Vec3d::Constant(*placing.scale);
     return place;
 }
