@@ -20,29 +20,6 @@ namespace tessera {
 
 namespace {
 
-/// Does the ray come into the box at some 0 <= t <= maxT? Errs on the side of yes.
-bool comesInto(const Box& box, const Ray& ray, double maxT) {
-    double first = 0, last = maxT;
-    for (int i = 0; i < 3; ++i) {
-        const double slack = 1e-12 * (std::abs(box.lower[i]) + std::abs(box.upper[i]) + std::abs(ray.origin[i]));
-        const double lower = box.lower[i] - slack - ray.origin[i], upper = box.upper[i] + slack - ray.origin[i];
-        if (ray.direction[i] == 0) {
-            if (lower > 0 || upper < 0) return false;
-            continue;
-        }
-        const double t = lower / ray.direction[i], u = upper / ray.direction[i];
-        first = std::max(first, std::min(t, u));
-        last = std::min(last, std::max(t, u));
-    }
-    return first <= last * (1 + 1e-12);
-}
-
-/// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
-bool isFlattened(const Affine3d& m) {
-    const double largest = m.linear().cwiseAbs().maxCoeff();
-    return !(std::abs(m.linear().determinant()) > 1e-12 * largest * largest * largest);
-}
-
 template <typename Value>
 std::span<const Value> valuesOf(const Blob& blob) {
     return {reinterpret_cast<const Value*>(blob.bytes().data()), blob.sizeBytes() / sizeof(Value)};
@@ -174,7 +151,7 @@ struct IntersectAction::Impl {
     /// map is affine.
     template <typename Visitor>
     void forNear(const Aspect& aspect, const Ray& ray, const double& limit, const Visitor& visit) {
-        const auto wanted = [&](const Box& box) { return comesInto(box, ray, limit); };
+        const auto wanted = [&](const Box& box) { return meetsBox(box, ray, limit); };
         const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
         places.forItems(wanted, nearness, [&](std::uint32_t item) {
             const Shown& at = shown[item];

@@ -1,9 +1,32 @@
 #include "common/rays/PickTree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace tessera {
+
+bool meetsBox(const Box& box, const Ray& ray, double maxT) {
+    if (box.empty()) return false;
+    double first = 0, last = maxT;
+    for (int i = 0; i < 3; ++i) {
+        const double slack = 1e-12 * (std::abs(box.lower[i]) + std::abs(box.upper[i]) + std::abs(ray.origin[i]));
+        const double lower = box.lower[i] - slack - ray.origin[i], upper = box.upper[i] + slack - ray.origin[i];
+        if (ray.direction[i] == 0) {
+            if (lower > 0 || upper < 0) return false;
+            continue;
+        }
+        const double t = lower / ray.direction[i], u = upper / ray.direction[i];
+        first = std::max(first, std::min(t, u));
+        last = std::min(last, std::max(t, u));
+    }
+    return first <= last * (1 + 1e-12);
+}
+
+bool isFlattened(const Affine3d& map) {
+    const double largest = map.linear().cwiseAbs().maxCoeff();
+    return !(std::abs(map.linear().determinant()) > 1e-12 * largest * largest * largest);
+}
 
 namespace {
 

@@ -1,4 +1,4 @@
-/// Boxes in a tree that is changed box by box.
+/// Boxes in a tree that is changed box by box, and what rays ask of boxes. Rays, boxes and maps in the same coordinates; any thread.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,14 @@
 #include <vector>
 
 #include "common/math/Box.h"
+#include "common/math/Ray.h"
 
 namespace tessera {
+
+/// Does the ray come into the box at some 0 <= t <= maxT? Errs on the side of yes; an empty box is met by none.
+[[nodiscard]] bool meetsBox(const Box& box, const Ray& ray, double maxT);
+/// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
+[[nodiscard]] bool isFlattened(const Affine3d& map);
 
 /// A binary tree of boxes, kept balanced by rotations as an AVL tree is, so that putting, taking and the way to a leaf
 /// cost O(log n). Items are small numbers. Boxes are finite and not empty. Not thread-safe.

@@ -30,7 +30,7 @@ struct TriangleHit {
 /// them at least, so none passes through a closed surface (RayKernels.inl says why). One without area, and one with a corner that is not
 /// finite, is not met. t is within a few roundings of a double of where the ray meets the plane, however far away the ray begins; of a ray from
 /// farther away than 2^28 times the mesh's size within those of where it begins. A ray that is not finite or has no direction meets nothing.
-/// The same answers on every processor.
+/// The same answers with SSE2 and with AVX2.
 class RayTree {
 public:
     /// `positions`: float[3] per vertex. `indices`: three per face; empty: consecutive vertices. kBadInput: an index without a vertex, a number

@@ -17,30 +17,6 @@ namespace tessera {
 
 namespace {
 
-/// Does the ray come into the box at some 0 <= t <= maxT? Errs on the side of yes.
-bool meetsBox(const Box& box, const Ray& ray, double maxT) {
-    if (box.empty()) return false;
-    double first = 0, last = maxT;
-    for (int i = 0; i < 3; ++i) {
-        const double slack = 1e-12 * (std::abs(box.lower[i]) + std::abs(box.upper[i]) + std::abs(ray.origin[i]));
-        const double lower = box.lower[i] - slack - ray.origin[i], upper = box.upper[i] + slack - ray.origin[i];
-        if (ray.direction[i] == 0) {
-            if (lower > 0 || upper < 0) return false;
-            continue;
-        }
-        const double t = lower / ray.direction[i], u = upper / ray.direction[i];
-        first = std::max(first, std::min(t, u));
-        last = std::min(last, std::max(t, u));
-    }
-    return first <= last * (1 + 1e-12);
-}
-
-/// Turned and scaled by 0 a shape is flat but for what rounding left, which says nothing about where it is.
-bool flattens(const Affine3d& m) {
-    const double largest = m.linear().cwiseAbs().maxCoeff();
-    return !(std::abs(m.linear().determinant()) > 1e-12 * largest * largest * largest);
-}
-
 /// The wall's own marks of contacts, for one.
 bool isLookedThrough(const Aspect& aspect, ObjectId node) {
     for (ObjectId id = node; id; id = aspect.get<Node>(id)->parent)
@@ -101,7 +77,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) return;
         const Affine3d world = worldTransform(aspect, place.node);
-        if (flattens(world)) return;
+        if (isFlattened(world)) return;
         const Affine3d local = world.inverse();
         if (!local.matrix().allFinite()) return;
         // An affine map keeps t, so distances along the ray compare between frames.
@@ -147,7 +123,7 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
         const Affine3d world = worldTransform(aspect, place.node);
         // What is flattened has no map back; all of it is looked at.
         Box local = shape->mesh().bounds();
-        if (const Affine3d back = world.inverse(); !flattens(world) && back.matrix().allFinite()) local = boxAround(back, box);
+        if (const Affine3d back = world.inverse(); !isFlattened(world) && back.matrix().allFinite()) local = boxAround(back, box);
         found.clear();
         if (!facesNear(shape->tree(), local, work, found)) return giveUp();
         for (const std::uint32_t face : found) {
