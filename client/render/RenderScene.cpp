@@ -275,12 +275,12 @@ void RenderScene::Impl::refreshLights() {
     beacons_ = lightsByUser_ = false;
     for (const std::uint32_t place : shownLights_) {
         ++work_;
-        const LightSetting setting = lightSettingOf(aspect_->find(places[place].core));
-        if (!setting.on) continue;
-        beacons_ = beacons_ || setting.beacon;
+        const Object core = aspect_->find(places[place].core);
+        const LightSource source = core.info().light(core.data());
+        if (!source.on) continue;
+        beacons_ = beacons_ || source.beacon;
         lightsByUser_ = lightsByUser_ || places[place].seenBy != 0xff;
-        seenLights_.push_back({lightAt(place, setting.beacon), places[place].seenBy});
-        seenLights_.back().light.attenuation = setting.attenuation;
+        seenLights_.push_back({lightAt(place, source), places[place].seenBy});
     }
     for (const std::uint32_t place : shownEnvironments_) {
         ++work_;
@@ -291,22 +291,21 @@ void RenderScene::Impl::refreshLights() {
     chooseLights();
 }
 
-LightItem RenderScene::Impl::lightAt(std::uint32_t slot, ObjectId beacon) const {
+LightItem RenderScene::Impl::lightAt(std::uint32_t slot, const LightSource& source) const {
     const ScenePlace& place = places[slot];
     Affine3d world_T_light = place.world_T_node;
     // A beacon that is hidden stands where it would be seen.
-    if (const std::uint32_t at = places.find(beacon); at != kNone && places[at].attached)
-        world_T_light = places[at].shown ? places[at].world_T_node : worldTransform(*aspect_, beacon);
+    if (const std::uint32_t at = places.find(source.beacon); at != kNone && places[at].attached)
+        world_T_light = places[at].shown ? places[at].world_T_node : worldTransform(*aspect_, source.beacon);
     LightItem light;
     light.position = world_T_light.translation();
     light.direction = unitOr(world_T_light.linear() * -Vec3d::UnitZ(), -Vec3d::UnitZ());
-    const Object core = aspect_->find(place.core);
-    const LightSource source = core.info().light(core.data());
     light.kind = source.kind;
     // Each factor may be large: their product stays a number that shaders can square.
     constexpr float kUtmostRadiance = 1e18f;
     for (int i = 0; i < 3; ++i) light.radiance[i] = std::clamp(source.radiance[i], -kUtmostRadiance, kUtmostRadiance);
     light.range = source.range;
+    light.attenuation = source.attenuation;
     light.innerAngle = source.innerAngle;
     light.outerAngle = source.outerAngle;
     light.shadows = source.shadows;

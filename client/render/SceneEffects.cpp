@@ -17,12 +17,4 @@ SceneRole roleOf(const Aspect& aspect, ObjectId core) {
     return object.is<Environment>() ? SceneRole::kEnvironment : SceneRole::kNothing;
 }
 
-LightSetting lightSettingOf(const Object& core) {
-    const auto pointLike = [](const auto* light) { return LightSetting{.on = light->on, .beacon = light->beacon, .attenuation = light->attenuation}; };
-    if (const auto* point = core.as<PointLight>()) return pointLike(point);
-    if (const auto* spot = core.as<SpotLight>()) return pointLike(spot);
-    if (const auto* sun = core.as<DirectionalLight>()) return {.on = sun->on, .beacon = sun->beacon};
-    return {};
-}
-
 }  // namespace tessera

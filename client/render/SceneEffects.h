@@ -10,12 +10,4 @@ namespace tessera {
 enum class SceneRole : std::uint8_t { kNothing, kPose, kChoice, kDrawable, kLight, kEnvironment, kMaterials, kBillboard };
 [[nodiscard]] SceneRole roleOf(const Aspect& aspect, ObjectId core);
 
-/// What lights have beside their LightSource.
-struct LightSetting {
-    bool on = true;
-    ObjectId beacon;
-    Vec3f attenuation{0, 0, 1};  ///< see LightItem
-};
-[[nodiscard]] LightSetting lightSettingOf(const Object& core);
-
 }  // namespace tessera

@@ -159,7 +159,7 @@ private:
     void markUsers(ObjectId core, Dirty why);
     void finish();
     void refreshLights();
-    [[nodiscard]] LightItem lightAt(std::uint32_t place, ObjectId beacon) const;
+    [[nodiscard]] LightItem lightAt(std::uint32_t place, const LightSource& source) const;
 
     // UserView.cpp
     void showTo(const ScreenCamera& camera);

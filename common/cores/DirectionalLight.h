@@ -16,9 +16,12 @@ struct DirectionalLight {
     bool on = true;
     /// A Node that it stands at and looks along instead of its own, as long as that is in the scene; none: its own node.
     ObjectId beacon;
+    ObjectId scope;        ///< a Node: lights what is below that alone; none: everything
+    bool outside = false;  ///< with a scope: lights everything but what is below that
 
     [[nodiscard]] LightSource light() const {
-        return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity, .shadows = shadows};
+        return {.kind = LightSource::Kind::kDirectional, .radiance = color * intensity, .shadows = shadows,
+                .on = on, .beacon = beacon, .scope = scope, .outside = outside};
     }
 };
 template <>
@@ -28,6 +31,8 @@ inline constexpr auto kDescription<DirectionalLight> =
              field<&DirectionalLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
              field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight),
              field<&DirectionalLight::on>(4, "on").affects(Effect::kLight),
-             field<&DirectionalLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight));
+             field<&DirectionalLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight),
+             field<&DirectionalLight::scope>(6, "scope").to<Node>().affects(Effect::kLight),
+             field<&DirectionalLight::outside>(7, "outside").affects(Effect::kLight));
 
 }  // namespace tessera

@@ -13,7 +13,8 @@ struct Image {
     static constexpr std::int64_t kLinear = 0, kNearest = 1;
     static constexpr std::int64_t kTrilinear = 0, kNearestAlone = 1, kLinearAlone = 2, kNearestOfNearest = 3,
                                   kLinearOfNearest = 4, kNearestOfTwo = 5;
-    static constexpr std::int64_t kSrgb = 0, kRgbe = 1;
+    static constexpr std::int64_t kSrgb = 0, kRgbe = 1, kBc1 = 2, kBc2 = 3, kBc3 = 4, kBc4 = 5, kBc5 = 6, kBc6h = 7, kBc7 = 8;
+    static constexpr std::int64_t kFlat = 0, kLine = 1, kSolid = 2, kCube = 3;
     Blob pixels;  ///< uint8[4] RGBA per pixel, rows from the top; sRGB where a material takes colours from it
     std::int64_t widthPx = 0;
     std::int64_t heightPx = 0;
@@ -27,7 +28,16 @@ struct Image {
     float rotation = 0;
     /// What `pixels` are. Of rgbe: red, green, blue and the exponent that they share, as Radiance's pictures have them: linear
     /// (c / 256) · 2^(e - 128), 0 where e is 0. For surroundings alone: a material shows no such image.
+    /// bc1 to bc7: blocks of 4×4 pixels, as DirectX and KTX2 name them (bc6h: unsigned), rows of blocks from the top.
     std::int64_t encoding = kSrgb;
+    /// kLine: one row, looked up by u alone. kSolid: `depthPx` pictures one behind the other, looked up by a place. kCube: six squares, as OpenGL
+    /// orders and turns them (+X, -X, +Y, -Y, +Z, -Z), looked up by a direction. Solids and cubes are for TextureLayers; cubes for surroundings too.
+    std::int64_t shape = kFlat;
+    std::int64_t depthPx = 1;
+    /// Of compressed ones: so many mipmaps follow each other in `pixels`, each half the one before, of each all its slices or faces. Of others they
+    /// are made, and this is 1.
+    std::int64_t mipmaps = 1;
+    std::int64_t wrapW = kRepeat;  ///< of solids
 
     static constexpr double kMaxSidePx = 65536;
 };
@@ -58,7 +68,25 @@ inline constexpr auto kDescription<Image> =
              field<&Image::offset>(9, "offset").between(-1e6, 1e6).affects(Effect::kLook),
              field<&Image::scale>(10, "scale").between(-1e6, 1e6).affects(Effect::kLook),
              field<&Image::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook),
-             field<&Image::encoding>(12, "encoding").oneOf({{Image::kSrgb, "srgb"}, {Image::kRgbe, "rgbe"}}).affects(Effect::kLook))
+             field<&Image::encoding>(12, "encoding")
+                 .oneOf({{Image::kSrgb, "srgb"},
+                         {Image::kRgbe, "rgbe"},
+                         {Image::kBc1, "bc1"},
+                         {Image::kBc2, "bc2"},
+                         {Image::kBc3, "bc3"},
+                         {Image::kBc4, "bc4"},
+                         {Image::kBc5, "bc5"},
+                         {Image::kBc6h, "bc6h"},
+                         {Image::kBc7, "bc7"}})
+                 .affects(Effect::kLook),
+             field<&Image::shape>(13, "shape")
+                 .oneOf({{Image::kFlat, "flat"}, {Image::kLine, "line"}, {Image::kSolid, "solid"}, {Image::kCube, "cube"}})
+                 .affects(Effect::kLook),
+             field<&Image::depthPx>(14, "depthPx").unit(Unit::kPixel).between(1, 4096).affects(Effect::kLook),
+             field<&Image::mipmaps>(15, "mipmaps").between(1, 17).affects(Effect::kLook),
+             field<&Image::wrapW>(16, "wrapW")
+                 .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
+                 .affects(Effect::kLook))
         .notACore();
 
 }  // namespace tessera

@@ -1,8 +1,9 @@
 /// What a surface looks like.
 #pragma once
 
-#include "common/field/Field.h"
 #include "common/cores/Image.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/field/Field.h"
 
 namespace tessera {
 
@@ -33,6 +34,28 @@ struct Material {
     float clearcoatRoughness = 0.0f;
     /// KHR_materials_transmission: how much light goes through. Drawn as transparent, without refraction.
     float transmission = 0.0f;
+    /// kPhong: baseColor is diffuse, `specular` × `specularColor` the highlight's colour, `shininess` its exponent (Blinn's, as OpenGL's lights have it);
+    /// metallic, roughness and `ior` say nothing.
+    std::int64_t shading = kMetalRoughness;
+    float specular = 1.0f;                   ///< KHR_materials_specular: how much of what is no metal reflects, and tinted how
+    Vec3f specularColor = Vec3f::Ones();
+    float shininess = 32.0f;
+    float ior = 1.5f;  ///< KHR_materials_ior: Fresnel's reflection of what is no metal, ((ior - 1) / (ior + 1))² straight on
+    /// kEdges: the triangles' edges alone, `lineWidth` wide. kCorners: their corners, `pointSize` wide. Both in pixels of the screen.
+    std::int64_t fill = kFilled;
+    float lineWidth = 1.0f;
+    float pointSize = 3.0f;
+    RefList layers;     ///< TextureLayers, in this order
+    RefList passes;     ///< Materials that are drawn over this one, in this order; theirs are not followed
+    ObjectId program;   ///< a SurfaceProgram
+    RefList uniforms;   ///< Uniforms of the program
+    /// A Material in place of this one where what bears it has a sphere of less than `coarserBelow` pixels on the screen; that one may have a coarser one.
+    ObjectId coarser;
+    double coarserBelow = 0;
+
+    static constexpr std::int64_t kMetalRoughness = 0, kPhong = 1;
+    static constexpr std::int64_t kFilled = 0, kEdges = 1, kCorners = 2;
+    static constexpr std::size_t kMostLayers = 4, kMostPasses = 4, kMostUniforms = 16;
 };
 template <>
 inline constexpr auto kDescription<Material> =
@@ -59,7 +82,25 @@ inline constexpr auto kDescription<Material> =
              field<&Material::unlit>(15, "unlit").affects(Effect::kLook),
              field<&Material::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
              field<&Material::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
-             field<&Material::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook))
+             field<&Material::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook),
+             field<&Material::shading>(19, "shading")
+                 .oneOf({{Material::kMetalRoughness, "metal-roughness"}, {Material::kPhong, "phong"}})
+                 .affects(Effect::kLook),
+             field<&Material::specular>(20, "specular").between(0, 1e3).affects(Effect::kLook),
+             field<&Material::specularColor>(21, "specularColor").between(0, 1e3).affects(Effect::kLook),
+             field<&Material::shininess>(22, "shininess").between(0, 1e4).affects(Effect::kLook),
+             field<&Material::ior>(23, "ior").between(1, 100).affects(Effect::kLook),
+             field<&Material::fill>(24, "fill")
+                 .oneOf({{Material::kFilled, "filled"}, {Material::kEdges, "edges"}, {Material::kCorners, "corners"}})
+                 .affects(Effect::kLook),
+             field<&Material::lineWidth>(25, "lineWidth").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&Material::pointSize>(26, "pointSize").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&Material::layers>(27, "layers").to<TextureLayer>().affects(Effect::kLook),
+             field<&Material::passes>(28, "passes").to<Material>().affects(Effect::kLook),
+             field<&Material::program>(29, "program").to<SurfaceProgram>().affects(Effect::kLook),
+             field<&Material::uniforms>(30, "uniforms").to<Uniform>().affects(Effect::kLook),
+             field<&Material::coarser>(31, "coarser").to<Material>().affects(Effect::kLook),
+             field<&Material::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook))
         .notACore();
 
 }  // namespace tessera

@@ -18,8 +18,12 @@ struct PointLight {
     ObjectId beacon;
     /// The falloff where a person says one, as OpenGL's: 1 / (x + y d + z d²) at distance d in world units; all 0 is no falloff.
     Vec3f attenuation{0, 0, 1};
+    ObjectId scope;        ///< a Node: lights what is below that alone; none: everything
+    bool outside = false;  ///< with a scope: lights everything but what is below that
 
-    [[nodiscard]] LightSource light() const { return {.radiance = color * intensity, .range = range}; }
+    [[nodiscard]] LightSource light() const {
+        return {.radiance = color * intensity, .range = range, .on = on, .beacon = beacon, .attenuation = attenuation, .scope = scope, .outside = outside};
+    }
 };
 template <>
 inline constexpr auto kDescription<PointLight> =
@@ -29,6 +33,8 @@ inline constexpr auto kDescription<PointLight> =
              field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
              field<&PointLight::on>(4, "on").affects(Effect::kLight),
              field<&PointLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight),
-             field<&PointLight::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight));
+             field<&PointLight::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight),
+             field<&PointLight::scope>(7, "scope").to<Node>().affects(Effect::kLight),
+             field<&PointLight::outside>(8, "outside").affects(Effect::kLight));
 
 }  // namespace tessera

@@ -25,6 +25,8 @@ struct SpotLight {
     ObjectId beacon;
     /// The falloff where a person says one, as OpenGL's: 1 / (x + y d + z d²) at distance d in world units; all 0 is no falloff.
     Vec3f attenuation{0, 0, 1};
+    ObjectId scope;        ///< a Node: lights what is below that alone; none: everything
+    bool outside = false;  ///< with a scope: lights everything but what is below that
 
     [[nodiscard]] LightSource light() const {
         return {.kind = LightSource::Kind::kSpot,
@@ -32,7 +34,8 @@ struct SpotLight {
                 .range = range,
                 .innerAngle = std::min(innerAngle, outerAngle),
                 .outerAngle = outerAngle,
-                .shadows = shadows};
+                .shadows = shadows,
+                .on = on, .beacon = beacon, .attenuation = attenuation, .scope = scope, .outside = outside};
     }
 };
 template <>
@@ -46,6 +49,8 @@ inline constexpr auto kDescription<SpotLight> =
              field<&SpotLight::shadows>(6, "shadows").affects(Effect::kLight),
              field<&SpotLight::on>(7, "on").affects(Effect::kLight),
              field<&SpotLight::beacon>(8, "beacon").to<Node>().affects(Effect::kLight),
-             field<&SpotLight::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight));
+             field<&SpotLight::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight),
+             field<&SpotLight::scope>(10, "scope").to<Node>().affects(Effect::kLight),
+             field<&SpotLight::outside>(11, "outside").affects(Effect::kLight));
 
 }  // namespace tessera

@@ -1,0 +1,42 @@
+/// What other files hold, loaded when it is wanted.
+#pragma once
+
+#include "common/field/Field.h"
+
+namespace tessera {
+
+/// What Inline and ProxyGroup share. The server loads the file and puts what it holds below the node, as children of it; from then on they are
+/// part of the scene as any others: saved, edited, undone.
+struct LoadWords {
+    static constexpr std::int64_t kAtOnce = 0, kNear = 1, kByHand = 2;
+    static constexpr std::int64_t kWaiting = 0, kLoading = 1, kThere = 2, kFailed = 3;
+};
+
+/// Another file's scene.
+struct Inline : LoadWords {
+    static constexpr ObjectType kType{28};
+    std::string file;             ///< as `tessera-ctl load` takes it, or relative to the scene file that says it
+    std::int64_t load = kAtOnce;  ///< kNear: once any user's head is within `distance` of the node's origin; kByHand: once `wanted` is set
+    double distance = 0;
+    bool wanted = false;
+    // Written by the server.
+    std::int64_t state = kWaiting;
+    std::string problem;  ///< of kFailed: why
+};
+template <>
+inline constexpr auto kDescription<Inline> =
+    describe("Inline", field<&Inline::file>(1, "file").affects(Effect::kTime),
+             field<&Inline::load>(2, "load")
+                 .oneOf({{LoadWords::kAtOnce, "at-once"}, {LoadWords::kNear, "near"}, {LoadWords::kByHand, "by-hand"}})
+                 .affects(Effect::kTime),
+             field<&Inline::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
+             field<&Inline::wanted>(4, "wanted").affects(Effect::kTime),
+             field<&Inline::state>(5, "state")
+                 .oneOf({{LoadWords::kWaiting, "waiting"},
+                         {LoadWords::kLoading, "loading"},
+                         {LoadWords::kThere, "there"},
+                         {LoadWords::kFailed, "failed"}})
+                 .affects(Effect::kTime),
+             field<&Inline::problem>(6, "problem").affects(Effect::kTime));
+
+}  // namespace tessera
