@@ -5,18 +5,22 @@
 
 namespace tessera {
 
-/// Shows one child, all or none.
+/// Shows one child, all, none, or those of a mask.
 struct Switch {
     static constexpr ObjectType kType{7};
     static constexpr std::int64_t kAll = -1;
     static constexpr std::int64_t kNone = -2;
+    static constexpr std::int64_t kMask = -3;
     std::int64_t choice = kAll;  ///< index of the child shown; an index past the end shows none
+    std::int64_t mask = 0;        ///< of kMask: a bit for each child, the first one's lowest; from the 64th on none is shown
 };
 template <>
 inline constexpr auto kDescription<Switch> =
-    describe("Switch", field<&Switch::choice>(1, "choice")
-                           .between(Switch::kNone, 1e9)
-                           .named({{Switch::kNone, "none"}, {Switch::kAll, "all"}})
-                           .affects(Effect::kVisibility));
+    describe("Switch",
+             field<&Switch::choice>(1, "choice")
+                 .between(Switch::kMask, 1e9)
+                 .named({{Switch::kMask, "mask"}, {Switch::kNone, "none"}, {Switch::kAll, "all"}})
+                 .affects(Effect::kVisibility),
+             field<&Switch::mask>(2, "mask").atLeast(0).affects(Effect::kVisibility));
 
 }  // namespace tessera
