@@ -76,7 +76,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     standing_.clear();
     attachedLights_ = 0;
     lightsStale_ = true;
-    levels_.clear();
+    some_.clear();
     byUser_.clear();
     turns_.clear();
     billboards_.clear();
@@ -207,7 +207,7 @@ void RenderScene::Impl::removePlace(std::uint32_t slot) {
     ++work_;
     TESSERA_CHECK(places[slot].parent == kNone && places[slot].firstChild == kNone, "who goes stands alone");
     setCore(slot, {});
-    levels_.erase(slot);
+    some_.erase(slot);
     turns_.erase(slot);
     billboards_.erase(slot);
     places.erase(slot);

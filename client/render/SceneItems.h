@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <set>
 #include <unordered_map>
@@ -52,7 +53,7 @@ struct GroupMaterials {
 struct ScenePlace {
     static constexpr std::uint32_t kNone = IdIndex::kNone;
     static constexpr std::uint32_t kAll = 0xfffffffeu;
-    static constexpr std::uint32_t kByUser = 0xfffffffdu;
+    static constexpr std::uint32_t kSome = 0xfffffffdu;
 
     ObjectId id;  ///< of the node
     ObjectId core;
@@ -67,7 +68,7 @@ struct ScenePlace {
     std::uint32_t parent = kNone, firstChild = kNone;
     SlotLink sibling;                ///< in no particular order
     SlotLink user;                   ///< of the same core
-    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none, or see `levels`; means nothing while hidden
+    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none, or some: see `some_`; means nothing while hidden
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
     std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
@@ -179,7 +180,8 @@ private:
     void settle(std::uint32_t top);
     void settleItem(std::uint32_t place, bool moved, bool another);
     void enterBelow(std::uint32_t place, bool reorder);
-    /// The child that is shown, or none, all or kByUser; then `levels` has who sees which.
+    void enterChild(std::uint32_t place, std::uint32_t child, bool reorder);
+    /// The child that all see, or none, all or kSome; then `some_` has who sees which.
     [[nodiscard]] std::uint32_t shownChild(std::uint32_t place);
     /// Of those who see a place, who may see this child of it.
     [[nodiscard]] std::uint8_t mayBeSeenBy(std::uint32_t place, std::uint32_t child) const;
@@ -229,9 +231,9 @@ private:
     bool lightsByUser_ = false;
 
     // Who looks, see UserView.cpp.
-    using Levels = std::array<std::uint32_t, 8>;  ///< by user: the child
-    std::unordered_map<std::uint32_t, Levels> levels_;  ///< of places that show kByUser
-    std::set<std::uint32_t> byUser_;                    ///< items that not all see
+    using SeenChildren = std::map<std::uint32_t, std::uint8_t>;  ///< child → a bit for each user who sees it
+    std::unordered_map<std::uint32_t, SeenChildren> some_;        ///< of places that show kSome
+    std::set<std::uint32_t> byUser_;                              ///< items that not all see
     struct Turn {
         NodePose pose;
         Vec3d axis;  ///< of a billboard

@@ -116,16 +116,15 @@ void RenderScene::Impl::settle(std::uint32_t top) {
 
         // Which children inherit something new?
         const std::uint32_t showed = place.shows;
-        const Levels levels = showed == ScenePlace::kByUser ? levels_.at(slot) : Levels();
+        const SeenChildren before = showed == ScenePlace::kSome ? some_.at(slot) : SeenChildren();
         if (place.role != SceneRole::kChoice)
             place.shows = ScenePlace::kAll;
         else if (shown)
             place.shows = shownChild(slot);
-        const bool otherLevels = showed == ScenePlace::kByUser && place.shows == showed && levels != levels_.at(slot);
-        if (showed == ScenePlace::kByUser && place.shows != showed) levels_.erase(slot);
-        const auto several = [](std::uint32_t shows) { return shows == ScenePlace::kAll || shows == ScenePlace::kByUser; };
-        const bool seen = (wasShown && several(showed)) || (shown && several(place.shows));
-        const bool news = wasShown != shown || moved || relooked || otherLevels || showed != place.shows;
+        const bool othersOfSome = showed == ScenePlace::kSome && place.shows == showed && before != some_.at(slot);
+        if (showed == ScenePlace::kSome && place.shows != showed) some_.erase(slot);
+        const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
+        const bool news = wasShown != shown || moved || relooked || othersOfSome || showed != place.shows;
         if (forAll || (seen && news)) {
             enterBelow(slot, reorder);
             continue;
@@ -135,10 +134,14 @@ void RenderScene::Impl::settle(std::uint32_t top) {
                 if (places[c].orderedBelow > 0) open_.push_back({c, true});
         }
         if (!news) continue;
-        for (const std::uint32_t child : {showed, place.shows}) {
-            if (child == kNone || several(child) || places[child].parent != slot) continue;
-            open_.push_back({child, reorder});
-        }
+        const auto enter = [&](std::uint32_t shows, const SeenChildren& some) {
+            if (shows == ScenePlace::kSome)
+                for (const auto& [child, users] : some) enterChild(slot, child, reorder);
+            else if (shows != ScenePlace::kAll)
+                enterChild(slot, shows, reorder);
+        };
+        enter(showed, before);
+        enter(place.shows, place.shows == ScenePlace::kSome ? some_.at(slot) : SeenChildren());
     }
 }
 
@@ -147,29 +150,37 @@ void RenderScene::Impl::enterBelow(std::uint32_t slot, bool reorder) {
         open_.push_back({c, reorder});
 }
 
+void RenderScene::Impl::enterChild(std::uint32_t slot, std::uint32_t child, bool reorder) {
+    if (child != kNone && places[child].parent == slot) open_.push_back({child, reorder});
+}
+
 std::uint32_t RenderScene::Impl::shownChild(std::uint32_t slot) {
     const ScenePlace& place = places[slot];
     const Object core = aspect_->find(place.core);
     const Node& node = *aspect_->get<Node>(place.id);
-    const auto childAt = [&](std::size_t index) { return index < node.children.size() ? places.find(node.children[index]) : kNone; };
-    if (!core.is<DistanceLOD>()) {
-        const std::optional<std::size_t> sole = soleChild(core);
-        return sole ? childAt(*sole) : ScenePlace::kAll;
+    SeenChildren seen;
+    const auto add = [&](std::size_t index, unsigned users) {
+        if (index < node.children.size()) seen[places.find(node.children[index])] |= static_cast<std::uint8_t>(users);
+    };
+    if (core.is<DistanceLOD>()) {
+        for (std::size_t user = 0; user < kLevelUsers; ++user) add(levelOf(node, user), 1u << user);
+    } else {
+        const std::optional<std::vector<std::size_t>> chosen = seenChildren(core, node.children.size());
+        if (!chosen) return ScenePlace::kAll;
+        for (const std::size_t index : *chosen) add(index, 0xff);
     }
-    Levels levels;
-    for (std::size_t user = 0; user < kLevelUsers; ++user) levels[user] = childAt(levelOf(node, user));
-    if (std::ranges::all_of(levels, [&](std::uint32_t child) { return child == levels[0]; })) return levels[0];
-    levels_[slot] = levels;
-    return ScenePlace::kByUser;
+    if (seen.empty()) return kNone;
+    if (seen.size() == 1 && seen.begin()->second == 0xff) return seen.begin()->first;
+    some_[slot] = std::move(seen);
+    return ScenePlace::kSome;
 }
 
 std::uint8_t RenderScene::Impl::mayBeSeenBy(std::uint32_t slot, std::uint32_t child) const {
     const std::uint32_t shows = places[slot].shows;
-    if (shows != ScenePlace::kByUser) return shows == ScenePlace::kAll || shows == child ? 0xff : 0;
-    unsigned users = 0;
-    const Levels& levels = levels_.at(slot);
-    for (std::size_t user = 0; user < kLevelUsers; ++user) users |= levels[user] == child ? 1u << user : 0u;
-    return static_cast<std::uint8_t>(users);
+    if (shows != ScenePlace::kSome) return shows == ScenePlace::kAll || shows == child ? 0xff : 0;
+    const SeenChildren& seen = some_.at(slot);
+    const auto found = seen.find(child);
+    return found == seen.end() ? 0 : found->second;
 }
 
 // As MaterialGroup.h says: the nearest of those that do not override, the topmost of those that do, up to who protects.

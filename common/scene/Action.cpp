@@ -7,19 +7,6 @@ namespace tessera {
 
 namespace {
 
-/// Children [first, end) of a node that a traversal enters.
-struct ChildRange {
-    std::size_t first = 0;
-    std::size_t end = 0;
-};
-
-ChildRange shownChildren(const Node& node, const Object& core) {
-    const std::optional<std::size_t> sole = soleChild(core);
-    if (!sole) return {0, node.children.size()};
-    if (*sole >= node.children.size()) return {};
-    return {*sole, *sole + 1};
-}
-
 void placeCore(const Object& core, const Affine3d& world_T_parent, Affine3d& world_T_node) {
     if (core && core.info().place)
         core.info().place(core.data(), world_T_parent, world_T_node);
@@ -46,6 +33,8 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
         Affine3d world_T_node;
         ChildList::Iterator nextChild;
         std::size_t left = 0;  ///< children that have yet to be entered
+        std::optional<std::vector<std::size_t>> some;  ///< where those stand among the others; nothing: they are all
+        const ChildList* children = nullptr;
         Level* above = nullptr;
         std::unique_ptr<Level> below;
     };
@@ -73,10 +62,11 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
             const Handler& handler = handlers_[core.info().index];
             if (handler && handler(visit) == Descend::kPast) return;
         }
-        const ChildRange range = visitHidden_ ? ChildRange{0, node.children.size()} : shownChildren(node, core);
-        if (range.first == range.end) return;
-        here.nextChild = node.children.from(range.first);
-        here.left = range.end - range.first;
+        here.some = visitHidden_ ? std::nullopt : seenChildren(core, node.children.size());
+        here.left = here.some ? here.some->size() : node.children.size();
+        if (here.left == 0) return;
+        here.nextChild = node.children.from(here.some ? here.some->front() : 0);
+        here.children = &node.children;
         level = &here;
         ++depth;
     };
@@ -91,8 +81,11 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
             continue;
         }
         const ObjectId child = *level->nextChild;
-        ++level->nextChild;
         --level->left;
+        if (!level->some)
+            ++level->nextChild;
+        else if (level->left > 0)
+            level->nextChild = level->children->from((*level->some)[level->some->size() - level->left]);
         enter(child, level->world_T_node);
     }
 }

@@ -2,16 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <cmath>
-#include <limits>
 
 namespace tessera {
 
-std::optional<std::size_t> soleChild(const Object& core) {
-    if (core.is<DistanceLOD>()) return 0;
+std::optional<std::vector<std::size_t>> seenChildren(const Object& core, std::size_t count) {
     const Switch* choice = core.as<Switch>();
-    if (!choice || choice->choice == Switch::kAll) return std::nullopt;
-    return choice->choice < 0 ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(choice->choice);
+    const bool levels = core.is<DistanceLOD>();
+    if (!levels && (!choice || choice->choice == Switch::kAll)) return std::nullopt;
+    std::vector<std::size_t> seen;
+    if (levels || choice->choice >= 0) {
+        const std::size_t index = levels ? 0 : static_cast<std::size_t>(choice->choice);
+        if (index < count) seen.push_back(index);
+    } else if (choice->choice == Switch::kMask) {
+        for (std::uint64_t left = static_cast<std::uint64_t>(choice->mask); left != 0; left &= left - 1)
+            if (const auto index = static_cast<std::size_t>(std::countr_zero(left)); index < count) seen.push_back(index);
+    }
+    return seen;
 }
 
 Expected<void> checkRanges(const DistanceLOD& lod) {

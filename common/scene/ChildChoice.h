@@ -5,14 +5,14 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "common/scene/Aspect.h"
 
 namespace tessera {
 
-/// The one child that a core lets be seen, wherever users are: a Switch's choice, the first of a DistanceLOD; past the end of the children
-/// none is. Nothing: all are.
-[[nodiscard]] std::optional<std::size_t> soleChild(const Object& core);
+/// Which of `count` children a core lets be seen, wherever users are: a Switch's, the first of a DistanceLOD. Ascending. Nothing: all are.
+[[nodiscard]] std::optional<std::vector<std::size_t>> seenChildren(const Object& core, std::size_t count);
 
 /// Users that `Node::levels` tells apart: with the one at i of a wall's users go those at i + 8, i + 16 … The bytes of users that a wall does
 /// not have are those of users that it has: where all see the same child all bytes are the same.

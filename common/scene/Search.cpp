@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -14,10 +15,8 @@ namespace tessera {
 namespace {
 
 bool shows(const Node& parent, const Object& core, std::size_t index) {
-    const Switch* choice = core.as<Switch>();
-    if (!choice || choice->choice == Switch::kAll) return true;
-    return choice->choice >= 0 && static_cast<std::uint64_t>(choice->choice) < parent.children.size() &&
-           static_cast<std::size_t>(choice->choice) == index;
+    const std::optional<std::vector<std::size_t>> seen = seenChildren(core, parent.children.size());
+    return !seen || std::ranges::binary_search(*seen, index);
 }
 
 }  // namespace

@@ -92,7 +92,14 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             if (node.switch_().has_choice()) choice.choice = node.switch_().choice();
             if (choice.choice < Switch::kNone)
                 return fail(ErrorCode::kBadInput,
-                            "a switch's choice is a child's number from 0, -1 (all) or -2 (none)");
+                            "a switch's choice is a child's number from 0, -1 (all) or -2 (none); `shown` names several");
+            if (node.switch_().shown_size() > 0 && node.switch_().has_choice())
+                return fail(ErrorCode::kBadInput, "a switch has a choice, or says which are shown");
+            for (const std::uint32_t child : node.switch_().shown()) {
+                if (child > 62) return fail(ErrorCode::kBadInput, fmt::format("a switch shows child {}: several can be chosen among the first 63", child));
+                choice.choice = Switch::kMask;
+                choice.mask |= std::int64_t{1} << child;
+            }
             return create(choice);
         }
         case Content::kMaterialGroup: {

@@ -23,13 +23,17 @@ CoreKind kindOf(const Object& core) {
     return CoreKind::kOther;
 }
 
-/// The child that a node shows of which it does not show all; none where it shows none. What users see of levels of detail is no matter.
-ObjectId chosen(const Node& node, std::size_t sole) {
-    return sole < node.children.size() ? node.children[sole] : ObjectId();
+/// The children that a node shows of which it does not show all, in their order. What users see of levels of detail is no matter.
+std::optional<std::vector<ObjectId>> chosen(const Aspect& aspect, const Node& node) {
+    const auto seen = seenChildren(node.core ? aspect.find(node.core) : Object(), node.children.size());
+    if (!seen) return std::nullopt;
+    std::vector<ObjectId> children;
+    for (const std::size_t index : *seen) children.push_back(node.children[index]);
+    return children;
 }
 
-std::optional<std::size_t> soleChildOf(const Aspect& aspect, const Node& node) {
-    return soleChild(node.core ? aspect.find(node.core) : Object());
+bool isAmong(const std::vector<ObjectId>& some, ObjectId node) {
+    return std::ranges::find(some, node) != some.end();  // 63 at most
 }
 
 /// Where these children stand among the others, ascending.
@@ -73,7 +77,7 @@ void VisibleTree::follow(const Aspect& aspect, std::span<const Placement> placem
     for (const ObjectId node : moved) {
         if (const std::uint32_t place = find(node); place != kNone) {
             const std::uint32_t parent = places_[place].parent;
-            if (parent != kNone && links_[parent].single) choosing.push_back(parent);
+            if (parent != kNone && links_[parent].chooses) choosing.push_back(parent);
             cutOut(place);
         } else if (const std::uint32_t hider = hidden_.find(node); hider != kNone) {
             choosing.push_back(hider);
@@ -84,7 +88,7 @@ void VisibleTree::follow(const Aspect& aspect, std::span<const Placement> placem
         const std::uint32_t place = find(node);
         if (place == kNone) continue;
         const bool chose = places_[place].kind == CoreKind::kSwitch;
-        if (links_[place].single) forgetHidden(aspect, place);
+        if (links_[place].chooses) forgetHidden(aspect, place);
         unbear(place);
         const Node* now = aspect.get<Node>(node);
         bear(aspect, place, now ? now->core : ObjectId{});
@@ -101,7 +105,7 @@ void VisibleTree::follow(const Aspect& aspect, std::span<const Placement> placem
         const Node* now = aspect.get<Node>(node);
         const std::uint32_t parent = now && now->parent ? find(now->parent) : kNone;
         if (parent == kNone) continue;
-        if (links_[parent].single) {
+        if (links_[parent].chooses) {
             hidden_.insert(node, parent);
             choosing.push_back(parent);
         } else {
@@ -118,7 +122,7 @@ void VisibleTree::follow(const Aspect& aspect, std::span<const Placement> placem
 /// Nodes that stand under a visible one now, which shows all its children.
 void VisibleTree::attach(const Aspect& aspect, std::uint32_t parent, std::span<const ObjectId> nodes) {
     const Node* above = aspect.get<Node>(places_[parent].node);
-    if (!above || links_[parent].single) return;
+    if (!above || links_[parent].chooses) return;
     for (const auto& [index, node] : positionsOf(*above, nodes)) {
         if (const std::uint32_t known = find(node); known != kNone && !links_[known].cutOut) continue;
         std::uint32_t after = DocumentOrder::open(parent);
@@ -137,27 +141,26 @@ void VisibleTree::attach(const Aspect& aspect, std::uint32_t parent, std::span<c
 void VisibleTree::choose(const Aspect& aspect, std::uint32_t place) {
     const Node* node = aspect.get<Node>(places_[place].node);
     if (!node) return;
-    const std::optional<std::size_t> sole = soleChildOf(aspect, *node);
-    const bool single = sole.has_value(), was = links_[place].single;
-    const ObjectId only = single ? chosen(*node, *sole) : ObjectId{};
-    if (single) {
+    const std::optional<std::vector<ObjectId>> only = chosen(aspect, *node);
+    const bool was = links_[place].chooses;
+    if (only) {
         std::vector<std::uint32_t> shown;
         for (std::uint32_t at = order_.next(DocumentOrder::open(place)); at != DocumentOrder::close(place);
              at = order_.next(DocumentOrder::close(DocumentOrder::placeOf(at))))
             shown.push_back(DocumentOrder::placeOf(at));
         for (const std::uint32_t child : shown) {
-            if (places_[child].node == only) continue;
+            if (isAmong(*only, places_[child].node)) continue;
             const Node* gone = aspect.get<Node>(places_[child].node);
             if (gone && gone->parent == places_[place].node) hidden_.insert(places_[child].node, place);
             cutOut(child);
         }
         if (!was)
             for (const ObjectId child : node->children)
-                if (child != only) hidden_.insert(child, place);
+                if (!isAmong(*only, child)) hidden_.insert(child, place);
     } else if (was) {
         forgetHidden(aspect, place);
     }
-    links_[place].single = single;
+    links_[place].chooses = only.has_value();
     std::uint32_t after = DocumentOrder::open(place);
     const auto showChild = [&](ObjectId child) {
         const std::uint32_t known = find(child);
@@ -165,14 +168,14 @@ void VisibleTree::choose(const Aspect& aspect, std::uint32_t place) {
         after = show(aspect, child, place, after);
         if (!stands) changes_.placed.push_back(find(child));
     };
-    if (!single)
+    if (only)
+        for (const ObjectId child : *only) showChild(child);
+    else
         for (const ObjectId child : node->children) showChild(child);
-    else if (only)
-        showChild(only);
 }
 
 void VisibleTree::forgetHidden(const Aspect& aspect, std::uint32_t place) {
-    links_[place].single = false;
+    links_[place].chooses = false;
     const Node* node = aspect.get<Node>(places_[place].node);
     if (!node) return;
     for (const ObjectId child : node->children)
@@ -193,17 +196,16 @@ std::uint32_t VisibleTree::show(const Aspect& aspect, ObjectId nodeId, std::uint
     hidden_.erase(nodeId);
     order_.insert(place, after);
     bear(aspect, place, node.core);
-    const std::optional<std::size_t> sole = soleChildOf(aspect, node);
+    const std::optional<std::vector<ObjectId>> only = chosen(aspect, node);
     std::uint32_t last = DocumentOrder::open(place);
-    if (!sole) {
+    if (!only) {
         for (const ObjectId child : node.children) last = show(aspect, child, place, last);
         return DocumentOrder::close(place);
     }
-    links_[place].single = true;
-    const ObjectId only = chosen(node, *sole);
+    links_[place].chooses = true;
     for (const ObjectId child : node.children)
-        if (child != only) hidden_.insert(child, place);
-    if (only) (void)show(aspect, only, place, last);
+        if (!isAmong(*only, child)) hidden_.insert(child, place);
+    for (const ObjectId child : *only) last = show(aspect, child, place, last);
     return DocumentOrder::close(place);
 }
 
@@ -247,7 +249,7 @@ void VisibleTree::drop(const Aspect& aspect) {
     }
     cutOuts_.clear();
     for (const std::uint32_t place : changes_.gone) {
-        if (links_[place].single) forgetHidden(aspect, place);
+        if (links_[place].chooses) forgetHidden(aspect, place);
         unbear(place);
         placeOf_.erase(places_[place].node);
     }

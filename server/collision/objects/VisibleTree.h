@@ -107,7 +107,7 @@ private:
         std::uint32_t previous = kNone, next = kNone;  // among the bearers of a core
         bool cutOut = false;                           // the top of what was taken from its parent
         bool watched = false;
-        bool single = false;  // a Switch that shows one child or none: the others are in hidden_
+        bool chooses = false;  // a Switch that does not show all children: the others are in hidden_
     };
 
     [[nodiscard]] std::uint32_t take();

@@ -65,7 +65,7 @@ bool FirstCamera::concerns(const Aspect& scene, const ChangeList& list) const {
     for (const FieldColumn& column : list.columns) {
         if (column.type == typeOf<Camera>() && column.field == fieldId<&Camera::enabled>) return true;
         const bool cores = column.type == typeOf<Node>() && column.field == fieldId<&Node::core>;
-        const bool choices = column.type == typeOf<Switch>() && column.field == fieldId<&Switch::choice>;  // levels: always the first
+        const bool choices = column.type == typeOf<Switch>();  // levels: always the first
         if (!cores && !choices) continue;
         for (const ObjectId id : column.ids)
             if (cores ? watched_.contains(id) : switchCores_.contains(id)) return true;
@@ -102,11 +102,11 @@ ObjectId FirstCamera::firstBelow(const Aspect& scene, ObjectId id) {
     if (isEnabledCamera(scene, node)) return id;
     std::vector<std::pair<std::size_t, ObjectId>> children;
     for (const ObjectId child : watched_.at(id)) children.emplace_back(0, child);
-    const std::optional<std::size_t> one = soleChild(node.core ? scene.find(node.core) : Object());
-    if (one || children.size() > 1)
+    const auto some = seenChildren(node.core ? scene.find(node.core) : Object(), node.children.size());
+    if (some || children.size() > 1)
         for (auto& [index, child] : children) index = indexOf(node, child);
-    if (one)
-        std::erase_if(children, [&](const auto& child) { return child.first != *one; });
+    if (some)
+        std::erase_if(children, [&](const auto& child) { return !std::ranges::binary_search(*some, child.first); });
     std::ranges::sort(children);
     for (const auto& [index, child] : children)
         if (const ObjectId found = firstBelow(scene, child)) return found;

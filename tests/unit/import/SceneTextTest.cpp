@@ -346,6 +346,7 @@ TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
         node { name: "lamp" point_light { range: 7 } }
         node { name: "eye" transform { translation { z: 9 } } camera { world_units_per_metre: 2.5 } }
         node { name: "choice" switch { choice: 1 } node { name: "a" } node { name: "b" } }
+        node { name: "some" switch { shown: [0, 2, 62] } node { name: "a" } node { name: "b" } }
         node { name: "air" environment { sky { b: 1 } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->hasCamera);
@@ -360,6 +361,8 @@ TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
     EXPECT_EQ(aspect.core<Camera>("/eye/camera")->worldUnitsPerMetre, 2.5);
     EXPECT_EQ(aspect.core<Switch>("/choice")->choice, 1);
     EXPECT_EQ(aspect->get<Node>(*findNode(*aspect, "/choice"))->children.size(), 2u);
+    EXPECT_EQ(aspect.core<Switch>("/some")->choice, Switch::kMask);
+    EXPECT_EQ(aspect.core<Switch>("/some")->mask, (std::int64_t{1} << 62) + 5);
     EXPECT_EQ(aspect.core<Environment>("/air")->sky, Vec3f(0, 0, 1));
 }
 

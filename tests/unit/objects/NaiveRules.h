@@ -111,7 +111,8 @@ private:
         const Node& node = *aspect_.get<Node>(id);
         const Switch* choice = aspect_.coreOf<Switch>(node);
         for (std::size_t i = 0; i < node.children.size(); ++i)
-            if (!choice || choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(i))
+            if (!choice || choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(i) ||
+                (choice->choice == Switch::kMask && i < 63 && (choice->mask >> i) % 2 == 1))
                 walk(node.children[i]);
     }
     /// The CollisionObject that names a node, if any: the lowest id of those that some visible node bears.

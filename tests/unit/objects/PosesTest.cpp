@@ -285,6 +285,10 @@ TEST(Poses, HiddenNodesAreNotThere) {
     }
     scene.set<Switch>(choice, fieldId<&Switch::choice>, std::int64_t{0});
     EXPECT_TRUE(scene.takesPart(scene.other.shape));
+    scene.set<Switch>(choice, fieldId<&Switch::choice>, Switch::kMask);
+    EXPECT_FALSE(scene.takesPart(scene.other.shape)) << "of a mask without any bit";
+    scene.set<Switch>(choice, fieldId<&Switch::mask>, std::int64_t{5});
+    EXPECT_TRUE(scene.takesPart(scene.other.shape));
     scene.place(scene.other.node, ObjectId{});
     EXPECT_FALSE(scene.takesPart(scene.other.shape));
     scene.place(scene.other.node, scene.load.node);

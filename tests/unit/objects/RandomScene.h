@@ -200,7 +200,8 @@ private:
             }
             case 6: {
                 const ObjectId id = create(b, typeOf<Switch>());
-                b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(4)} - 2));
+                b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(5)} - 3));
+                b.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(std::int64_t{below(8)}));
                 return id;
             }
             case 7:
@@ -278,7 +279,8 @@ private:
             }
             case 9: {
                 const ObjectId id = some(typeOf<Switch>());
-                if (id) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(5)} - 2));
+                if (id) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(6)} - 3));
+                if (id && below(2) == 0) b.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(std::int64_t{below(16)}));
                 break;
             }
             case 10:

@@ -156,7 +156,9 @@ private:
         std::size_t index = 0;
         for (const ObjectId child : node.children) {
             bool shown = seen;
-            if (const auto* choice = core.as<Switch>()) shown = shown && (choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(index));
+            if (const auto* choice = core.as<Switch>()) 
+                shown = shown && (choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(index) ||
+                                  (choice->choice == Switch::kMask && index < 63 && (choice->mask >> index) % 2 == 1));
             if (core.is<DistanceLOD>()) {
                 const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) / (std::uint64_t{1} << (8 * user_)) % 256);
                 shown = shown && (index == level || (index + 1 == node.children.size() && level > index));
@@ -388,7 +390,9 @@ private:
         if (id) scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(images_[pick(images_.size())]));
     }
     void setChoice(ObjectId id) {
-        if (id) scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(static_cast<std::int64_t>(pick(6)) - 2));
+        if (!id) return;
+        if (pick(2) == 0) scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(static_cast<std::int64_t>(pick(128))));
+        scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(pick(2) == 0 ? Switch::kMask : static_cast<std::int64_t>(pick(6)) - 2));
     }
     void setIntensity(ObjectId id, ObjectType type) {
         if (id)

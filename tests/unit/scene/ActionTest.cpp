@@ -1,7 +1,9 @@
 #include "common/scene/Action.h"
+#include "common/scene/ChildChoice.h"
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "tests/unit/scene/SceneEdits.h"
@@ -105,6 +107,21 @@ TEST(Action, RespectsSwitches) {
     EXPECT_EQ(shown(Switch::kNone), (std::vector<std::uint64_t>{1, 2}));
     EXPECT_EQ(shown(2), (std::vector<std::uint64_t>{1, 2})) << "past the end shows none";
     EXPECT_EQ(shown(Switch::kNone, true), (std::vector<std::uint64_t>{1, 2, 3, 4}));
+    const std::vector<std::vector<std::uint64_t>> byMask = {{1, 2}, {1, 2, 3}, {1, 2, 4}, {1, 2, 3, 4}};
+    for (std::int64_t mask = 0; mask < 16; ++mask) {
+        mustApply(aspect, Edits().value<Switch>(20, fieldId<&Switch::mask>, mask).take());
+        EXPECT_EQ(shown(Switch::kMask), byMask[static_cast<std::size_t>(mask % 4)]) << mask << ": bits beyond the children show nothing";
+    }
+}
+
+TEST(Action, OfAMaskChildrenUpToThe63rdAreShown) {
+    Aspect aspect;
+    Edits e;
+    e.core<Switch>(200, 0);
+    e.value<Switch>(200, fieldId<&Switch::choice>, Switch::kMask).value<Switch>(200, fieldId<&Switch::mask>, std::numeric_limits<std::int64_t>::max());
+    mustApply(aspect, e.take());
+    std::size_t count = seenChildren(aspect.find(ObjectId{200}), 100)->size();
+    EXPECT_EQ(count, 63u);
 }
 
 TEST(Action, AccumulatesTransformsAsWorldTransformDoesToTheLastBit) {

@@ -94,7 +94,8 @@ private:
             }
             case 2: {
                 const ObjectId id = create(b, typeOf<Switch>());
-                b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(5) - 2);
+                b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(6) - 3);
+                b.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, number(16));
                 return id;
             }
             case 3:
@@ -179,7 +180,7 @@ private:
                 break;
             case 12:
             case 13:
-                if (const ObjectId id = some<Switch>()) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(6) - 2);
+                if (const ObjectId id = some<Switch>()) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(7) - 3);
                 break;
             case 14:
                 if (const ObjectId id = some<Motion>()) setMotion(b, id);
