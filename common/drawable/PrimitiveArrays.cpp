@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -128,6 +130,21 @@ Blob absentIndices(const Geometry& g, RunKind kind) {
     return elements == 0 ? Blob() : Blob::absent(nameOf(g, kind, g.positions.id()), elements * sizeof(std::uint32_t));
 }
 
+/// 0, 1, 2 …: of triangles and lines that take the vertices as they stand. What is left over of vertices makes none, as in OpenGL.
+Blob consecutiveIndices(std::uint64_t vertices, std::uint64_t each) {
+    const std::uint64_t count = std::min<std::uint64_t>(vertices - vertices % each, 0xffffffffu);
+    if (count == 0) return {};
+    const std::array<Hash128, 2> parts{Hash128{Geometry::kType.value, 0x636f6e736563ull}, Hash128{count, each}};
+    return assembledIndices()
+        .get(hash128(std::as_bytes(std::span(parts))),
+             [count] {
+                 std::vector<std::uint32_t> indices(count);
+                 std::iota(indices.begin(), indices.end(), 0u);
+                 return AssembledIndices{.indices = Blob::of(std::span<const std::uint32_t>(indices)), .wrong = {}, .sound = true};
+             })
+        ->indices;
+}
+
 bool holdNothing(const Geometry& g) { return g.positions.empty() && g.indices.empty() && g.lengths.empty(); }
 
 }  // namespace
@@ -146,7 +163,10 @@ MeshArrays arraysOf(const Geometry& g) {
                       .pointRadius = points ? g.pointRadius : 0.0,
                       .lineWidth = lines ? g.lineWidth : 0.0f};
     Blob indices = g.indices;
-    if (kind) indices = holdNothing(g) ? Blob() : areHere(g) ? assembledOf(g, *kind)->indices : absentIndices(g, *kind);
+    if (kind)
+        indices = holdNothing(g) ? Blob() : areHere(g) ? assembledOf(g, *kind)->indices : absentIndices(g, *kind);
+    else if (!points && indices.empty())
+        indices = consecutiveIndices(g.positions.sizeBytes() / (3 * sizeof(float)), lines ? 2 : 3);
     (lines ? arrays.lines : arrays.indices) = std::move(indices);
     return arrays;
 }

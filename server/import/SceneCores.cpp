@@ -398,7 +398,7 @@ Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::stri
     if (!material) return failWith(fmt::format("material '{}'", readName(name, "")), material.error());
     const google::protobuf::Message& message = *found->second;
     for (const FieldEntry& field : findType(Material::kType)->fields) {
-        if (!field.holdsRefs()) continue;
+        if (field.kind != FieldKind::kRef || field.refType != Image::kType) continue;
         const auto* said = message.GetDescriptor()->FindFieldByName(snakeCase(field.name));
         const std::string image = message.GetReflection()->GetString(message, said);
         if (image.empty()) continue;

@@ -1,5 +1,6 @@
 #include "server/import/reader/SceneExpander.h"
 
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -341,6 +342,15 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     if (data.positions.empty() || data.positions.size() % 3 != 0)
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': position needs three numbers per vertex", mesh.name()));
+    // Without an index the vertices as they stand.
+    const std::size_t corners = mesh.primitive() == proto::scene::Mesh::TRIANGLES ? 3 : mesh.primitive() == proto::scene::Mesh::LINES ? 2 : 0;
+    if (corners > 0 && data.indices.empty()) {
+        if (vertices % corners != 0)
+            return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': without an index {} vertices are no whole number of {}", mesh.name(), vertices,
+                                                          corners == 3 ? "triangles" : "lines"));
+        data.indices.resize(vertices);
+        std::iota(data.indices.begin(), data.indices.end(), 0u);
+    }
     if (mesh.primitive() == proto::scene::Mesh::POINTS) {
         data.primitive = Primitive::kPoints;
         data.pointRadius = mesh.point_radius();
@@ -351,9 +361,9 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     } else if (mesh.primitive() == proto::scene::Mesh::LINES) {
         data.primitive = Primitive::kLines;
         if (mesh.line_width() != 0) data.lineWidth = mesh.line_width();
-        if (data.indices.empty() || data.indices.size() % 2 != 0)
+        if (data.indices.size() % 2 != 0)
             return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': index needs two numbers per line", mesh.name()));
-    } else if (mesh.primitive() == proto::scene::Mesh::TRIANGLES && (data.indices.empty() || data.indices.size() % 3 != 0))
+    } else if (mesh.primitive() == proto::scene::Mesh::TRIANGLES && data.indices.size() % 3 != 0)
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': index needs three numbers per triangle", mesh.name()));
     for (const std::uint32_t index : data.indices)

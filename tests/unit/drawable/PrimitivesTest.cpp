@@ -58,6 +58,20 @@ TEST(PrimitiveDrawable, LinesAreLines) {
     EXPECT_EQ(drawableOf(g).triangleCount(), 0u);
 }
 
+TEST(PrimitiveDrawable, TrianglesAndLinesWithoutIndicesTakeTheVerticesAsTheyStand) {
+    Geometry g;
+    g.positions = placesOf({0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 4, -1, 0, 6, 0, 0, 4, 4, 0});
+    EXPECT_TRUE(drawableOf(g).check()) << "what is left over makes none";
+    EXPECT_EQ(indicesOf(g), (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+    g.primitive = Geometry::kLines;
+    EXPECT_EQ(drawableOf(g).arrays().lines.sizeBytes(), 6u * sizeof(std::uint32_t));
+    g.primitive = Geometry::kPoints;
+    EXPECT_TRUE(drawableOf(g).arrays().indices.empty());
+    g.primitive = Geometry::kTriangles;
+    g.positions = placesOf({0, 0, 0, 1, 0, 0});
+    EXPECT_EQ(drawableOf(g).triangleCount(), 0u);
+}
+
 TEST(PrimitiveDrawable, SaysWhatIsWrong) {
     Geometry g = twoPolygons();
     g.lengths = numbersOf({3, 2, 2});

@@ -366,6 +366,19 @@ TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
     EXPECT_EQ(aspect.core<Environment>("/air")->sky, Vec3f(0, 0, 1));
 }
 
+TEST(SceneText, MeshesWithoutAnIndexTakeTheVerticesAsTheyStand) {
+    Expected<ImportedScene> scene = importText(R"(
+        mesh { name: "two" position: [0,0,0, 1,0,0, 0,1,0, 0,0,1, 1,0,1, 0,1,1] }
+        mesh { name: "line" primitive: LINES position: [0,0,0, 1,0,0] }
+        node { name: "two" geometry { mesh: "two" } } node { name: "line" geometry { mesh: "line" } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(drawableOf(Object::of(*aspect.core<Geometry>("/two"))).triangleCount(), 2u);
+    scene = importText(R"(mesh { name: "odd" position: [0,0,0, 1,0,0] } node { geometry { mesh: "odd" } })");
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find("2 vertices are no whole number of triangles"), std::string::npos) << scene.error().message;
+}
+
 TEST(SceneText, ImportsOtherFilesBesideItAndReadsEachOnce) {
     const Scratch scratch;
     scratch.write("parts/bolt.tsct", R"(node { name: "bolt" cylinder { radius: 1 height: 2 } } node { camera {} })");
