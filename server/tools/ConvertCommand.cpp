@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
 #include "common/base/Version.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/SceneImport.h"
@@ -26,6 +30,33 @@ Expected<void> convertMpcdi(const ConvertArguments& arguments) {
     return {};
 }
 
+Expected<OptimiseOptions> optimiseOptionsOf(const std::vector<std::string>& steps) {
+    OptimiseOptions options;
+    if (steps.empty()) return options;
+    const std::pair<std::string_view, bool OptimiseOptions::*> known[] = {{"share", &OptimiseOptions::share},
+                                                                          {"merge", &OptimiseOptions::merge},
+                                                                          {"flatten", &OptimiseOptions::flatten},
+                                                                          {"order", &OptimiseOptions::order},
+                                                                          {"levels", &OptimiseOptions::levels}};
+    for (const auto& [name, step] : known) options.*step = false;
+    for (const std::string& step : steps) {
+        const auto found = std::ranges::find(known, step, [](const auto& one) { return one.first; });
+        if (found == std::end(known))
+            return fail(ErrorCode::kUsage, fmt::format("--steps: '{}' is no step; there are share, merge, flatten, order, levels", step));
+        options.*(found->second) = true;
+    }
+    return options;
+}
+
+void sayCounts(const OptimiseCounts& c) {
+    fmt::print("nodes {} to {}, objects {} to {}\n", c.nodesBefore, c.nodesAfter, c.objectsBefore, c.objectsAfter);
+    if (c.shared > 0) fmt::print("{} objects were equal to others\n", c.shared);
+    if (c.merged > 0) fmt::print("{} meshes that stand still became {}\n", c.merged, c.mergedInto);
+    if (c.flattened > 0) fmt::print("{} chains of transforms became one each\n", c.flattened);
+    if (c.ordered > 0) fmt::print("{} meshes in another order, {} vertices less\n", c.ordered, c.verticesJoined);
+    if (c.levelled > 0) fmt::print("{} meshes have {} coarser ones\n", c.levelled, c.levels);
+}
+
 }  // namespace
 
 Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(const std::vector<std::string>& words) {
@@ -41,6 +72,11 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     app.add_option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall")->required();
     app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    bool optimise = false;
+    std::vector<std::string> steps, keep;
+    app.add_flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, what stands still merged by\nmaterial, its transforms flattened, meshes\nin an order that draws faster");
+    app.add_option("--steps", steps, "These steps of it alone: share, merge,\nflatten, order, levels (coarser meshes for\nfar away; only where it is named)")->type_name("STEP,…")->delimiter(',');
+    app.add_option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated")->type_name("PATH")->allow_extra_args(false);
     try {
         std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
         app.parse(std::move(reversed));
@@ -53,7 +89,17 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     }
     if (isMpcdi(out.in) != out.out.ends_with(".wall"))
         return fail(ErrorCode::kUsage, "a .wall is made of a .mpcdi, and of nothing else; see --help");
-    if (isMpcdi(out.in)) return out;
+    if (!optimise && (!steps.empty() || !keep.empty())) return fail(ErrorCode::kUsage, "--steps and --keep say how to --optimise; see --help");
+    if (optimise) {
+        Expected<OptimiseOptions> options = optimiseOptionsOf(steps);
+        if (!options) return tl::unexpected(options.error());
+        out.optimise = std::move(*options);
+        out.optimise->keep = std::move(keep);
+    }
+    if (isMpcdi(out.in)) {
+        if (optimise) return fail(ErrorCode::kUsage, "a wall is no scene: there is nothing to --optimise");
+        return out;
+    }
     // Before a long import, not after it.
     if (const Expected<SceneEncoding> encoding = sceneEncodingOf(out.out); !encoding) return tl::unexpected(encoding.error());
     return out;
@@ -69,13 +115,22 @@ int runConvert(const std::vector<std::string>& words) {
         }
         const auto& arguments = std::get<ConvertArguments>(*parsed);
         if (isMpcdi(arguments.in)) return convertMpcdi(arguments);
-        const Expected<FileScene> file =
+        Expected<FileScene> file =
             importAsScene(arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
         if (!file) return tl::unexpected(file.error());
         for (const std::string& note : file->imported.notes) fmt::print(stderr, "tessera-convert: note: {}\n", note);
+        OptimiseCounts counts{.nodesAfter = file->imported.nodes, .objectsAfter = file->imported.nodes + file->imported.cores};
+        if (arguments.optimise) {
+            if (!file->imported.later.empty())
+                return fail(ErrorCode::kRefused, arguments.in + ": a newer version saved more in it than this one knows, which may name what would go; it can be converted, not optimised");
+            const Expected<OptimiseCounts> done = optimiseScene(file->scene, *arguments.optimise);
+            if (!done) return failWith(arguments.in, done.error());
+            sayCounts(*done);
+            counts = *done;
+        }
         if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later); !saved) return saved;
-        fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, file->imported.nodes,
-                   file->imported.cores, file->imported.triangles);
+        fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, counts.nodesAfter, counts.objectsAfter - counts.nodesAfter,
+                   file->imported.triangles);
         return {};
     }();
     if (done) return 0;

@@ -1,11 +1,13 @@
 /// tessera-convert: any readable scene to Tessera's own files.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/base/Error.h"
+#include "server/optimise/SceneOptimiser.h"
 
 namespace tessera {
 
@@ -13,6 +15,7 @@ struct ConvertArguments {
     std::string in, out;
     std::vector<std::string> assets;
     bool allowUnconfined = false;
+    std::optional<OptimiseOptions> optimise;
 };
 /// What --help or --version asked for.
 struct ConvertHelp {
