@@ -1,0 +1,74 @@
+// Every room of the gallery (deploy/scenes/gallery): a 2x2 wall's picture is the 1x1 wall's, byte for byte, and near the stored one.
+// Who means to change looks: TESSERA_WRITE_PICTURES=1 bin/golden --gtest_filter='Gallery.*', and look at them.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
+#include "tests/golden/PictureDifference.h"
+#include "tests/golden/ShippedScene.h"
+#include "tests/golden/Stage.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr int kWidthPx = 320, kHeightPx = 180;
+
+std::vector<std::string> rooms() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(TESSERA_SOURCE_DIR "/deploy/scenes/gallery"))
+        if (entry.path().extension() == ".tsct") names.push_back(entry.path().stem().string());
+    std::ranges::sort(names);
+    return names;
+}
+
+/// Where the tour stands in a room: the values of its key frames come in pairs, coming and going.
+View viewOfRoom(const Aspect& scene, std::size_t room) {
+    View view = cameraOfScene(scene);
+    for (const ObjectId id : scene.ids()) {
+        const auto* frames = scene.get<KeyFrames>(id);
+        const auto tour = findNode(scene, "/tour");
+        if (!frames || !tour || frames->target != scene.get<Node>(*tour)->core) continue;
+        const std::span<const double> places = frames->values.as<double>();
+        if (6 * room + 2 < places.size()) view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
+    }
+    return view;
+}
+
+TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {
+    const Expected<Aspect> gallery = loadShipped("gallery");
+    ASSERT_TRUE(gallery) << gallery.error().message;
+    RenderScene scene;
+    scene.update(*gallery, nullptr);
+    const std::vector<std::string> names = rooms();
+    ASSERT_GE(names.size(), 20u);
+    Stage stage(4);
+    for (std::size_t room = 0; room < names.size(); ++room) {
+        SCOPED_TRACE(names[room]);
+        const View view = viewOfRoom(*gallery, room);
+        if (room > 0) EXPECT_NE(view.position, viewOfRoom(*gallery, room - 1).position) << "make-gallery.py has not been run for this room";
+        const ScreenCamera camera = screenCamera(flatScreen(1, 1, kWidthPx, kHeightPx), User(), Eye::kCenter, view);
+        const PixelRect all{.x = 0, .y = 0, .width = kWidthPx, .height = kHeightPx};
+        const Picture whole = drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, all);
+        EXPECT_GT(lookOf(whole).spread, 20) << "a picture of nothing";
+        Picture tiled = Picture::filled(kWidthPx, kHeightPx, 255, 0, 255);
+        for (int y = 0; y < 2; ++y)
+            for (int x = 0; x < 2; ++x) {
+                const PixelRect part{.x = x * kWidthPx / 2, .y = y * kHeightPx / 2, .width = kWidthPx / 2, .height = kHeightPx / 2};
+                // Rectangles count from below, pictures from above.
+                paste(tiled, drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, part), part.x, kHeightPx - part.y - part.height);
+            }
+        EXPECT_EQ(tiled.rgb, whole.rgb) << "2x2 and 1x1";
+
+        const std::string stored = TESSERA_SOURCE_DIR "/tests/golden/pictures/gallery/" + names[room] + ".png";
+        if (std::getenv("TESSERA_WRITE_PICTURES")) {
+            std::filesystem::create_directories(std::filesystem::path(stored).parent_path());
+            ASSERT_TRUE(writeFile(stored, encodePng(whole, std::nullopt)));
+            continue;
+        }
+        expectNear(whole, stored, names[room]);
+    }
+}
+
+}  // namespace
+}  // namespace tessera::test
