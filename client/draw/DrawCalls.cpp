@@ -189,7 +189,7 @@ ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
             record.eye_T_item[row][column] = static_cast<float>(eye_T_item(r, c));
             if (c < 3) record.normalRows[row][column] = static_cast<float>(cofactors(r, c));
         }
-    record.size = formOf(item.kind).size(item);
+    record.size = formOf(item.kind).size(item, m);
     record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
     return record;
 }
@@ -213,6 +213,8 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     block.ground = four(list.environment.ground, 0);
     block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
+    const Vec3d head = camera.eye_T_world * camera.headWorld;
+    block.head = four(head.cast<float>(), 0);
     return block;
 }
 

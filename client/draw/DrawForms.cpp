@@ -4,7 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <utility>
 #include <vector>
+
+#include <Eigen/SVD>
 
 #include "common/geometry/Points.h"
 
@@ -158,6 +161,66 @@ constexpr DrawForm::Follows kPointsFollow[] = {{0, 3 * sizeof(float), MeshStore:
                                                {3, 2 * sizeof(float), MeshStore::kTexels},
                                                {5, 2 * sizeof(float), MeshStore::kTexels}};
 
+// ---- particles: four vertices each, of two triangles ---------------------------------------------------------------
+
+std::uint64_t placesPerParticle(const MeshArrays& arrays) {
+    return arrays.lines.empty() ? 1 : 2;
+}
+
+std::array<MeshPart, 2> partsOfParticles(const MeshArrays& arrays) {
+    const std::uint64_t particles = countOf(arrays) / placesPerParticle(arrays);
+    return {{{MeshStore::kVertices, particles, 4}, {MeshStore::kIndices, particles, 6}}};
+}
+
+/// Of discs and sprites each corner is at the middle; x and y of its normal say which it is. Streaks are as lines, their width beside the side.
+void writeParticles(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+    if (store == MeshStore::kIndices) return writeLines(arrays, store, units, tell);
+    const VertexArrays places(arrays);
+    tellUnits<MeshVertex>(units, tell, [&, streaks = placesPerParticle(arrays) == 2](auto& to, std::uint64_t particle) {
+        if (streaks) {
+            for (const std::size_t end : {2 * particle, 2 * particle + 1})
+                for (const float side : {1.0f, -1.0f}) {
+                    MeshVertex corner = places.vertex(end);
+                    corner.normal = places.vertex(end ^ 1).position;
+                    corner.texcoord1 = {side, corner.texcoord[0]};
+                    to.push_back(corner);
+                }
+            return;
+        }
+        for (const auto& [x, y] : {std::pair(-1.0f, -1.0f), {1.0f, -1.0f}, {1.0f, 1.0f}, {-1.0f, 1.0f}}) {
+            MeshVertex corner = places.vertex(particle);
+            corner.normal = {x, y, 0};
+            to.push_back(corner);
+        }
+    });
+}
+
+constexpr DrawForm::Follows kParticlesFollow[] = {{0, 3 * sizeof(float), MeshStore::kVertices},
+                                                  {2, 4, MeshStore::kVertices},
+                                                  {3, 2 * sizeof(float), MeshStore::kVertices},
+                                                  {5, 2 * sizeof(float), MeshStore::kVertices}};
+constexpr DrawForm::Follows kStreaksFollow[] = {{0, 6 * sizeof(float), MeshStore::kVertices},
+                                                {2, 8, MeshStore::kVertices},
+                                                {3, 4 * sizeof(float), MeshStore::kVertices}};
+
+/// Metres a unit of the item's own: where it is scaled unevenly the least, so that all stays in the box around the scaled balls.
+std::array<std::uint32_t, 2> scaleOfParticles(const DrawItem&, const Mat3d& eye_R_item) {
+    if (!eye_R_item.allFinite()) return {};
+    const double least = Eigen::JacobiSVD<Mat3d>(eye_R_item).singularValues()[2];
+    return {std::bit_cast<std::uint32_t>(static_cast<float>(least)), 0u};
+}
+
+constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<const DrawForm::Follows> follows) {
+    return {.kind = kind,
+            .define = define,
+            .parts = partsOfParticles,
+            .write = writeParticles,
+            .follows = follows,
+            .normals = true,
+            .fetched = false,
+            .size = scaleOfParticles};
+}
+
 constexpr DrawForm kForms[] = {
     {.kind = DrawKind::kTriangles,
      .define = "TRIANGLES",
@@ -166,7 +229,7 @@ constexpr DrawForm kForms[] = {
      .follows = kTrianglesFollow,
      .normals = false,
      .fetched = false,
-     .size = [](const DrawItem&) { return std::array<std::uint32_t, 2>{}; }},
+     .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
     {.kind = DrawKind::kPoints,
      .define = "POINTS",
      .parts = partsOfPoints,
@@ -175,7 +238,7 @@ constexpr DrawForm kForms[] = {
      .normals = true,
      .fetched = true,
      // All of it: corners come out as Points.h makes them.
-     .size = [](const DrawItem& item) {
+     .size = [](const DrawItem& item, const Mat3d&) {
          const auto bits = std::bit_cast<std::uint64_t>(item.pointRadius);
          return std::array{static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
      }},
@@ -186,7 +249,10 @@ constexpr DrawForm kForms[] = {
      .follows = {},
      .normals = true,
      .fetched = false,
-     .size = [](const DrawItem& item) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), 0u}; }},
+     .size = [](const DrawItem& item, const Mat3d&) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), 0u}; }},
+    formOfParticles(DrawKind::kDiscs, "DISCS", kParticlesFollow),
+    formOfParticles(DrawKind::kStreaks, "STREAKS", kStreaksFollow),
+    formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
 };
 static_assert([] {
     for (const DrawKindRow& row : kDrawKinds)
@@ -213,7 +279,7 @@ MeshSize& MeshSize::operator+=(const MeshSize& other) {
 
 MeshSize sizeOf(const MeshArrays& arrays) {
     MeshSize size;
-    for (const MeshPart& part : formOf(kindOf(arrays.primitive)).parts(arrays))
+    for (const MeshPart& part : formOf(kindOf(arrays)).parts(arrays))
         size.elements[static_cast<std::size_t>(part.store)] += part.elements();
     return size;
 }
@@ -238,6 +304,12 @@ std::vector<std::uint16_t> sharedPointIndices() {
 }
 
 std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle) {
+    if (rowOf(kind).particles) {
+        static constexpr std::array<std::uint32_t, 6> kOfSquare = {0, 1, 2, 0, 2, 3};
+        const std::uint32_t first = 4 * (triangle / 2);
+        const std::size_t at = 3 * (triangle % 2);
+        return {first + kOfSquare[at], first + kOfSquare[at + 1], first + kOfSquare[at + 2]};
+    }
     if (kind != DrawKind::kPoints) {
         const std::size_t at = 3 * std::size_t{triangle};
         return {indices[at], indices[at + 1], indices[at + 2]};

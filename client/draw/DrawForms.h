@@ -69,7 +69,7 @@ struct DrawForm {
     /// Vertices are fetched by their number (see SurfaceShader.cpp), with indices that all such meshes share.
     bool fetched;
     /// ItemRecord::size.
-    std::array<std::uint32_t, 2> (*size)(const DrawItem&);
+    std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
 };
 [[nodiscard]] const DrawForm& formOf(DrawKind kind);
 

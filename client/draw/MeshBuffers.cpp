@@ -106,7 +106,7 @@ std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays)
         mesh.refused = true;
         return mesh;
     }
-    const DrawForm& form = formOf(kindOf(arrays.primitive));
+    const DrawForm& form = formOf(kindOf(arrays));
     for (const MeshPart& part : form.parts(arrays)) {
         // What is fetched by its number lies at a multiple of its size.
         const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
@@ -151,7 +151,7 @@ void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t byte
 }
 
 bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
-    const DrawForm& form = formOf(kindOf(arrays.primitive));
+    const DrawForm& form = formOf(kindOf(arrays));
     if (form.follows.empty()) return false;
     for (const MeshOrigin& origin : originsOf(arrays)) {
         const auto known = meshes_.find(withoutRadius(origin.key));

@@ -30,8 +30,9 @@ struct FrameBlock {
     SurroundingsBlock surroundings;
     std::array<float, 4> shadows;  ///< LightBuffers::shadowed; the size of a pixel of ShadowMaps' texture, of all of it
     std::array<Sun, kMostSuns> suns;
+    std::array<float, 4> head;  ///< of who looks, in eye space: what sprites face
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16);
 
 /// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one call, and
 /// those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and costs 15 ns a vertex:
@@ -40,7 +41,7 @@ struct ItemRecord {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
     /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
     std::array<std::array<float, 4>, 3> normalRows;
-    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; the radius of points, a double
+    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; the radius of points, a double; of particles metres a unit
     std::array<std::uint32_t, 2> node{};  ///< low and high word of its id
 };
 static_assert(sizeof(ItemRecord) == 112);

@@ -14,6 +14,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 surround[9];  // EnvironmentTexture.h
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
     vec4 suns[6];  // towards each, its radiance
+    vec4 head;  // of who looks
 }
 #ifdef FRAME_PASSED_ON
 frame
@@ -79,7 +80,12 @@ flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a bl
 #endif
 #endif
 
-#ifdef LINES
+#ifdef STREAKS
+#define WIDTH texcoord1.y
+#else
+#define WIDTH uintBitsToFloat(itemSize.x)
+#endif
+#if defined(LINES) || defined(STREAKS)
 // A line is a strip of two triangles as wide as it is to be on the screen, with square ends. `normal` is its other end, the
 // second texture coordinate says to which side: of the other end the other way round.
 vec4 cornerOfLine(vec4 a) {
@@ -95,7 +101,7 @@ vec4 cornerOfLine(vec4 a) {
     float size = length(along);
     along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
     vec2 aside = texcoord1.x * vec2(-along.y, along.x);
-    a.xy += 0.5 * uintBitsToFloat(itemSize.x) * (aside - along) * clipPerPixel.xy * a.w;
+    a.xy += 0.5 * WIDTH * (aside - along) * clipPerPixel.xy * a.w;
     return a;
 }
 #endif
@@ -141,21 +147,52 @@ void fetchCorner() {
 }
 #endif
 
+#ifdef SPRITES
+// A square in the plane across the way to the head, upright in the world: so it is the same for both eyes and on all screens. texcoord1: the
+// cosine and sine of its turn.
+vec3 cornerOfSprite(vec3 middle) {
+    vec3 towards = head.xyz - middle;
+    float far = length(towards);
+    towards = far > 1e-12 ? towards / far : vec3(0.0, 0.0, 1.0);
+    vec3 aside = cross(worldRow1.xyz, towards);
+    float size = length(aside);
+    // Seen from right above or below.
+    if (size < 1e-4) {
+        aside = cross(worldRow2.xyz, towards);
+        size = length(aside);
+    }
+    aside /= size;
+    vec3 up = cross(towards, aside);
+    vec2 turned = vec2(texcoord1.x * normal.x - texcoord1.y * normal.y, texcoord1.y * normal.x + texcoord1.x * normal.y);
+    return middle + 0.5 * texcoord.x * uintBitsToFloat(itemSize.x) * (turned.x * aside + turned.y * up);
+}
+#endif
+
 void main() {
 #ifdef POINTS
     fetchCorner();
 #endif
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
+#ifdef DISCS
+    eye.xy += 0.5 * texcoord.x * uintBitsToFloat(itemSize.x) * normal.xy;
+#endif
+#ifdef SPRITES
+    eye = cornerOfSprite(eye);
+#endif
     gl_Position = clip_T_eye * vec4(eye, 1.0);
-#ifdef LINES
+#if defined(LINES) || defined(STREAKS)
     gl_Position = cornerOfLine(gl_Position);
 #endif
 #ifdef NODE
     vNode = node;
 #endif
 #ifdef SURFACE
+#if defined(DISCS) || defined(SPRITES)
+    vNormal = vec3(0.0, 0.0, 1.0);
+#else
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
+#endif
 #ifdef PLAIN
     vMaterial = look.material.yz;
 #else
@@ -166,7 +203,11 @@ void main() {
 #endif
 #ifdef MAPS
     vPlace = look.place;
-#ifdef LINES
+#if defined(DISCS) || defined(SPRITES)
+    vTexcoords = 0.5 + 0.5 * vec4(normal.x, -normal.y, normal.x, -normal.y);
+#elif defined(STREAKS)
+    vTexcoords = vec4(0.5);
+#elif defined(LINES)
     vTexcoords = texcoord.xyxy;
 #else
     vTexcoords = vec4(texcoord, texcoord1);
@@ -242,6 +283,10 @@ Surface surface() {
     s.normal = facing * vNormal;
 #endif
     s.base = vColor;
+#if defined(DISCS) && defined(MAPS)
+    float fromMiddle = length(2.0 * vTexcoords.xy - 1.0);
+    s.base.a *= clamp((1.0 - fromMiddle) / max(fwidth(fromMiddle), 1e-6) + 0.5, 0.0, 1.0);
+#endif
     s.metallic = look.metallic.x;
     s.roughness = look.emissiveAndRoughness.w;
     s.occlusion = 1.0;

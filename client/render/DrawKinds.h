@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/drawable/ParticleArrays.h"
 #include "common/geometry/Mesh.h"
 
 namespace tessera {
@@ -14,6 +15,10 @@ enum class DrawKind : std::uint8_t {
     kTriangles,
     kPoints,  ///< balls, drawn as octahedra (Points.h)
     kLines,   ///< as wide on the screen wherever they are
+    // Particles (ParticleArrays.h), two triangles each:
+    kDiscs,    ///< round on the screen
+    kStreaks,  ///< lines, each as wide as it says
+    kSprites,  ///< squares that face the user's head
 };
 
 struct DrawKindRow {
@@ -24,12 +29,16 @@ struct DrawKindRow {
     bool castsShadows;
     bool surface;       ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is what is seen, from everywhere
     bool standsOut;     ///< on the screen, beyond the box around it: see lineReachPx
+    bool particles;     ///< transparent whatever its material; its radius says whether it is sorted by itself
 };
 
-inline constexpr std::array<DrawKindRow, 3> kDrawKinds = {{
-    {.kind = DrawKind::kTriangles, .ownTriangles = true, .hides = true, .castsShadows = true, .surface = true, .standsOut = false},
-    {.kind = DrawKind::kPoints, .ownTriangles = false, .hides = true, .castsShadows = true, .surface = true, .standsOut = false},
-    {.kind = DrawKind::kLines, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true},
+inline constexpr std::array<DrawKindRow, 6> kDrawKinds = {{
+    {.kind = DrawKind::kTriangles, .ownTriangles = true, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .particles = false},
+    {.kind = DrawKind::kPoints, .ownTriangles = false, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .particles = false},
+    {.kind = DrawKind::kLines, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .particles = false},
+    {.kind = DrawKind::kDiscs, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .particles = true},
+    {.kind = DrawKind::kStreaks, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .particles = true},
+    {.kind = DrawKind::kSprites, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .particles = true},
 }};
 
 [[nodiscard]] constexpr const DrawKindRow& rowOf(DrawKind kind) {
@@ -49,6 +58,12 @@ static_assert([] {
         case Primitive::kTriangles: break;
     }
     return DrawKind::kTriangles;
+}
+/// Of any drawable's arrays.
+[[nodiscard]] inline DrawKind kindOf(const MeshArrays& arrays) {
+    if (!areParticles(arrays)) return kindOf(arrays.primitive);
+    if (!arrays.lines.empty()) return DrawKind::kStreaks;
+    return arrays.texcoords1.empty() ? DrawKind::kDiscs : DrawKind::kSprites;
 }
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 #include "client/render/MeshCache.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/geometry/Points.h"
 
@@ -33,7 +34,7 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.key_ = it->first;
     mesh.positions = arrays.positions;
     mesh.indices = arrays.indices;
-    mesh.kind = kindOf(arrays.primitive);
+    mesh.kind = kindOf(arrays);
     mesh.pointRadius = arrays.pointRadius;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
     return &mesh;
@@ -44,7 +45,8 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});
-    mesh.triangles = triangleCount(arrays);
+    const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
+    mesh.triangles = rowOf(mesh.kind).particles ? 2 * (vertices / places) : triangleCount(arrays);
     mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
     mesh.opaque = allOpaque(arrays.colors.bytes());
     if (rowOf(mesh.kind).ownTriangles)
@@ -75,6 +77,10 @@ void RenderMesh::boundVertices(const ByteRange& vertices) {
         boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
     bounds = Box();
     for (const Box& box : boxes_) bounds.extend(box);
+    if (rowOf(kind).particles && !bounds.empty()) {
+        bounds.lower.array() -= std::abs(pointRadius);
+        bounds.upper.array() += std::abs(pointRadius);
+    }
     if (kind != DrawKind::kPoints) return;
     shownRadius = tessera::shownRadius(pointRadius, bounds);
     bounds = boundsOfPoints(bounds, pointRadius);

@@ -21,7 +21,7 @@ struct RenderMesh {
     bool opaque = true;  ///< no vertex colour with alpha below 1
     Blob positions, indices;
     DrawKind kind = DrawKind::kTriangles;
-    double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; else 0
+    double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0
     /// None of what has come by edits of ranges: it may go on changing.
     std::vector<MeshCluster> clusters;
 

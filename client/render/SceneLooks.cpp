@@ -39,7 +39,9 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.coated = material.coated;
         look.state = material.state;
     }
-    if (use.mesh) look.state = static_cast<std::uint16_t>(4 * look.state + static_cast<unsigned>(look.kind));
+    look.transparent = look.transparent || rowOf(look.kind).particles;
+    static_assert(kDrawKinds.size() <= 8);
+    if (use.mesh) look.state = static_cast<std::uint16_t>(8 * look.state + static_cast<unsigned>(look.kind));
     return look;
 }
 
@@ -176,7 +178,10 @@ void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<Obje
     if (const std::uint32_t slot = drawables_.find(id); slot != kNone) {
         const Drawable drawable = drawableOf(aspect, id);
         if (!drawable) return;
-        const float lineWidth = drawable.arrays().lineWidth;
+        const MeshArrays arrays = drawable.arrays();
+        // Colours and ramps of particles are in their arrays.
+        if (areParticles(arrays)) shapeChanged(aspect, id, changed);
+        const float lineWidth = arrays.lineWidth;
         if (drawable.material() == drawables_[slot].materialId && lineWidth == drawables_[slot].lineWidth) return;
         drawables_[slot].lineWidth = lineWidth;
         setMaterial(aspect, slot, drawable.material());

@@ -72,7 +72,10 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             piece.groupDepth = axis.dot(group.box.center()) + offset;
             piece.group = group.first;
         }
-        if (byTriangles && rowOf(scene.items[item.item].kind).surface)
+        const RenderMesh& mesh = *scene.items[item.item].mesh;
+        if (rowOf(mesh.kind).particles && mesh.pointRadius > 0)
+            addParticles(mesh, item, piece, camera);
+        else if (byTriangles && rowOf(scene.items[item.item].kind).surface)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
             pieces_.push_back(piece);
@@ -90,7 +93,11 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             continue;
         }
         drawn.sortedFrom = static_cast<std::uint32_t>(list.sortedTriangles.size());
-        for (; i < pieces_.size() && pieces_[i].item == of; ++i) list.sortedTriangles.push_back(pieces_[i].triangle);
+        const bool particles = rowOf(drawn.kind).particles;
+        for (; i < pieces_.size() && pieces_[i].item == of && pieces_[i].triangle != Piece::kWhole; ++i) {
+            list.sortedTriangles.push_back(pieces_[i].triangle);
+            if (particles) list.sortedTriangles.push_back(pieces_[i].triangle + 1);
+        }
         drawn.sortedCount = static_cast<std::uint32_t>(list.sortedTriangles.size()) - drawn.sortedFrom;
     }
 }
@@ -118,6 +125,25 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
         }
         piece.depth = axis.dot(sum) + offset;
         piece.triangle = t;
+        pieces_.push_back(piece);
+    }
+}
+
+// A piece each, for both of its triangles, as far away as its middle.
+void TransparentOrder::addParticles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
+    const std::span<const float> numbers = mesh.positions.as<float>();
+    const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
+    const Vec3d axis = -eye_T_item.linear().row(2).transpose() / static_cast<double>(places);
+    const double offset = -eye_T_item.translation().z();
+    for (std::size_t i = 0; i < numbers.size() / (3 * places); ++i) {
+        Vec3d sum = Vec3d::Zero();
+        for (std::size_t k = 0; k < places; ++k) {
+            const float* p = &numbers[3 * (places * i + k)];
+            sum += Vec3d(p[0], p[1], p[2]);
+        }
+        piece.depth = axis.dot(sum) + offset;
+        piece.triangle = static_cast<std::uint32_t>(2 * i);
         pieces_.push_back(piece);
     }
 }

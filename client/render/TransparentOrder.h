@@ -17,7 +17,8 @@ namespace tessera {
 /// on them, the screen's camera, the triangle and its node alone.
 class TransparentOrder {
 public:
-    /// Of a scene; above it whole things are sorted, by the middles of their boxes.
+    /// Of a scene, particles counted, two each; above it whole things are sorted, by the middles of their boxes, and particles
+    /// among those of their own core.
     static constexpr std::uint64_t kMostTriangles = 200'000;
 
     struct Item {
@@ -41,6 +42,7 @@ private:
         std::uint32_t item;
     };
     void findGroups(const RenderScene::Impl& scene);
+    void addParticles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera);
     void addTriangles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera, ClusterBits hidden);
 
     std::vector<Piece> pieces_;

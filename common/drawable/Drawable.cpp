@@ -5,10 +5,12 @@
 
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/NurbsArrays.h"
+#include "common/drawable/ParticleArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
 #include "common/drawable/SkinArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
 #include "common/drawable/TextArrays.h"
+#include "common/drawable/VolumeArrays.h"
 
 namespace tessera {
 namespace {
@@ -36,6 +38,12 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Skin>(),
      .material = [](const void* core) { return static_cast<const Skin*>(core)->material; },
      .derivation = &kSkinDerivation},
+    {.type = typeOf<Particles>(),
+     .material = [](const void* core) { return static_cast<const Particles*>(core)->material; },
+     .derivation = &kParticleDerivation},
+    {.type = typeOf<Volume>(),
+     .material = [](const void* core) { return static_cast<const Volume*>(core)->material; },
+     .derivation = &kVolumeDerivation},
 };
 
 }  // namespace

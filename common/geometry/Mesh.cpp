@@ -149,7 +149,12 @@ Box boundsOf(std::span<const float> positions) {
 }
 
 Box shownBounds(const MeshArrays& arrays) {
-    const Box places = boundsOf(arrays.positions.as<float>());
+    Box places = boundsOf(arrays.positions.as<float>());
+    // Particles (common/drawable/ParticleArrays.h).
+    if (arrays.primitive == Primitive::kLines && arrays.pointRadius != 0 && !places.empty()) {
+        places.lower.array() -= std::abs(arrays.pointRadius);
+        places.upper.array() += std::abs(arrays.pointRadius);
+    }
     return arrays.primitive == Primitive::kPoints ? boundsOfPoints(places, arrays.pointRadius) : places;
 }
 
