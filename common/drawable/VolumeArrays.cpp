@@ -13,7 +13,7 @@ namespace tessera {
 namespace {
 
 const Volume& volumeOf(const void* core) { return *static_cast<const Volume*>(core); }
-bool holdsNothing(const Volume& v) { return v.voxels.empty() && v.sizeX == 0 && v.sizeY == 0 && v.sizeZ == 0; }
+bool volumeHoldsNothing(const Volume& v) { return v.voxels.empty() && v.sizeX == 0 && v.sizeY == 0 && v.sizeZ == 0; }
 
 tl::unexpected<Error> badVolume(std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); }
 
@@ -30,7 +30,7 @@ Expected<void> checkPlanes(const Blob& blob, std::string_view name) {
 }
 
 Expected<void> checkVoxels(const Volume& v) {
-    if (holdsNothing(v)) return {};
+    if (volumeHoldsNothing(v)) return {};
     std::uint64_t count = 1;
     for (const auto& [size, axis] : {std::pair(v.sizeX, 'X'), std::pair(v.sizeY, 'Y'), std::pair(v.sizeZ, 'Z')}) {
         if (size < 2 || size > 4096) return badVolume(fmt::format("size{} is {}: a volume has 2 to 4096 voxels along each axis", axis, size));

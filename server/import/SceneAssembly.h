@@ -102,6 +102,8 @@ private:
                                                     const Spot& spot);
     Expected<LoadedFile::GeometryCore> surfaceCore(LoadedFile& file, const proto::scene::SubdivisionSurface& message, const Spot& spot);
     Expected<LoadedFile::GeometryCore> textCore(LoadedFile& file, const proto::scene::Text& message, const Spot& spot);
+    Expected<LoadedFile::GeometryCore> particlesCore(LoadedFile& file, const proto::scene::Particles& message, const Spot& spot);
+    Expected<LoadedFile::GeometryCore> volumeCore(LoadedFile& file, const proto::scene::Volume& message, const Spot& spot);
     Expected<LoadedFile::GeometryCore> nurbsCore(LoadedFile& file, const proto::scene::NurbsSurface& message, const Spot& spot);
     /// A core whose triangles are derived, with its material, into `core`.
     template <typename Surface>

@@ -44,6 +44,21 @@ static_assert(ImageMessage::TRILINEAR == Image::kTrilinear && ImageMessage::NEAR
               ImageMessage::LINEAR_MIPMAP_NEAREST == Image::kLinearOfNearest &&
               ImageMessage::NEAREST_MIPMAP_LINEAR == Image::kNearestOfTwo);
 
+template <typename Numbers>
+Blob blobOfNumbers(const Numbers& numbers) {
+    using Number = std::remove_cvref_t<decltype(*numbers.data())>;
+    return numbers.empty() ? Blob() : Blob::of(std::span<const Number>(numbers.data(), static_cast<std::size_t>(numbers.size())));
+}
+
+/// 0xRRGGBBAA each.
+template <typename Colors>
+Blob blobOfColors(const Colors& colors) {
+    std::vector<std::uint8_t> bytes;
+    for (const std::uint32_t color : colors)
+        for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::uint8_t>(color >> shift));
+    return bytes.empty() ? Blob() : Blob::of(std::span<const std::uint8_t>(bytes));
+}
+
 }  // namespace
 
 Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
@@ -72,6 +87,14 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         }
         case Content::kText: {
             const Expected<LoadedFile::GeometryCore> core = textCore(file, node.text(), spot);
+            if (!core) return tl::unexpected(core.error());
+            result_.triangles += core->triangles;
+            ++drawn_;
+            return core->id;
+        }
+        case Content::kParticles:
+        case Content::kVolume: {
+            const Expected<LoadedFile::GeometryCore> core = node.has_volume() ? volumeCore(file, node.volume(), spot) : particlesCore(file, node.particles(), spot);
             if (!core) return tl::unexpected(core.error());
             result_.triangles += core->triangles;
             ++drawn_;
@@ -366,6 +389,46 @@ Expected<LoadedFile::GeometryCore> SceneAssembly::textCore(LoadedFile& file, con
     else if (!set) return tl::unexpected(set.error());
     else text->outlines = set->toBlob();
     return derivedCore(file, core, std::move(*text), name, spot);
+}
+
+Expected<LoadedFile::GeometryCore> SceneAssembly::particlesCore(LoadedFile& file, const proto::scene::Particles& message, const Spot& spot) {
+    const std::string& name = message.material().empty() ? spot.material : message.material();
+    LoadedFile::GeometryCore& core = file.surfaceCores[{hash128(asBytes(message.SerializeAsString())), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    if (!proto::scene::Particles::Mode_IsValid(message.mode())) return fail(ErrorCode::kBadInput, "the particles' mode is none of its words");
+    Expected<Particles> particles = readTableObject<Particles>(message);
+    if (!particles) return tl::unexpected(particles.error());
+    particles->positions = blobOfNumbers(message.positions());
+    particles->tails = blobOfNumbers(message.tails());
+    particles->colors = blobOfColors(message.colors());
+    particles->sizes = blobOfNumbers(message.sizes());
+    particles->ages = blobOfNumbers(message.ages());
+    particles->turns = blobOfNumbers(message.turns());
+    particles->ageColors = blobOfColors(message.age_colors());
+    particles->ageSizes = blobOfNumbers(message.age_sizes());
+    return derivedCore(file, core, std::move(*particles), name, spot);
+}
+
+Expected<LoadedFile::GeometryCore> SceneAssembly::volumeCore(LoadedFile& file, const proto::scene::Volume& message, const Spot& spot) {
+    const std::string& name = message.material().empty() ? spot.material : message.material();
+    LoadedFile::GeometryCore& core = file.surfaceCores[{hash128(asBytes(message.SerializeAsString())), spot.paint ? std::string() : name, spot.paint}];
+    if (core.id) return core;
+    if (!proto::scene::Volume::Mode_IsValid(message.mode()) || !proto::scene::Volume::Format_IsValid(message.format()))
+        return fail(ErrorCode::kBadInput, "the volume's mode or format is none of its words");
+    Expected<Volume> volume = readTableObject<Volume>(message);
+    if (!volume) return tl::unexpected(volume.error());
+    if (message.voxels_blob() != 0) {
+        Expected<Blob> voxels = file.blob(message.voxels_blob());
+        if (!voxels) return tl::unexpected(voxels.error());
+        volume->voxels = std::move(*voxels);
+    } else {
+        volume->voxels = blobOfNumbers(message.voxels());
+        volume->format = Volume::kFloat;
+    }
+    volume->transfer = blobOfColors(message.transfer());
+    volume->slices = blobOfNumbers(message.slices());
+    volume->clipPlanes = blobOfNumbers(message.clip_planes());
+    return derivedCore(file, core, std::move(*volume), name, spot);
 }
 
 template <typename Surface>

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cstring>
 
+#include "server/import/reader/VolumeFiles.h"
+
 namespace tessera {
 namespace {
 
@@ -34,6 +36,7 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
     const std::string extension = extensionOf(path);
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
+    if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
     // Before what reads polygons alone: a file may have both.
     if (extension == "obj") {

@@ -19,6 +19,8 @@ namespace tessera {
 /// kUnsupported for all other files. `extension`: in lower case, without its dot.
 [[nodiscard]] Expected<PlainScene> readTextMesh(const std::string& path, const std::string& extension,
                                                 const ReadLimits& limits);
+/// A scalar field as a Volume: see VolumeFiles.h.
+[[nodiscard]] Expected<PlainScene> readVolume(const std::string& path, const ReadLimits& limits);
 /// Tessera's own text (.tsct); messages carry line and column.
 [[nodiscard]] Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits);
 /// Tessera's own binary (.tsc).

@@ -13,6 +13,7 @@
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/SceneShapes.h"
+#include "server/import/reader/VolumeFiles.h"
 
 namespace tessera {
 namespace {
@@ -264,6 +265,17 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             *out.mutable_text() = node.text();
             if (node.text().material().empty()) out.mutable_text()->set_material(material);
             return out.text().material().empty() ? Expected<void>() : checkName(materials_, out.text().material(), "material");
+        case Content::kParticles:
+            *out.mutable_particles() = node.particles();
+            if (node.particles().material().empty()) out.mutable_particles()->set_material(material);
+            return out.particles().material().empty() ? Expected<void>() : checkName(materials_, out.particles().material(), "material");
+        case Content::kVolume: {
+            const Expected<proto::scene::Volume> plain = plainVolume(files_, node.volume(), scene_);
+            if (!plain) return tl::unexpected(plain.error());
+            *out.mutable_volume() = *plain;
+            if (plain->material().empty()) out.mutable_volume()->set_material(material);
+            return out.volume().material().empty() ? Expected<void>() : checkName(materials_, out.volume().material(), "material");
+        }
         case Content::kInstance:
             out.set_instance(node.instance());
             out.set_material(material);  // of what the definition leaves open
