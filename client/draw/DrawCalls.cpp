@@ -36,6 +36,21 @@ LookBlock::Placed placeOf(const Image& image) {
             .v = {-s * image.scale.x(), c * image.scale.y(), image.offset.y(), 0}};
 }
 
+/// Fresnel's reflection straight on of what is no metal, tinted (KHR_materials_ior, KHR_materials_specular); w at a glancing angle.
+std::array<float, 4> specularOf(const Material& material) {
+    if (material.shading == Material::kPhong) return four(material.specular * material.specularColor, 0);
+    const float root = (material.ior - 1) / (material.ior + 1);
+    return four(material.specular * (root * root * material.specularColor).cwiseMin(1.0f), material.specular);
+}
+
+MaterialTexels texelsOf(const Material& material, bool unlit, std::uint32_t scopes) {
+    const bool phong = material.shading == Material::kPhong;
+    return {.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
+            .metallicLitAndCoat = {phong ? 0 : material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat, material.clearcoatRoughness},
+            .specular = specularOf(material),
+            .shininessAndScopes = {phong ? material.shininess : -1.0f, 0, static_cast<float>(scopes & 0xffffu), static_cast<float>(scopes >> 16u)}};
+}
+
 }  // namespace
 
 std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material) {
@@ -44,11 +59,6 @@ std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& m
              {material.normalImage, ImageUse::kNumbers},
              {material.occlusionImage, ImageUse::kNumbers},
              {material.emissiveImage, ImageUse::kColor}}};
-}
-
-bool DrawCalls::TexelsLess::operator()(const MaterialTexels& a, const MaterialTexels& b) const {
-    return std::tie(a.emissiveAndRoughness, a.metallicLitAndCoat) <
-           std::tie(b.emissiveAndRoughness, b.metallicLitAndCoat);
 }
 
 void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
@@ -64,6 +74,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     looks_.clear();
     lookBlocks_.clear();
     for (auto& indices : lookIndices_) indices.clear();
+    scoped_ = std::ranges::any_of(list.lights, [](const LightItem& light) { return light.scope != 0; });
     counts_ = {.items = list.opaque.size()};
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
@@ -103,7 +114,7 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;
     if (!fits || mesh->indexCount == 0) return false;
-    const std::uint32_t index = look(aspect, item.material, rowOf(item.kind).surface, textures);
+    const std::uint32_t index = look(aspect, item.material, scoped_ ? item.scopes : 0, rowOf(item.kind).surface, textures);
     const DrawLook& look = looks_[index];
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
@@ -118,18 +129,23 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     return true;
 }
 
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool surface, TextureCache& textures) {
-    const auto [known, isNew] = lookIndices_[surface].try_emplace(id, static_cast<std::uint32_t>(looks_.size()));
-    if (!isNew) return known->second;
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, bool surface, TextureCache& textures) {
+    auto& known = lookIndices_[surface][id];
+    for (const auto& [in, index] : known)
+        if (in == scopes) return index;
+    known.emplace_back(scopes, static_cast<std::uint32_t>(looks_.size()));
     static const Material kDefault;
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
     const Material& material = own ? *own : kDefault;
     DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
     LookBlock block{};
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
-    block.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f));
-    block.metallic[0] = material.metallic;
-    block.material[0] = materialIndex(material, material.unlit || !surface);
+    const MaterialTexels texels = texelsOf(material, material.unlit || !surface, scopes);
+    block.emissiveAndRoughness = texels.emissiveAndRoughness;
+    block.metallic = {texels.metallicLitAndCoat[0], texels.shininessAndScopes[0], 0, 0};
+    block.specular = texels.specular;
+    block.material[0] = materialIndex(texels);
+    block.material[3] = scopes;
     const auto packed = packedMaterial(block.material[0], block.baseColor);
     block.material[1] = packed[0];
     block.material[2] = packed[1];
@@ -138,6 +154,8 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool surface, T
         const auto& [imageId, use] = images[i];
         // Without a surface there is a base colour alone.
         if (!imageId || (!surface && i > 0)) continue;
+        // Phong's has neither metal nor roughness.
+        if (material.shading == Material::kPhong && static_cast<ImageMap>(i) == ImageMap::kMetallicRoughness) continue;
         const auto* image = aspect.get<Image>(imageId);
         const GLuint texture = image ? textures.find(*image, use) : 0;
         if (texture == 0) {
@@ -150,16 +168,34 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, bool surface, T
     }
     block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
     block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
+    if (surface) addLayers(aspect, material, textures, look, block);
     looks_.push_back(look);
     lookBlocks_.push_back(block);
-    return known->second;
+    return known.back().second;
 }
 
-std::uint32_t DrawCalls::materialIndex(const Material& material, bool unlit) {
-    const MaterialTexels texels{
-        .emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
-        .metallicLitAndCoat = {material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat,
-                               material.clearcoatRoughness}};
+/// One without an image is nothing, and takes no place.
+void DrawCalls::addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look, LookBlock& block) {
+    std::size_t count = 0;
+    for (const ObjectId id : material.layers) {
+        const auto* layer = aspect.get<TextureLayer>(id);
+        if (count == Material::kMostLayers || !layer || !layer->image) continue;
+        const auto* image = aspect.get<Image>(layer->image);
+        const LayerLookup lookup = image ? lookupOf(layer->source, image->shape) : LayerLookup::kNone;
+        const GLuint texture = lookup == LayerLookup::kNone ? 0 : textures.find(*image, ImageUse::kColor);
+        if (texture == 0) {
+            look.incomplete = true;
+            continue;
+        }
+        look.layers[count] = {texture, textures.sampler(*image)};
+        look.layerBits = static_cast<std::uint16_t>(look.layerBits | static_cast<unsigned>(lookup) << (kLayerBits * count));
+        block.layerPlaces[count] = placeOf(*image);
+        block.layers[count] = {static_cast<float>(layer->mode), layer->strength, 0, 0};
+        ++count;
+    }
+}
+
+std::uint32_t DrawCalls::materialIndex(const MaterialTexels& texels) {
     const auto [it, isNew] = materialIndices_.try_emplace(texels, static_cast<std::uint32_t>(materials_.size()));
     if (!isNew) return it->second;
     if (materials_.size() == kMaxMaterials) {
@@ -211,6 +247,9 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     }
     block.sky = four(list.environment.sky, 0);
     block.ground = four(list.environment.ground, 0);
+    const Affine3d world_T_eye = camera.eye_T_world.inverse();
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 4; ++c) block.world_T_eye[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(world_T_eye(r, c));
     block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
     const Vec3d head = camera.eye_T_world * camera.headWorld;

@@ -22,6 +22,8 @@ struct DrawLook {
     };
     std::array<Map, kImageMaps> maps{};
     std::uint8_t mapBits = 0;  ///< of ImageMap: those that are there
+    std::array<Map, Material::kMostLayers> layers{};
+    std::uint16_t layerBits = 0;  ///< of LayerLookup, see ProgramKind::layers
     bool masked = false;
     bool doubleSided = false;
     bool incomplete = false;  ///< it has an image that is not here
@@ -66,14 +68,13 @@ public:
     [[nodiscard]] const DrawCounts& counts() const { return counts_; }
 
 private:
-    struct TexelsLess {
-        bool operator()(const MaterialTexels& a, const MaterialTexels& b) const;
-    };
     /// False: nothing of it can be drawn.
     bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                  TextureCache& textures);
-    std::uint32_t look(const Aspect& aspect, ObjectId material, bool surface, TextureCache& textures);
-    std::uint32_t materialIndex(const Material& material, bool unlit);
+    /// `scopes`: DrawItem's.
+    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, bool surface, TextureCache& textures);
+    static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look, LookBlock& block);
+    std::uint32_t materialIndex(const MaterialTexels& texels);
 
     std::vector<DrawCall> calls_;
     std::vector<ItemRecord> records_;
@@ -88,11 +89,13 @@ private:
     std::unordered_map<ObjectId, Part> parts_;
     std::vector<DrawLook> looks_;
     std::vector<LookBlock> lookBlocks_;
-    std::array<std::unordered_map<ObjectId, std::uint32_t>, 2> lookIndices_;  ///< of what has no surface, of what has one
+    /// Of what has no surface, of what has one: by material, and by the scopes that it lies in.
+    std::array<std::unordered_map<ObjectId, std::vector<std::pair<std::uint32_t, std::uint32_t>>>, 2> lookIndices_;
+    bool scoped_ = false;  ///< some light has a scope
     std::size_t opaqueCount_ = 0;
     double widestLineReachPx_ = 0;
     std::vector<MaterialTexels> materials_;
-    std::map<MaterialTexels, std::uint32_t, TexelsLess> materialIndices_;
+    std::map<MaterialTexels, std::uint32_t> materialIndices_;
     DrawCounts counts_;
 };
 

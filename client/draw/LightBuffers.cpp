@@ -24,6 +24,7 @@ LightBuffers::~LightBuffers() {
 LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCamera& camera,
                                std::span<const std::array<float, 4>> shadowViews) {
     clusters_.collect(lights, camera, !shadowViews.empty());
+    scoped_ = std::ranges::any_of(lights, [](const LightItem& light) { return light.scope != 0; });
     texels_.clear();
     const auto add = [&](const LightTexels& light) { texels_.insert(texels_.end(), {light.place, light.radiance, light.cone, light.falloff}); };
     for (const LightTexels& light : clusters_.lights()) add(light);
@@ -38,7 +39,7 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
     gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);
     if (shadowed > 0) return LightLists::kShadows;
     if (clusters_.hasLists()) return LightLists::kClusters;
-    if (!findSuns()) return LightLists::kNone;
+    if (scoped_ || !findSuns()) return LightLists::kNone;
     return clusters_.everywhere() <= 1 ? LightLists::kSun : LightLists::kSuns;
 }
 

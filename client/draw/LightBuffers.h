@@ -23,6 +23,8 @@ public:
     [[nodiscard]] std::array<float, 2> shadowed() const {
         return {static_cast<float>(4 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
     }
+    /// Whether a light of `begin`'s has a scope.
+    [[nodiscard]] bool scoped() const { return scoped_; }
     /// Where `begin` said kSun or kSuns: they; those that there are not are dark.
     [[nodiscard]] const std::array<Sun, kMostSuns>& suns() const { return suns_; }
     /// Uploads the cell's lists; what FrameBlock::slices says.
@@ -37,6 +39,7 @@ private:
     const GlFunctions& gl_;
     LightClusters clusters_;
     std::array<Sun, kMostSuns> suns_{};
+    bool scoped_ = false;
     std::vector<std::array<float, 4>> texels_;
     GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
 };

@@ -56,7 +56,7 @@ void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamer
     const auto hasRange = [](const LightItem& light) {
         return light.kind != LightItem::Kind::kDirectional && light.range > 0;
     };
-    const auto texelsOf = [&](const LightItem& light) -> LightTexels {
+    const auto withoutScope = [&](const LightItem& light) -> LightTexels {
         if (light.kind == LightItem::Kind::kDirectional) {
             const Vec3d towards = (eye_R_world * -light.direction).normalized();
             return {asTexel(towards, 0), brightness(light.radiance, 1, 0), {0, 0, 0, 1}};
@@ -64,6 +64,11 @@ void LightClusters::collect(std::span<const LightItem> lights, const ScreenCamer
         return {asTexel(camera.eye_T_world * light.position, 1),
                 brightness(light.radiance, scale * scale, hasRange(light) ? 1 / (light.range * scale) : 0),
                 coneOf(light, eye_R_world), falloffOf(light.attenuation, scale)};
+    };
+    const auto texelsOf = [&](const LightItem& light) {
+        LightTexels texels = withoutScope(light);
+        texels.falloff[3] = light.outside ? -static_cast<float>(light.scope) : static_cast<float>(light.scope);
+        return texels;
     };
     shadowed_.clear();
     for (const LightItem& light : lights) {

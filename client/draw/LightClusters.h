@@ -24,6 +24,7 @@ struct LightTexels {
     /// inner one. Of others: 0 0 0 1.
     std::array<float, 4> cone;
     /// x, y, z: 1 / (x + y d + z d²) at d metres, times what `radiance` was multiplied with. Of directional ones and by default 0 0 1.
+    /// w: LightItem::scope, negative for those that light what is outside of it.
     std::array<float, 4> falloff = {0, 0, 1, 0};
 };
 

@@ -53,15 +53,30 @@ vec3 environment(vec3 d, float roughness) {
 #endif
 
 // Integral of the specular lobe over a white environment (Karis 2014, "Physically based shading on mobile").
-vec3 environmentFactor(vec3 f0, float roughness, float nv) {
+vec3 environmentFactor(vec3 f0, float f90, float roughness, float nv) {
     vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     vec2 scaleAndBias = vec2(-1.04, 1.04) * a + r.zw;
-    return f0 * scaleAndBias.x + scaleAndBias.y;
+    return f0 * scaleAndBias.x + f90 * scaleAndBias.y;
 }
+
+// What a material says of how it reflects (MaterialTexels in Program.h), and of the lights that reach it.
+struct Gloss {
+    vec4 specular;
+    float shininess;
+    uint scopes;
+};
+const Gloss kPlainGloss = Gloss(vec4(0.04, 0.04, 0.04, 1.0), -1.0, 0u);
 
 struct Lit {
     vec3 position, n, v, f0;
+#ifdef GLOSSY
+    float f90, shininess;  // of Phong's surfaces f0 is the highlight's colour; the exponent is below 0 for others
+    vec3 tint;             // how much less f0 is than its strongest colour
+#endif
+#ifdef SCOPED
+    uint scopes;
+#endif
     float nv, alpha, alpha2;
     vec3 diffuse, specular;
 #ifdef COATED
@@ -83,12 +98,25 @@ void addRay(inout Lit lit, vec3 l, vec3 radiance) {
     float nh2 = min(0.25 * both * both, hv2);  // (n.h)^2 (h.v)^2
     float grazing = 1.0 - min(sqrt(hv2), 1.0);
     float grazing2 = grazing * grazing;
+#ifdef GLOSSY
+    vec3 fresnel = lit.f0 + (lit.f90 - lit.f0) * (grazing2 * grazing2 * grazing);
+#else
     vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
+#endif
     float q = nh2 * (lit.alpha2 - 1.0) + hv2;
     float lobe = 0.5 * lit.alpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.alpha), 1e-6 * hv4);
     vec3 arriving = radiance * nl;
+#ifdef GLOSSY
+    // As OpenGL's lights have it (OpenGL 1.5, 2.14.1): (n.h)^shininess wherever light falls at all, not times n.l.
+    float highlight = nl > 0.0 ? exp2(lit.shininess * 0.5 * log2(max(nh2 / hv2, 1e-30))) : 0.0;
+    bool phong = lit.shininess >= 0.0;
+    // What is tinted lets through what its strongest colour leaves (KHR_materials_specular).
+    lit.diffuse += phong ? arriving : arriving * (1.0 - fresnel - lit.tint * (1.0 - grazing2 * grazing2 * grazing));
+    lit.specular += phong ? radiance * highlight * lit.f0 : arriving * min(lobe, 40.0) * fresnel;
+#else
     lit.diffuse += arriving * (1.0 - fresnel);
     lit.specular += arriving * min(lobe, 40.0) * fresnel;
+#endif
 #ifdef COATED
     q = nh2 * (lit.coatAlpha2 - 1.0) + hv2;
     lobe = 0.5 * lit.coatAlpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.coatAlpha), 1e-6 * hv4);
@@ -96,7 +124,7 @@ void addRay(inout Lit lit, vec3 l, vec3 radiance) {
 #endif
 }
 
-void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec3 falloff) {
+void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec4 falloff) {
     vec3 l = place.xyz - lit.position * place.w;
     float d2 = max(dot(l, l), 1e-8);
     float invD = inversesqrt(d2);
@@ -109,6 +137,11 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec3 falloff)
     float invD2 = invD * invD;
     float fallen = min(invD2 / max(falloff.x * invD2 + falloff.y * invD + falloff.z, 1e-30), 1e18);
     float strength = inCone * inCone * mix(1.0, fallen * max(1.0 - x2 * x2, 0.0), place.w);
+#ifdef SCOPED
+    // falloff.w: a scope's number, below 0 where it lights what is outside.
+    bool within = ((lit.scopes >> uint(max(abs(falloff.w) - 1.0, 0.0))) & 1u) != 0u;
+    strength = falloff.w == 0.0 || within == (falloff.w > 0.0) ? strength : 0.0;
+#endif
     addRay(lit, l, radiance.rgb * strength);
 }
 
@@ -145,16 +178,26 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
 
 /// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
 /// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it (KHR_materials_clearcoat), and
-/// its roughness.
-Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat) {
+/// its roughness. `gloss`: counts where GLOSSY, SCOPED are defined.
+Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat, Gloss gloss) {
     vec3 v = normalize(-position);
     float nvRaw = dot(n, v);
     float nv = max(nvRaw, 1e-3);
+#ifdef GLOSSY
+    vec3 f0 = mix(gloss.specular.rgb, base, metallic);
+    float f90 = mix(gloss.specular.a, 1.0, metallic);
+#else
     vec3 f0 = mix(vec3(0.04), base, metallic);
+#endif
     vec3 diffuse = occlusion * ambient(n);
     vec3 r = 2.0 * nvRaw * n - v;
     vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
-    vec3 mirrored = environmentFactor(f0, roughness, nv);
+#ifdef GLOSSY
+    // Phong's surfaces mirror nothing.
+    vec3 mirrored = gloss.shininess < 0.0 ? environmentFactor(f0, f90, roughness, nv) : vec3(0.0);
+#else
+    vec3 mirrored = environmentFactor(f0, 1.0, roughness, nv);
+#endif
     vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
 #ifdef ENVIRONMENT
     // A white thing in white surroundings is as white as they are.
@@ -166,6 +209,14 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     lit.n = n;
     lit.v = v;
     lit.f0 = f0;
+#ifdef GLOSSY
+    lit.f90 = f90;
+    lit.tint = (max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b) - gloss.specular.rgb) * (1.0 - metallic);
+    lit.shininess = gloss.shininess;
+#endif
+#ifdef SCOPED
+    lit.scopes = gloss.scopes;
+#endif
     lit.nv = nv;
     lit.alpha = alpha;
     lit.alpha2 = alpha * alpha;
@@ -175,7 +226,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     float coatRoughness = max(coat.y, 0.045);
     lit.coatAlpha = coatRoughness * coatRoughness;
     lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
-    lit.coat = occlusion * environmentFactor(vec3(0.04), coatRoughness, nv) * environment(rWorld, coatRoughness);
+    lit.coat = occlusion * environmentFactor(vec3(0.04), 1.0, coatRoughness, nv) * environment(rWorld, coatRoughness);
 #endif
 #if LIGHTS == 2
     uint one = 0u;
@@ -184,7 +235,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
         vec3 towards = normalize(place.xyz - position * place.w);
         radiance.rgb *= arrives(at + 4, position, n, towards);
-        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3).xyz);
+        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3));
     } while (++one < uint(shadows.y));
 #endif
 #if LIGHTS >= 3
@@ -213,7 +264,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         int index = int(k < everywhere ? k : texelFetch(lightLists, int(k < everywhere ? 0u : list + k)).x);
 #endif
         addLight(lit, texelFetch(lightTexels, 4 * index), texelFetch(lightTexels, 4 * index + 1),
-                 texelFetch(lightTexels, 4 * index + 2), texelFetch(lightTexels, 4 * index + 3).xyz);
+                 texelFetch(lightTexels, 4 * index + 2), texelFetch(lightTexels, 4 * index + 3));
     } while (++k < count);
 #endif
     lit.diffuse *= base * (1.0 - metallic);
@@ -269,7 +320,13 @@ void main() {
     unlit = look.effects.y;
     coat = look.effects.zw;
 #endif
-    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat);
+    Gloss gloss = kPlainGloss;
+#ifdef GLOSSY
+    gloss.specular = look.specular;
+    gloss.shininess = look.metallic.y;
+#endif
+    gloss.scopes = look.material.w;
+    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat, gloss);
     // What light goes through takes the colour of what is behind it, as far as it has one of its own not.
     float a = clamp(s.base.a, 0.0, 1.0) * (1.0 - through * max(max(s.base.r, s.base.g), s.base.b));
     // What is transparent shows its highlights all the same.

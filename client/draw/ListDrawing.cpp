@@ -63,6 +63,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (auto current = surface.makeCurrent(); !current) return current;
     scene = {.detail = list.detailed,
              .coated = list.coated,
+             .glossy = list.glossy,
              .samples = options.samples};
     const auto stale = shadows.begin(list.casters);
     if (!stale) return tl::unexpected(stale.error());
@@ -72,8 +73,10 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     triangles = glCalls = states = pixels = 0;
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
+    scopesLeftOut = list.scopesLeftOut;
     lights.clusters().setEverywhere(!options.clusterLights);
     scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.scoped = lights.scoped();
     scene.environment = surroundings.begin(aspect, list.environment);
     const Vec3d seen = shownOf(list.environment.background.cast<double>());
     background = {static_cast<float>(seen.x()), static_cast<float>(seen.y()), static_cast<float>(seen.z()), 1};
@@ -83,7 +86,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
 void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
     calls.collect(aspect, list, camera, *meshes, textures);
     // Images of what was drawn before may be gone.
-    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0; });
+    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0; });
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -215,6 +218,8 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
     if (isLit(use)) {
         kind.coated = scene.coated;
+        kind.glossy = scene.glossy;
+        kind.scoped = scene.scoped;
         kind.lists = scene.lists;
         kind.environment = scene.environment;
     }
@@ -236,11 +241,12 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
     } else {
         kind.maps = look.mapBits;
+        kind.layers = look.layerBits;
         kind.faceted = !call.mesh.hasNormals;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
-    kind.plain = use == Use::kSurface && kind.maps == 0 && !kind.masked && !call.mesh.hasColors;
-    kind.look = kind.maps != 0 || kind.masked || use == Use::kBlend;
+    kind.plain = use == Use::kSurface && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
+    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || use == Use::kBlend;
     if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
     return kind;
 }
@@ -285,7 +291,7 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const bool otherFront = !before || before->mirrored != call.mirrored;
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
-    if (anotherLook || kindNow.maps != wanted.maps) bindLook(call.look, wanted.maps);
+    if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers) bindLook(call.look, wanted.maps, wanted.layers);
     kindNow = wanted;
     if (otherSides) bothSides(look) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
     if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
@@ -340,7 +346,7 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
                                    static_cast<GLsizei>(counts.size()), baseVertices.data());
 }
 
-void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps) {
+void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers) {
     gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
                        sizeof(LookBlock));
     const DrawLook& look = calls.looks()[index];
@@ -348,6 +354,10 @@ void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps) {
         if ((maps >> map & 1) == 0) continue;
         gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture);
         gl.BindSampler(kFirstMapUnit + map, look.maps[map].sampler);
+    }
+    for (GLuint layer = 0; layers >> (kLayerBits * layer) != 0; ++layer) {
+        gl.BindTextureUnit(kFirstLayerUnit + layer, look.layers[layer].texture);
+        gl.BindSampler(kFirstLayerUnit + layer, look.layers[layer].sampler);
     }
 }
 

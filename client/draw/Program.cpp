@@ -46,6 +46,16 @@ bool lightsScreen(const ProgramKind& kind) {
     return isLit(kind.use) && kind.use != ProgramKind::Use::kBlend;
 }
 
+/// By LayerLookup: the sampler, and the shader's function that says where (kSurface).
+constexpr std::array<std::pair<const char*, const char*>, 8> kLayerLookups = {{{"", ""},
+                                                                               {"sampler2D", "byTexcoords"},
+                                                                               {"sampler2D", "bySphere"},
+                                                                               {"sampler2D", "allAround"},
+                                                                               {"sampler2D", "byPosition"},
+                                                                               {"samplerCube", "byReflection"},
+                                                                               {"samplerCube", "fromOrigin"},
+                                                                               {"sampler3D", "inSolid"}}};
+
 /// Version, switches and blocks: the same in front of both stages.
 std::string headOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
@@ -55,18 +65,24 @@ std::string headOf(const ProgramKind& kind) {
     };
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
-    define(kind.faceted || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
+    define(kind.layers != 0, "LAYERS");
+    define(kind.faceted || kind.layers != 0 || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
     head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
     define(kind.plain, "PLAIN");
     define(kind.detail, "DETAIL");
     define(kind.coated, "COATED");
+    define(kind.glossy, "GLOSSY");
+    define(kind.scoped, "SCOPED");
     define(kind.environment, "ENVIRONMENT");
     define(kind.use == Use::kNodeIds, "NODE");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne, "ONE_SURFACE");
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));
+    for (unsigned i = 0; i < Material::kMostLayers; ++i)
+        if (const auto& [sampler, place] = kLayerLookups[kind.layers >> (kLayerBits * i) & 7u]; *sampler)
+            head += fmt::format("#define LAYER{}_SAMPLER {}\n#define LAYER{}_PLACE {}\n", i, sampler, i, place);
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
     define(lightsScreen(kind), "FRAME_PASSED_ON");
@@ -136,6 +152,22 @@ std::string vertexOf(const ProgramKind& kind) {
 
 }  // namespace
 
+LayerLookup lookupOf(std::int64_t source, std::int64_t shape) {
+    const bool solid = shape == Image::kSolid, cube = shape == Image::kCube;
+    switch (source) {
+        case TextureLayer::kTexcoords:
+            return solid || cube ? LayerLookup::kNone : LayerLookup::kFlatByTexcoords;
+        case TextureLayer::kSphere:
+            return solid || cube ? LayerLookup::kNone : LayerLookup::kFlatBySphere;
+        case TextureLayer::kReflection:
+            return solid ? LayerLookup::kNone : cube ? LayerLookup::kCubeByReflection : LayerLookup::kFlatByReflection;
+        case TextureLayer::kPosition:
+            return solid ? LayerLookup::kSolidByPosition : cube ? LayerLookup::kCubeByPosition : LayerLookup::kFlatByPosition;
+        default:
+            return LayerLookup::kNone;
+    }
+}
+
 bool isLit(ProgramKind::Use use) {
     using Use = ProgramKind::Use;
     return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
@@ -148,8 +180,9 @@ std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::a
     return packed;
 }
 
-ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment) {
+ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, bool scoped) {
     kind.lists = lists;
+    kind.scoped = scoped;
     kind.environment = environment;
     return kind;
 }

@@ -7,6 +7,7 @@
 #include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
 #include "client/render/DrawKinds.h"
+#include "common/scene/Cores.h"
 
 namespace tessera {
 
@@ -31,8 +32,9 @@ struct FrameBlock {
     std::array<float, 4> shadows;  ///< LightBuffers::shadowed; the size of a pixel of ShadowMaps' texture, of all of it
     std::array<Sun, kMostSuns> suns;
     std::array<float, 4> head;  ///< of who looks, in eye space: what sprites face
+    std::array<std::array<float, 4>, 3> world_T_eye;  ///< rows; single precision: for what a surface asks alone
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48);
 
 /// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one call, and
 /// those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and costs 15 ns a vertex:
@@ -67,6 +69,12 @@ inline constexpr std::size_t kImageMaps = 5;
 inline constexpr std::uint8_t kDetailMaps =
     bitOf(ImageMap::kMetallicRoughness) | bitOf(ImageMap::kOcclusion) | bitOf(ImageMap::kEmissive);
 
+/// How a TextureLayer is looked up, by its source and the shape of its image: three bits each of ProgramKind::layers.
+enum class LayerLookup : std::uint8_t { kNone, kFlatByTexcoords, kFlatBySphere, kFlatByReflection, kFlatByPosition, kCubeByReflection, kCubeByPosition, kSolidByPosition };
+inline constexpr unsigned kLayerBits = 3;
+/// kNone: that source says nothing of a place in an image of that shape.
+[[nodiscard]] LayerLookup lookupOf(std::int64_t source, std::int64_t shape);
+
 /// What the surfaces of one material share; std140, of the largest alignment that GL may ask for.
 struct LookBlock {
     struct Placed {
@@ -74,24 +82,32 @@ struct LookBlock {
     };
     std::array<float, 4> baseColor;
     std::array<float, 4> emissiveAndRoughness;
-    std::array<float, 4> metallic;            ///< x
-    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass; y, z: see packedMaterial
+    std::array<float, 4> metallic;            ///< x; y: MaterialTexels::shininess
+    std::array<std::uint32_t, 4> material{};  ///< x: for the light pass; y, z: see packedMaterial; w: DrawItem::scopes
     std::array<Placed, kImageMaps> places;
     std::array<float, 4> strengths;  ///< of normals, of occlusion; alpha's cutoff; unused
     std::array<float, 4> effects;    ///< transmission; 1 for unlit; lacquer and its roughness
+    std::array<float, 4> specular;   ///< MaterialTexels::specular
+    std::array<Placed, Material::kMostLayers> layerPlaces;
+    std::array<std::array<float, 4>, Material::kMostLayers> layers;  ///< mode, strength
+    std::array<float, 12> padding{};
 };
-static_assert(sizeof(LookBlock) == 256);
+static_assert(sizeof(LookBlock) == 512);
 
 /// Of the 64 bits of a surface (SurfaceShader.cpp) those that its material alone decides: all but its normal's, where it is of one
 /// colour.
 [[nodiscard]] std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color);
 
-/// What the light pass reads of a material: two texels. Material 0 is the background.
+/// What the light pass reads of a material, or of a material in other scopes: four texels. Material 0 is the background.
 struct MaterialTexels {
     std::array<float, 4> emissiveAndRoughness{};
     /// y: 1 for what light falls on, -1 for what shows its base colour as it is. z, w: lacquer and its roughness.
     std::array<float, 4> metallicLitAndCoat{};
-    bool operator==(const MaterialTexels&) const = default;
+    /// What it reflects where it is no metal: straight on, and w at a glancing angle. Of Phong's: its highlight's colour.
+    std::array<float, 4> specular = {0.04f, 0.04f, 0.04f, 1};
+    /// x: Phong's exponent, or -1 for what is not Phong's. z, w: the lower and the upper half of DrawItem::scopes, as numbers.
+    std::array<float, 4> shininessAndScopes = {-1, 0, 0, 0};
+    auto operator<=>(const MaterialTexels&) const = default;
 };
 inline constexpr std::size_t kMaxMaterials = 1 << 14;
 
@@ -127,6 +143,7 @@ struct ProgramKind {
     } use = Use::kSurface;
     // Of what draws items.
     std::uint8_t maps = 0;  ///< bits of ImageMap
+    std::uint16_t layers = 0;  ///< of each layer its LayerLookup, the first one's lowest
     bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
     DrawKind items = DrawKind::kTriangles;
@@ -137,6 +154,8 @@ struct ProgramKind {
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer
+    bool glossy = false;         ///< something says how it reflects, or is Phong's (DrawList.h)
+    bool scoped = false;         ///< some light does not light everything
     LightLists lists = LightLists::kNone;
     bool environment = false;  ///< light from everywhere is a picture's
     int samples = 1;             ///< of those that read samples, or choose some
@@ -146,7 +165,7 @@ struct ProgramKind {
 /// Whether light is computed in it.
 [[nodiscard]] bool isLit(ProgramKind::Use use);
 /// The same for other lights, or other surroundings.
-[[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment);
+[[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, bool scoped);
 /// Of a surface: what draws the same thing as a light sees it.
 [[nodiscard]] ProgramKind shadowOf(const ProgramKind& surface);
 

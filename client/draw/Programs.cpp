@@ -33,14 +33,18 @@ void Renderer::Impl::expect(Pass pass, const ProgramKind& kind, std::uint32_t lo
 void Renderer::Impl::met(Pass pass, const ProgramKind& kind, std::uint32_t look) {
     const bool isNew = drawnWith.insert({pass, kind}).second;
     // With images it may have been forgotten, see `collect`.
-    if (isNew || kind.maps != 0) expectKin(pass, kind, look);
+    if (isNew || kind.maps != 0 || kind.layers != 0) expectKin(pass, kind, look);
 }
 
 void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look) {
     if (pass == Pass::kSurfaces && rowOf(kind.items).castsShadows) expect(Pass::kShadow, shadowOf(kind), look);
     if (!isLit(kind.use)) return;
     for (const bool environment : {kind.environment, !kind.environment})
-        for (const LightLists lists : kAllLightLists) expect(pass, otherwiseLit(kind, lists, environment), look);
+        for (const LightLists lists : kAllLightLists) {
+            expect(pass, otherwiseLit(kind, lists, environment, false), look);
+            // Suns alone have no scopes (LightBuffers.cpp).
+            if (lists != LightLists::kSun && lists != LightLists::kSuns) expect(pass, otherwiseLit(kind, lists, environment, true), look);
+        }
 }
 
 /// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
@@ -48,7 +52,7 @@ Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uin
     if (auto entered = enter(pass); !entered) return entered;
     gl.Scissor(0, 0, 0, 0);
     if (auto used = useProgram(kind); !used) return used;
-    if (look < calls.looks().size()) bindLook(look, kind.maps);
+    if (look < calls.looks().size()) bindLook(look, kind.maps, kind.layers);
     gl.BindVertexArray(pass == Pass::kBlend || pass == Pass::kShadow ? vertexArray : emptyArray);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};

@@ -193,6 +193,7 @@ DrawCounts Renderer::lastCounts() const {
     counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
+    counts.scopesLeftOut = impl_->scopesLeftOut;
     counts.trouble = impl_->surroundings.trouble();
     counts.programs = impl_->programs.size();
     counts.readBack = impl_->readBackTime;
@@ -233,6 +234,12 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
         for (const auto& [imageId, use] : imagesOf(*material)) {
             const auto* image = imageId && prepared.bytes == 0 ? aspect.get<Image>(imageId) : nullptr;
             if (image) add(d.textures.prepare(*image, use));
+        }
+    if (material && prepared.bytes == 0)
+        for (const ObjectId layerId : material->layers) {
+            const auto* layer = aspect.get<TextureLayer>(layerId);
+            const auto* image = layer && layer->image && prepared.bytes == 0 ? aspect.get<Image>(layer->image) : nullptr;
+            if (image) add(d.textures.prepare(*image, ImageUse::kColor));
         }
     if (auto good = d.gl.check("uploading ahead"); !good) return tl::unexpected(good.error());
     return prepared;

@@ -26,6 +26,7 @@ inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageM
                  kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
                  kSurroundingsUnit = kListUnit + 1, kShadowUnit = kSurroundingsUnit + 1;
 static_assert(kShadowUnit < kPointUnit);
+inline constexpr GLuint kFirstLayerUnit = 16;
 
 /// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
 enum class Pass : std::uint8_t {
@@ -76,7 +77,7 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use);
     /// So many records from here on, of one mesh.
     void drawInstances(std::size_t firstRecord, std::size_t instances);
-    void bindLook(std::uint32_t index, std::uint8_t maps);
+    void bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers);
     /// Sets what a pass needs but its program; `kSurfaces` sets `setUp`.
     [[nodiscard]] Expected<void> enter(Pass pass);
     /// The pass over these parts of the cell; where there are none, it is to be prepared.
@@ -133,7 +134,7 @@ struct Renderer::Impl {
     bool readsFromTop = false;       ///< GL hands rows out from the top
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
-    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0;
+    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0, scopesLeftOut = 0;
     PixelRect scissor;
     /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
     std::vector<PixelRect> shown, blending;

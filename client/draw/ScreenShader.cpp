@@ -235,8 +235,17 @@ void main() {
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
     vec3 position = eye.xyz / eye.w;
 #endif
-    vec4 emissiveAndRoughness = texelFetch(materials, int(2u * material));
-    vec4 metallicLitAndCoat = texelFetch(materials, int(2u * material + 1u));
+    vec4 emissiveAndRoughness = texelFetch(materials, int(4u * material));
+    vec4 metallicLitAndCoat = texelFetch(materials, int(4u * material + 1u));
+    Gloss gloss = kPlainGloss;
+#ifdef GLOSSY
+    gloss.specular = texelFetch(materials, int(4u * material + 2u));
+#endif
+#if defined(GLOSSY) || defined(SCOPED)
+    vec4 shininessAndScopes = texelFetch(materials, int(4u * material + 3u));
+    gloss.shininess = shininessAndScopes.x;
+    gloss.scopes = uint(shininessAndScopes.z) | (uint(shininessAndScopes.w) << 16u);
+#endif
     float occlusion = 1.0;
 #ifdef DETAIL
     bool detailed = (detail.y & 0x80000000u) != 0u;
@@ -245,7 +254,7 @@ void main() {
     occlusion = detailed ? bytes.z : 1.0;
 #endif
     Lit lit = light(position, n, base, metallicLitAndCoat.x, emissiveAndRoughness.w, occlusion,
-                    metallicLitAndCoat.zw);
+                    metallicLitAndCoat.zw, gloss);
     // 1: light falls on it; 0: the background; -1: its colour is what is seen.
     float litness = metallicLitAndCoat.y;
     vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);

@@ -15,6 +15,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 shadows;  // where lights with shadows are said, how many; 1 / width, 1 / height of their maps' texture
     vec4 suns[6];  // towards each, its radiance
     vec4 head;  // of who looks
+    vec4 placeRow0, placeRow1, placeRow2;  // from the eye to the world
 }
 #ifdef FRAME_PASSED_ON
 frame
@@ -29,6 +30,9 @@ layout(std140, binding = 1) uniform LookBlock {
     vec4 place[10];
     vec4 strengths;  // of normals, of occlusion; alpha's cutoff
     vec4 effects;    // transmission, 1 for unlit, lacquer and its roughness
+    vec4 specular;   // MaterialTexels, of which metallic.y is the exponent
+    vec4 layerPlace[8];  // of each layer, as of maps
+    vec4 layers[4];      // mode, strength
 } look;
 )";
 
@@ -73,6 +77,9 @@ out vec4 vColor;
 #endif
 #ifdef POSITION
 out vec3 vPosition;
+#endif
+#ifdef LAYERS
+out vec3 vItem;  // in the item's own coordinates
 #endif
 #ifdef MAPS
 out vec4 vTexcoords;
@@ -201,6 +208,9 @@ void main() {
 #ifdef POSITION
     vPosition = eye;
 #endif
+#ifdef LAYERS
+    vItem = position;
+#endif
 #ifdef MAPS
     vPlace = look.place;
 #if defined(DISCS) || defined(SPRITES)
@@ -272,6 +282,76 @@ vec3 mappedNormal(vec3 n, float facing) {
 }
 #endif
 
+#ifdef LAYERS
+// Texture layers: where each looks into its image, for a unit normal in eye space. Which of these it is, is the program's.
+in vec3 vItem;
+#ifdef LAYER0_SAMPLER
+layout(binding = 16) uniform LAYER0_SAMPLER layerImage0;
+#endif
+#ifdef LAYER1_SAMPLER
+layout(binding = 17) uniform LAYER1_SAMPLER layerImage1;
+#endif
+#ifdef LAYER2_SAMPLER
+layout(binding = 18) uniform LAYER2_SAMPLER layerImage2;
+#endif
+#ifdef LAYER3_SAMPLER
+layout(binding = 19) uniform LAYER3_SAMPLER layerImage3;
+#endif
+
+vec2 laid(int layer, vec2 uv) {
+    vec3 at = vec3(uv, 1.0);
+    return vec2(dot(look.layerPlace[2 * layer].xyz, at), dot(look.layerPlace[2 * layer + 1].xyz, at));
+}
+vec2 byTexcoords(int layer, vec3 n) { return laid(layer, look.layerPlace[2 * layer].w > 0.5 ? vTexcoords.zw : vTexcoords.xy); }
+// A sphere map: the image's middle is what faces the eye. Up is the world's, so that all screens of a room show the same.
+vec2 bySphere(int layer, vec3 n) {
+    vec3 v = normalize(-vPosition), up = normalize(placeRow1.xyz);
+    vec3 right = cross(up, v);
+    right = dot(right, right) > 1e-10 ? normalize(right) : vec3(1.0, 0.0, 0.0);
+    return vec2(0.5 + 0.5 * dot(n, right), 0.5 - 0.5 * dot(n, cross(v, right)));
+}
+vec3 byReflection(int layer, vec3 n) {
+    vec3 r = reflect(normalize(vPosition), n);
+    return vec3(dot(normalize(placeRow0.xyz), r), dot(normalize(placeRow1.xyz), r), dot(normalize(placeRow2.xyz), r));
+}
+// As an Environment's image lies: its middle is -Z. Where its sides meet, the coordinate that does not leap says how far its
+// neighbours are (Tarini 2012, "Cylindrical and toroidal parameterizations without vertex seams").
+vec2 allAround(int layer, vec3 n) {
+    vec3 d = byReflection(layer, n);
+    float u = 0.5 + atan(d.x, -d.z) * (0.5 / 3.14159265), other = fract(u + 0.5) - 0.5;
+    return vec2(fwidthCoarse(u) <= fwidthCoarse(other) + 1e-6 ? u : other, acos(clamp(d.y, -1.0, 1.0)) * (1.0 / 3.14159265));
+}
+// Pictures stand upright: their rows go down.
+vec2 byPosition(int layer, vec3 n) { return laid(layer, vec2(vItem.x, -vItem.y)); }
+vec3 fromOrigin(int layer, vec3 n) { return vItem; }
+vec3 inSolid(int layer, vec3 n) { return vec3(laid(layer, vItem.xy), vItem.z); }
+
+// TextureLayer.h's modes, in their order. What is covered stays so: alpha is the base colour's.
+void addLayer(inout Surface s, int layer, vec4 t) {
+    vec4 how = look.layers[layer];
+    vec3 c = s.base.rgb;
+    vec3 made = how.x < 0.5 ? c * t.rgb : how.x < 1.5 ? c + t.rgb : how.x < 2.5 ? mix(c, t.rgb, t.a) : t.rgb;
+    s.base.rgb = mix(c, made, how.y);
+}
+
+void addLayers(inout Surface s) {
+    float size2 = dot(s.normal, s.normal);
+    vec3 n = size2 > 1e-30 ? s.normal * inversesqrt(size2) : normalize(-vPosition);
+#ifdef LAYER0_SAMPLER
+    addLayer(s, 0, texture(layerImage0, LAYER0_PLACE(0, n)));
+#endif
+#ifdef LAYER1_SAMPLER
+    addLayer(s, 1, texture(layerImage1, LAYER1_PLACE(1, n)));
+#endif
+#ifdef LAYER2_SAMPLER
+    addLayer(s, 2, texture(layerImage2, LAYER2_PLACE(2, n)));
+#endif
+#ifdef LAYER3_SAMPLER
+    addLayer(s, 3, texture(layerImage3, LAYER3_PLACE(3, n)));
+#endif
+}
+#endif
+
 // What the material and its images say of this pixel.
 Surface surface() {
     Surface s;
@@ -310,6 +390,9 @@ Surface surface() {
 #if (MAPS & 16) != 0
     s.emissive *= texture(emissiveImage, placed(4)).rgb;
 #endif
+#endif
+#ifdef LAYERS
+    addLayers(s);
 #endif
     return s;
 }

@@ -36,6 +36,7 @@ struct DrawItem {
     static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
     std::uint32_t hiddenFrom = kNoneHidden;  ///< in the list's `hiddenClusters`
     std::uint32_t sortedFrom = 0, sortedCount = 0;  ///< these of the list's `sortedTriangles` alone; 0: all
+    std::uint32_t scopes = 0;  ///< a bit for each scope of lights that it lies in, see LightItem::scope
 };
 
 /// How far, in pixels, lines of this width stand out beside and beyond the lines themselves: their ends are square.
@@ -52,7 +53,9 @@ struct LightItem {
     float range = 0;
     Vec3f attenuation{0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
-    bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most
+    bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most; whatever its scope is, all things cast them
+    std::uint8_t scope = 0;  ///< 0: it lights everything; else n: items alone that have bit n - 1, or, `outside`, those alone that have not
+    bool outside = false;
 };
 
 struct ShadowCasters;  // ShadowCasters.h
@@ -65,13 +68,15 @@ struct DrawList {
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
     std::uint64_t shadowsLeftOut = 0;   ///< lights that ask for shadows, beyond those that get some
+    std::uint64_t scopesLeftOut = 0;    ///< lights whose scope is none of the first kMaxScopes that lights name; they shine on nothing
     /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
     std::shared_ptr<const ShadowCasters> casters;
     Environment environment;
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
-    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8;
+    bool glossy = false;    ///< some material is Phong's, or says how it reflects (specular, specularColor, ior)
+    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8, kMaxScopes = 32;
 
     [[nodiscard]] ClusterBits hiddenOf(const DrawItem& item) const {
         if (item.hiddenFrom == DrawItem::kNoneHidden) return {};

@@ -213,10 +213,12 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     result.lights = scene.lights;
     result.lightsLeftOut = scene.lightsLeftOut;
     result.shadowsLeftOut = scene.shadowsLeftOut;
+    result.scopesLeftOut = scene.scopesLeftOut;
     result.casters = scene.shadowCasters(camera);
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;
+    result.glossy = scene.glossyItems > 0;
     return result;
 }
 

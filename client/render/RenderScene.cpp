@@ -1,5 +1,6 @@
 // From a change list to the places of the scene that it concerns. What becomes of those: ScenePlaces.cpp.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -62,7 +63,8 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     items.clear();
     boxes.clear();
     reaches = {};
-    detailedItems = coatedItems = 0;
+    detailedItems = coatedItems = glossyItems = 0;
+    scopes = {};
     transparentTriangles = finerTransparentTriangles = 0;
     byScreen.clear();
     ++finenessChanges;
@@ -273,6 +275,7 @@ void RenderScene::Impl::refreshLights() {
     seenLights_.clear();
     seenEnvironments_.clear();
     beacons_ = lightsByUser_ = false;
+    std::vector<ObjectId> named;  // scopes, in the order of the document
     for (const std::uint32_t place : shownLights_) {
         ++work_;
         const Object core = aspect_->find(places[place].core);
@@ -280,8 +283,12 @@ void RenderScene::Impl::refreshLights() {
         if (!source.on) continue;
         beacons_ = beacons_ || source.beacon;
         lightsByUser_ = lightsByUser_ || places[place].seenBy != 0xff;
-        seenLights_.push_back({lightAt(place, source), places[place].seenBy});
+        seenLights_.push_back({lightAt(place, source), places[place].seenBy, source.scope});
+        if (source.scope && named.size() < scopes.size() && std::ranges::find(named, source.scope) == named.end()) named.push_back(source.scope);
     }
+    setScopes(named);
+    for (SeenLight& seen : seenLights_)
+        if (seen.scope) seen.light.scope = static_cast<std::uint8_t>(std::bit_width(scopeBit(seen.scope)));
     for (const std::uint32_t place : shownEnvironments_) {
         ++work_;
         seenEnvironments_.emplace_back(*aspect_->get<Environment>(places[place].core), places[place].seenBy);
@@ -289,6 +296,30 @@ void RenderScene::Impl::refreshLights() {
         lightsByUser_ = true;
     }
     chooseLights();
+}
+
+// A scope keeps its bit as long as a light names it: what lies below others is not looked at again.
+void RenderScene::Impl::setScopes(std::span<const ObjectId> now) {
+    const auto markBelow = [&](ObjectId node) {
+        if (const std::uint32_t place = places.find(node); place != kNone) mark(place, kScoped);
+    };
+    for (ObjectId& scope : scopes) {
+        if (!scope || std::ranges::find(now, scope) != now.end()) continue;
+        markBelow(scope);
+        scope = {};
+    }
+    for (const ObjectId node : now) {
+        if (scopeBit(node) != 0) continue;
+        *std::ranges::find(scopes, ObjectId()) = node;
+        markBelow(node);
+    }
+    settleAll(false);
+}
+
+std::uint32_t RenderScene::Impl::scopeBit(ObjectId node) const {
+    for (std::size_t bit = 0; bit < scopes.size(); ++bit)
+        if (scopes[bit] == node) return 1u << bit;
+    return 0;
 }
 
 LightItem RenderScene::Impl::lightAt(std::uint32_t slot, const LightSource& source) const {
@@ -309,6 +340,7 @@ LightItem RenderScene::Impl::lightAt(std::uint32_t slot, const LightSource& sour
     light.innerAngle = source.innerAngle;
     light.outerAngle = source.outerAngle;
     light.shadows = source.shadows;
+    light.outside = source.outside;
     return light;
 }
 

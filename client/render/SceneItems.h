@@ -27,7 +27,7 @@ struct SceneItem {
     bool mirrored = false;
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
-    bool detailed = false, coated = false;  ///< see SceneLook
+    bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
     DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
     std::uint16_t state = 0;                ///< see SceneLook
@@ -49,7 +49,7 @@ struct GroupMaterials {
     bool operator==(const GroupMaterials&) const = default;
 };
 
-/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, depth, world_T_node.
+/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, scopes, depth, world_T_node.
 struct ScenePlace {
     static constexpr std::uint32_t kNone = IdIndex::kNone;
     static constexpr std::uint32_t kAll = 0xfffffffeu;
@@ -71,6 +71,7 @@ struct ScenePlace {
     std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none, or some: see `some_`; means nothing while hidden
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
+    std::uint32_t scopes = 0;        ///< while shown: see DrawItem
     std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
     std::uint32_t newDepth = 0, newDepthIn = 0;    ///< while an update runs, see depthNow
     GroupMaterials materials;                      ///< for what is below, while shown
@@ -109,11 +110,13 @@ struct RenderScene::Impl {
     std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
     std::uint64_t shadowsLeftOut = 0;
+    std::uint64_t scopesLeftOut = 0;  ///< see DrawList
+    std::array<ObjectId, DrawList::kMaxScopes> scopes{};  ///< by bit; no node: the bit is free
     /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
     [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
     /// Without its box and its clusters.
     [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
-    std::size_t detailedItems = 0, coatedItems = 0;
+    std::size_t detailedItems = 0, coatedItems = 0, glossyItems = 0;
     std::uint64_t transparentTriangles = 0;       ///< of what the fields say
     std::uint64_t finerTransparentTriangles = 0;  ///< more, on the screen that was looked from last
     std::uint64_t transparentChanges = 0;  ///< grows whenever a transparent item comes, goes or moves
@@ -146,7 +149,7 @@ struct RenderScene::Impl {
 
 private:
     static constexpr std::uint32_t kNone = ScenePlace::kNone;
-    enum Dirty : std::uint8_t { kCore = 1, kChoice = 2, kPose = 4, kDrawn = 8, kPlaced = 16 };
+    enum Dirty : std::uint8_t { kCore = 1, kChoice = 2, kPose = 4, kDrawn = 8, kPlaced = 16, kScoped = 32 };
 
     // RenderScene.cpp: from a list to the places that it concerns.
     void followField(Effect effects, std::span<const ObjectId> ids);
@@ -160,6 +163,8 @@ private:
     void markUsers(ObjectId core, Dirty why);
     void finish();
     void refreshLights();
+    void setScopes(std::span<const ObjectId> now);
+    [[nodiscard]] std::uint32_t scopeBit(ObjectId node) const;
     [[nodiscard]] LightItem lightAt(std::uint32_t place, const LightSource& source) const;
 
     // UserView.cpp
@@ -225,6 +230,7 @@ private:
     struct SeenLight {
         LightItem light;
         std::uint8_t seenBy;
+        ObjectId scope;
     };
     std::vector<SeenLight> seenLights_;
     std::vector<std::pair<Environment, std::uint8_t>> seenEnvironments_;  ///< the first, and those behind it while not all see them

@@ -6,6 +6,16 @@
 
 namespace tessera {
 
+namespace {
+
+bool isGlossy(const Material& material) {
+    static const Material kPlain;
+    return material.shading == Material::kPhong || material.specular != kPlain.specular || material.specularColor != kPlain.specularColor ||
+           material.ior != kPlain.ior;
+}
+
+}  // namespace
+
 SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     std::uint32_t slot = drawables_.find(core);
     if (slot == kNone) {
@@ -37,6 +47,7 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.occludes = look.occludes && material.opaque;
         look.detailed = material.detailed;
         look.coated = material.coated;
+        look.glossy = material.glossy;
         look.state = material.state;
     }
     look.transparent = look.transparent || rowOf(look.kind).particles;
@@ -269,6 +280,7 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     MaterialUse& use = materials_[material];
     const bool detailed = core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
     const bool coated = core->clearcoat > 0;
+    const bool glossy = isGlossy(*core);
     const bool blends = core->alphaMode == Material::kBlend;
     const bool thin = core->baseColor.w() < 1.0f;
     bool transparent = core->transmission > 0 || (thin && (blends || core->alphaMode == Material::kAutoAlpha));
@@ -281,15 +293,16 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     std::uint16_t state = 0;
     for (const bool bit : {bool(core->baseColorImage), bool(core->metallicRoughnessImage), bool(core->normalImage),
                            bool(core->occlusionImage), bool(core->emissiveImage), core->alphaMode == Material::kMask,
-                           core->doubleSided != 0})
+                           core->doubleSided != 0, !core->layers.empty()})
         state = static_cast<std::uint16_t>(2 * state + bit);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
-                         detailed != use.detailed || coated != use.coated || state != use.state;
+                         detailed != use.detailed || coated != use.coated || glossy != use.glossy || state != use.state;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;
     use.detailed = detailed;
     use.coated = coated;
+    use.glossy = glossy;
     use.state = state;
     return another;
 }

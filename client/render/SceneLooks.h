@@ -18,6 +18,7 @@ struct SceneLook {
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false;  ///< images say more than colour and normals
     bool coated = false;    ///< has lacquer
+    bool glossy = false;    ///< see DrawList
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;      ///< pixels, of lines
     std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
@@ -95,7 +96,7 @@ private:
         bool transparent = false;
         bool blends = false;  ///< transparent where a vertex colour is
         bool opaque = true;   ///< and its image too
-        bool detailed = false, coated = false;
+        bool detailed = false, coated = false, glossy = false;
         std::uint16_t state = 0;  ///< which images it has, whether alpha cuts it, its sides
         std::uint32_t image = kNone;
         std::uint32_t held = 0;  ///< how often

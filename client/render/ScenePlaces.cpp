@@ -87,7 +87,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         place.attached = attached;
         place.shown = shown;
         place.depth = depth;
-        bool moved = false, relooked = false;
+        bool moved = false, relooked = false, rescoped = false;
         if (shown) {
             const Affine3d world_T_node = worldOf(place);
             const bool turns = parent && parent->turnsBelow, turnsBelow = turns || place.role == SceneRole::kBillboard;
@@ -98,6 +98,9 @@ void RenderScene::Impl::settle(std::uint32_t top) {
             const GroupMaterials materials = materialsBelow(place);
             relooked = materials != place.materials;
             place.materials = materials;
+            const std::uint32_t scopes = (parent ? parent->scopes : 0) | scopeBit(place.id);
+            rescoped = scopes != place.scopes;
+            place.scopes = scopes;
         }
         place.seenBy = seenBy;
         keepTurn(slot);
@@ -124,7 +127,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         const bool othersOfSome = showed == ScenePlace::kSome && place.shows == showed && before != some_.at(slot);
         if (showed == ScenePlace::kSome && place.shows != showed) some_.erase(slot);
         const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
-        const bool news = wasShown != shown || moved || relooked || othersOfSome || showed != place.shows;
+        const bool news = wasShown != shown || moved || relooked || rescoped || othersOfSome || showed != place.shows;
         if (forAll || (seen && news)) {
             enterBelow(slot, reorder);
             continue;
@@ -268,6 +271,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.occludes = look.occludes;
     item.detailed = look.detailed;
     item.coated = look.coated;
+    item.glossy = look.glossy;
     item.kind = look.kind;
     item.lineWidth = look.lineWidth;
     item.state = look.state;
@@ -331,6 +335,7 @@ void RenderScene::Impl::countLooks(std::uint32_t index, int sign) {
         ++transparentChanges;
     }
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
+    if (item.glossy) glossyItems += static_cast<std::size_t>(sign);
     if (rowOf(item.kind).standsOut)
         linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
 }

@@ -103,6 +103,7 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
     collectInFrustum(*this, tileFrustum(camera, all), found);
     for (const std::uint32_t i : found)
         if (!items[i].transparent && rowOf(items[i].kind).castsShadows) view->items.push_back(drawItem(i));
+    for (DrawItem& item : view->items) item.scopes = 0;  // depth alone
     // What shares mesh and material stands together, so that it is one call.
     std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
         return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
@@ -142,7 +143,8 @@ DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
             .kind = item.kind,
             .lineWidth = item.lineWidth,
             .pointRadius = item.mesh->shownRadius,
-            .fineness = item.fineness};
+            .fineness = item.fineness,
+            .scopes = places[item.place].scopes};
 }
 
 }  // namespace tessera

@@ -110,10 +110,14 @@ void RenderScene::Impl::keepTurn(std::uint32_t slot) {
 // Of the lights, and what shines from all around, that the user sees.
 void RenderScene::Impl::chooseLights() {
     lights.clear();
-    lightsLeftOut = shadowsLeftOut = 0;
+    lightsLeftOut = shadowsLeftOut = scopesLeftOut = 0;
     std::size_t suns = 0, spots = 0;
     for (const SeenLight& seen : seenLights_) {
         if (!(seen.seenBy & userBit_)) continue;
+        if (seen.scope && seen.light.scope == 0) {
+            ++scopesLeftOut;
+            continue;
+        }
         if (lights.size() == DrawList::kMaxLights) {
             ++lightsLeftOut;
             continue;

@@ -247,7 +247,7 @@ bool RenderHost::on(const work::Draw& draw) {
     const bool scene = payload->showing == Showing::kScene;
     const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
-    std::uint64_t skipped = 0, dark = 0;
+    std::uint64_t skipped = 0, dark = 0, scopeless = 0;
     std::string trouble;
     if (renderer_) renderer_->beginFrame();
     for (const auto& state : tiles_) {
@@ -258,6 +258,7 @@ bool RenderHost::on(const work::Draw& draw) {
         stats.tiles.push_back(std::move(*drawn));
         skipped += state->skipped;
         dark = std::max(dark, state->lightsLeftOut);
+        scopeless = std::max(scopeless, state->scopesLeftOut);
         if (!state->trouble.empty()) trouble = state->trouble;
     }
     if (skipped != skippedBefore_ && skipped > 0)
@@ -267,6 +268,9 @@ bool RenderHost::on(const work::Draw& draw) {
     if (dark != darkBefore_ && dark > 0)
         log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark, DrawList::kMaxLights));
     darkBefore_ = dark;
+    if (scopeless != scopelessBefore_ && scopeless > 0)
+        log_.warning(fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name", frame.value, scopeless, DrawList::kMaxScopes));
+    scopelessBefore_ = scopeless;
     if (trouble != troubleBefore_ && !trouble.empty())
         log_.warning(fmt::format("frame {}: {}; sky and ground stand in", frame.value, trouble));
     troubleBefore_ = trouble;
@@ -301,6 +305,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     state.skipped = painted->skipped;
     state.trouble = painted->trouble;
     state.lightsLeftOut = painted->lightsLeftOut;
+    state.scopesLeftOut = painted->scopesLeftOut;
     state.still = painted->again && painted->cull == Duration::zero();
     state.drawn = painted->picture;
     state.drawnFrame = frame;

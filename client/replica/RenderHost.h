@@ -67,7 +67,7 @@ private:
         std::optional<SharedFrameWriter> file;
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
-        std::uint64_t lightsLeftOut = 0;
+        std::uint64_t lightsLeftOut = 0, scopesLeftOut = 0;
         std::string trouble;
         std::shared_ptr<const Picture> test;   ///< drawn last; null: the scene was
         bool testCounts = false;
@@ -144,7 +144,7 @@ private:
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
     std::string troubleBefore_;        ///< with the surroundings, in the frame before
-    std::uint64_t darkBefore_ = 0;     ///< lights left out in the frame before
+    std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;     ///< lights left out in the frame before
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
 };
 

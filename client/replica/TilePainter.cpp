@@ -30,6 +30,7 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
         painted.skipped = renderer.lastCounts().skipped;
         painted.trouble = renderer.lastCounts().trouble;
         painted.lightsLeftOut = renderer.lastCounts().lightsLeftOut;
+        painted.scopesLeftOut = renderer.lastCounts().scopesLeftOut;
     }
     last_ = painted;
     camera_ = camera;

@@ -51,6 +51,12 @@ public:
         setAllFields(list_, id, Object::of(material));
         return id;
     }
+    template <typename T>
+    ObjectId addCore(const T& core) {
+        const ObjectId id = create<T>();
+        setAllFields(list_, id, Object::of(core));
+        return id;
+    }
     ObjectId addImage(const Blob& pixels, int widthPx, int heightPx) {
         return add(Image{.pixels = pixels, .widthPx = widthPx, .heightPx = heightPx});
     }

@@ -4,97 +4,16 @@
 #include <cstring>
 #include <map>
 #include <random>
+#include <set>
 
 #include "client/render/SceneItems.h"
 #include "common/geometry/Points.h"
 #include "common/scene/Action.h"
+#include "tests/unit/render/SceneComparison.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {
 namespace {
-
-/// What is known of an item, in comparable form.
-std::string describe(const RenderScene::Impl& scene, const SceneItem& item, const Box& box) {
-    std::string text;
-    const auto number = [&](double value) {
-        char buffer[32];
-        std::snprintf(buffer, sizeof buffer, "%a ", value + 0.0);
-        text += buffer;
-    };
-    text += std::to_string(item.geometry.value) + " " + std::to_string(item.material.value) + " ";
-    text += item.mirrored ? "mirrored " : "";
-    text += item.transparent ? "transparent " : "";
-    text += item.occludes ? "occludes " : "";
-    text += toHex(item.mesh->positions.id()) + toHex(item.mesh->indices.id()) + " ";
-    number(static_cast<double>(item.mesh->triangles));
-    number(item.reach);
-    text += "seen by " + std::to_string(item.seenBy) + " ";
-    const Affine3d& world = scene.world_T(item);
-    std::array<std::uint64_t, 16> bits{};
-    std::memcpy(bits.data(), world.data(), sizeof bits);
-    for (const std::uint64_t b : bits) text += std::to_string(b) + " ";
-    for (const double v : {box.lower.x(), box.lower.y(), box.lower.z(), box.upper.x(), box.upper.y(), box.upper.z()})
-        number(v);
-    return text;
-}
-
-std::map<std::uint64_t, std::string> itemsOf(const RenderScene& scene) {
-    const RenderScene::Impl& all = scene.impl();
-    std::map<std::uint64_t, std::string> found;
-    for (std::size_t i = 0; i < all.items.size(); ++i) {
-        if (!all.items[i].node) {
-            EXPECT_TRUE(all.boxes[i].empty());
-            continue;
-        }
-        EXPECT_TRUE(found.emplace(all.items[i].node.value, describe(all, all.items[i], all.boxes[i])).second);
-    }
-    return found;
-}
-
-/// Items that the tree leads to.
-std::size_t countInTree(const RenderScene::Impl& scene, std::uint32_t at) {
-    const BoxTree::Node& node = scene.tree.node(at);
-    if (!node.leaf) return countInTree(scene, node.below[0]) + countInTree(scene, node.below[1]);
-    for (const std::uint32_t item : node.items()) {
-        EXPECT_TRUE(scene.items[item].node);
-        EXPECT_TRUE(node.box.contains(scene.boxes[item].lower) && node.box.contains(scene.boxes[item].upper));
-    }
-    return node.count;
-}
-
-void expectSame(const RenderScene& followed, const RenderScene& anew) {
-    const auto a = itemsOf(followed);
-    const auto b = itemsOf(anew);
-    for (const auto& [node, item] : a) {
-        const auto other = b.find(node);
-        ASSERT_TRUE(other != b.end()) << "node " << node << " is drawn and should not be";
-        ASSERT_EQ(item, other->second) << "node " << node;
-    }
-    for (const auto& [node, item] : b) ASSERT_TRUE(a.contains(node)) << "node " << node << " is not drawn";
-
-    const RenderScene::Impl& x = followed.impl();
-    const RenderScene::Impl& y = anew.impl();
-    ASSERT_EQ(x.lights.size(), y.lights.size());
-    for (std::size_t i = 0; i < x.lights.size(); ++i) {
-        ASSERT_EQ(x.lights[i].kind, y.lights[i].kind) << "light " << i;
-        // Bits: places beyond all numbers are the same too.
-        ASSERT_EQ(std::memcmp(&x.lights[i].position, &y.lights[i].position, sizeof(Vec3d)), 0) << "light " << i;
-        ASSERT_EQ(std::memcmp(&x.lights[i].direction, &y.lights[i].direction, sizeof(Vec3d)), 0) << "light " << i;
-        ASSERT_EQ(x.lights[i].radiance, y.lights[i].radiance) << "light " << i;
-        ASSERT_EQ(x.lights[i].range, y.lights[i].range) << "light " << i;
-    }
-    ASSERT_EQ(x.environment.sky, y.environment.sky);
-    ASSERT_EQ(x.detailedItems, y.detailedItems);
-    ASSERT_EQ(x.coatedItems, y.coatedItems);
-    ASSERT_EQ(x.environment.background, y.environment.background);
-    ASSERT_EQ(followed.bounds().lower, anew.bounds().lower);
-    ASSERT_EQ(followed.bounds().upper, anew.bounds().upper);
-    ASSERT_EQ(x.reaches.bound(), y.reaches.bound());
-    std::size_t boxed = 0;
-    for (const Box& box : x.boxes) boxed += box.empty() ? 0 : 1;
-    ASSERT_EQ(x.tree.empty() ? 0 : countInTree(x, BoxTree::kRoot), boxed);
-    ASSERT_EQ(x.rebuilds, 1u) << "it was to follow";
-}
 
 bool allOpaqueIn(const Blob& rgba) {
     for (std::size_t i = 3; i < rgba.bytes().size(); i += 4)
@@ -119,10 +38,15 @@ public:
         const Geometry* geometry;
         Affine3d world_T_node;
         ObjectId material;
+        std::set<ObjectId> within;  ///< it, and the nodes that it is below
     };
     struct Shining {
         float intensity;
         Vec3d position;
+        ObjectId scope;
+        bool outside;
+        /// Whether it lights something.
+        [[nodiscard]] bool reaches(const Drawn& drawn) const { return !scope || drawn.within.contains(scope) != outside; }
     };
     std::map<std::uint64_t, Drawn> drawn;
     std::vector<Shining> lights;
@@ -130,43 +54,52 @@ public:
     bool anyLight = false;  ///< hidden ones, those that are off and those that others see too
 
     NaiveView(const Aspect& aspect, std::size_t user, const Vec3d& head) : aspect_(aspect), user_(user), head_(head) {
-        walk(kRootNode, Affine3d::Identity(), true);
+        walk(kRootNode, Affine3d::Identity(), 0xff);
+        // The first 32 of scopes that lights name, whoever sees them, count.
+        const auto beyond = [&](const Shining& light) { return light.scope && std::find(scopes_.begin(), scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_)), light.scope) == scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_)); };
+        std::erase_if(lights, beyond);
     }
 
 private:
-    void walk(ObjectId id, const Affine3d& world_T_parent, bool seen) {
+    /// `shownTo`: a bit each of the users that see it.
+    void walk(ObjectId id, const Affine3d& world_T_parent, unsigned shownTo) {
+        const bool seen = (shownTo >> user_ & 1) != 0;
         const Node& node = *aspect_.get<Node>(id);
         const Object core = node.core ? aspect_.find(node.core) : Object();
         Affine3d world_T_node = placeNode(aspect_, node, world_T_parent);
         if (const auto* billboard = core.as<Billboard>()) world_T_node.linear() = world_T_parent.linear() * turnTowards(head_, billboard->axis, world_T_parent);
         above_.push_back(core);
+        within_.push_back(id);
+        const bool shownToAny = shownTo != 0;
         const auto light = [&](const auto* it) {
             if (!it) return;
             anyLight = true;
+            if (shownToAny && it->on && it->scope && std::find(scopes_.begin(), scopes_.end(), it->scope) == scopes_.end()) scopes_.push_back(it->scope);
             if (!seen || !it->on) return;
-            lights.push_back({it->intensity, worldTransform(aspect_, attached(it->beacon) ? it->beacon : id).translation()});
+            lights.push_back({it->intensity, worldTransform(aspect_, attached(it->beacon) ? it->beacon : id).translation(), it->scope, it->outside});
         };
         light(core.as<PointLight>());
         light(core.as<SpotLight>());
         light(core.as<DirectionalLight>());
         if (seen) {
-            if (const auto* geometry = core.as<Geometry>()) drawn[id.value] = {geometry, world_T_node, materialOf(*geometry)};
+            if (const auto* geometry = core.as<Geometry>()) drawn[id.value] = {geometry, world_T_node, materialOf(*geometry), {within_.begin(), within_.end()}};
             if (const auto* environment = core.as<Environment>()) skies.push_back(environment->sky);
         }
         std::size_t index = 0;
         for (const ObjectId child : node.children) {
-            bool shown = seen;
-            if (const auto* choice = core.as<Switch>()) 
-                shown = shown && (choice->choice == Switch::kAll || choice->choice == static_cast<std::int64_t>(index) ||
-                                  (choice->choice == Switch::kMask && index < 63 && (choice->mask >> index) % 2 == 1));
-            if (core.is<DistanceLOD>()) {
-                const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) / (std::uint64_t{1} << (8 * user_)) % 256);
-                shown = shown && (index == level || (index + 1 == node.children.size() && level > index));
+            unsigned shown = shownTo;
+            if (const auto* choice = core.as<Switch>(); choice && choice->choice != Switch::kAll && choice->choice != static_cast<std::int64_t>(index) &&
+                                                        !(choice->choice == Switch::kMask && index < 63 && (choice->mask >> index) % 2 == 1))
+                shown = 0;
+            for (std::size_t user = 0; core.is<DistanceLOD>() && user < 8; ++user) {
+                const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) / (std::uint64_t{1} << (8 * user)) % 256);
+                if (!(index == level || (index + 1 == node.children.size() && level > index))) shown &= ~(1u << user);
             }
             walk(child, world_T_node, shown);
             ++index;
         }
         above_.pop_back();
+        within_.pop_back();
     }
     [[nodiscard]] bool attached(ObjectId id) const {
         const Node* node = aspect_.get<Node>(id);
@@ -191,10 +124,12 @@ private:
     std::size_t user_;
     Vec3d head_;
     std::vector<Object> above_;
+    std::vector<ObjectId> within_, scopes_;
 };
 
 int crowdedWithLights = 0;  ///< scenes seen with more than sixteen lights
 int differently = 0;        ///< scenes of which this user does not see all that others see, or sees something turned
+int scopedLights = 0;      ///< pairs of a light with a scope and an item
 int lentMaterials = 0;      ///< items with the material of a group
 
 void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::size_t user, const Vec3d& head) {
@@ -243,6 +178,15 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
     for (std::size_t i = 0; naive.anyLight && i < naive.lights.size(); ++i) {
         EXPECT_EQ(all.lights[i].radiance, Vec3f::Constant(naive.lights[i].intensity)) << "light " << i;
         EXPECT_EQ(std::memcmp(&all.lights[i].position, &naive.lights[i].position, sizeof(Vec3d)), 0) << "light " << i;
+        const LightItem& light = all.lights[i];
+        for (const auto& [id, seen] : naive.drawn) {
+            const auto found = items.find(id);
+            if (found == items.end()) continue;
+            const std::uint32_t scopes = all.drawItem(found->second).scopes;
+            const bool reached = light.scope == 0 || ((scopes >> (light.scope - 1) & 1) != 0) != light.outside;
+            EXPECT_EQ(reached, naive.lights[i].reaches(seen)) << "light " << i << " and node " << id;
+            scopedLights += light.scope != 0;
+        }
     }
 }
 
@@ -384,6 +328,7 @@ private:
         }
         if (pick(3) == 0) scene.edit.set(id, type, fieldId<&Material::alphaMode>, toValue(static_cast<std::int64_t>(pick(4))));
         if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::clearcoat>, toValue(static_cast<float>(pick(2))));
+        if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::ior>, toValue(pick(2) ? 1.5f : 2.0f));
         if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::transmission>, toValue(static_cast<float>(pick(2))));
     }
     void setPixels(ObjectId id) {
@@ -403,6 +348,8 @@ private:
         if (!point) return;
         setField<&PointLight::on>(scene.edit, id, pick(3) > 0);
         setField<&PointLight::beacon>(scene.edit, id, pick(3) ? any(of(typeOf<Node>())) : ObjectId());
+        setField<&PointLight::scope>(scene.edit, id, pick(3) ? any(of(typeOf<Node>())) : ObjectId());
+        setField<&PointLight::outside>(scene.edit, id, pick(2) == 0);
     }
     void setGroup(ObjectId id) {
         if (!id) return;
@@ -570,6 +517,7 @@ TEST(SceneHistory, FollowingItEqualsStartingAnew) {
         EXPECT_GT(crowdedWithLights, 200);
         EXPECT_GT(differently, 400);
         EXPECT_GT(lentMaterials, 200);
+        EXPECT_GT(scopedLights, 2000);
     }
     RecordProperty("lists", done);
 }
