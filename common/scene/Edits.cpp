@@ -68,14 +68,10 @@ Expected<ChangeList> moveList(ObjectId core, const Transform& present, const Nod
     return edits.take();
 }
 
-Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node, std::size_t maxNodes) {
-    if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be removed; remove what is below it");
-    if (aspect.get<Node>(node) == nullptr)
-        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
-    std::vector<ObjectId> gone = subtree(aspect, node, maxNodes);
-    if (gone.size() > maxNodes)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("more than {} nodes are below {}; remove it part by part", maxNodes, pathOf(aspect, node)));
+namespace {
+
+/// Of these nodes, all that is below each among them, and what only they used.
+ChangeList removalOfAll(const Aspect& aspect, std::vector<ObjectId> gone) {
     ChangeListBuilder edits;
     for (const ObjectId id : gone) edits.detach(id);
 
@@ -91,6 +87,28 @@ Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node, std::size_
     }
     for (const ObjectId id : gone) edits.destroy(id);
     return edits.take();
+}
+
+}  // namespace
+
+Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node, std::size_t maxNodes) {
+    if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be removed; remove what is below it");
+    if (aspect.get<Node>(node) == nullptr)
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
+    std::vector<ObjectId> gone = subtree(aspect, node, maxNodes);
+    if (gone.size() > maxNodes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("more than {} nodes are below {}; remove it part by part", maxNodes, pathOf(aspect, node)));
+    return removalOfAll(aspect, std::move(gone));
+}
+
+ChangeList removalOf(const Aspect& aspect, std::span<const ObjectId> nodes) {
+    std::vector<ObjectId> gone;
+    for (const ObjectId node : nodes) {
+        const std::vector<ObjectId> below = subtree(aspect, node, std::numeric_limits<std::size_t>::max());
+        gone.insert(gone.end(), below.begin(), below.end());
+    }
+    return removalOfAll(aspect, std::move(gone));
 }
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "common/base/Error.h"
@@ -40,5 +41,7 @@ struct NodeMove {
 /// than `maxNodes` would go.
 [[nodiscard]] Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node,
                                                std::size_t maxNodes = std::numeric_limits<std::size_t>::max());
+/// The same of several nodes at once, none of them the root or below another one of them.
+[[nodiscard]] ChangeList removalOf(const Aspect& aspect, std::span<const ObjectId> nodes);
 
 }  // namespace tessera
