@@ -157,7 +157,8 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t s
         // Phong's has neither metal nor roughness.
         if (material.shading == Material::kPhong && static_cast<ImageMap>(i) == ImageMap::kMetallicRoughness) continue;
         const auto* image = aspect.get<Image>(imageId);
-        const GLuint texture = image ? textures.find(*image, use) : 0;
+        // Cubes and solids are for layers.
+        const GLuint texture = image && textureTarget(*image) == GL_TEXTURE_2D ? textures.find(*image, use) : 0;
         if (texture == 0) {
             look.incomplete = true;
             continue;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/drawable/ImageLayout.h"
+
 namespace tessera {
 namespace {
 
@@ -40,45 +42,52 @@ Eigen::Vector2d onSquare(const Vec3d& d) {
     return {0.5 * x + 0.5, 0.5 * z + 0.5};
 }
 
-/// The picture's pixels as linear numbers.
-struct Panorama {
-    std::size_t width = 0, height = 0;
-    std::vector<Vec3f> pixels;
-
-    /// Linear between pixels; around in the one direction, to the poles in the other.
-    [[nodiscard]] Vec3d at(const Vec3d& d) const {
-        const double x = (0.5 + std::atan2(d.x(), -d.z()) / (2 * kPi)) * static_cast<double>(width) - 0.5;
-        const double y = std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi * static_cast<double>(height) - 0.5;
-        const double left = std::floor(x), above = std::floor(y);
-        const auto pixel = [&](double px, double py) -> Vec3d {
-            const auto w = static_cast<double>(width);
-            const auto column = static_cast<std::size_t>(px - w * std::floor(px / w));
-            const auto row = static_cast<std::size_t>(std::clamp(py, 0.0, static_cast<double>(height - 1)));
-            return pixels[row * width + std::min(column, width - 1)].cast<double>();
-        };
-        const double fx = x - left, fy = y - above;
-        return (1 - fy) * ((1 - fx) * pixel(left, above) + fx * pixel(left + 1, above)) +
-               fy * ((1 - fx) * pixel(left, above + 1) + fx * pixel(left + 1, above + 1));
-    }
+/// On which face a direction falls, and where on it, from 0 to 1 (OpenGL 4.5, table 8.19).
+struct FacePlace {
+    std::size_t face;
+    double s, t;
 };
-
-double linearOfSrgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+FacePlace faceOf(const Vec3d& d) {
+    const Vec3d size = d.cwiseAbs();
+    const auto place = [](std::size_t face, double sc, double tc, double major) { return FacePlace{face, 0.5 * (sc / major + 1), 0.5 * (tc / major + 1)}; };
+    if (size.x() >= size.y() && size.x() >= size.z()) return d.x() > 0 ? place(0, -d.z(), -d.y(), size.x()) : place(1, d.z(), -d.y(), size.x());
+    if (size.y() >= size.z()) return d.y() > 0 ? place(2, d.x(), d.z(), size.y()) : place(3, d.x(), -d.z(), size.y());
+    return d.z() > 0 ? place(4, d.x(), -d.y(), size.z()) : place(5, -d.x(), -d.y(), size.z());
+}
+/// And back; s and t may lie beyond the face.
+Vec3d directionOnFace(std::size_t face, double s, double t) {
+    const double x = 2 * s - 1, y = 2 * t - 1;
+    switch (face) {
+        case 0:
+            return {1, -y, -x};
+        case 1:
+            return {-1, -y, x};
+        case 2:
+            return {x, 1, y};
+        case 3:
+            return {x, -1, -y};
+        case 4:
+            return {x, -y, 1};
+        default:
+            return {-x, -y, -1};
+    }
 }
 
-Panorama panoramaOf(const Image& image) {
+/// What is finer than the sharp map is averaged.
+SurroundingsPicture pictureOf(const Image& image) {
     std::array<double, 256> linear{}, exponents{};
     for (int i = 0; i < 256; ++i) {
         linear[static_cast<std::size_t>(i)] = image.encoding == Image::kRgbe ? i : linearOfSrgb(i / 255.0);
         exponents[static_cast<std::size_t>(i)] = image.encoding != Image::kRgbe ? 1 : i == 0 ? 0 : std::ldexp(1.0, i - 136);
     }
+    const bool cube = image.shape == Image::kCube;
     const auto width = static_cast<std::size_t>(image.widthPx), height = static_cast<std::size_t>(image.heightPx);
-    // What is finer than the sharp map is averaged.
-    const std::size_t shrink = std::max<std::size_t>(1, width / 1024);
-    Panorama out{.width = width / shrink, .height = std::max<std::size_t>(1, height / shrink), .pixels = {}};
-    out.pixels.resize(out.width * out.height);
-    const std::byte* bytes = image.pixels.bytes().data();
-    for (std::size_t y = 0; y < out.height; ++y) {
+    const std::size_t shrink = std::max<std::size_t>(1, width / (cube ? 512 : 1024)), faces = cube ? 6 : 1;
+    SurroundingsPicture out{.cube = cube, .width = width / shrink, .height = std::max<std::size_t>(1, height / shrink), .pixels = {}};
+    out.pixels.resize(faces * out.width * out.height);
+    for (std::size_t row = 0; row < faces * out.height; ++row) {
+        const std::size_t face = row / out.height, y = row % out.height;
+        const std::byte* bytes = image.pixels.bytes().data() + 4 * face * width * height;
         for (std::size_t x = 0; x < out.width; ++x) {
             Vec3d sum = Vec3d::Zero();
             double count = 0;
@@ -89,7 +98,7 @@ Panorama panoramaOf(const Image& image) {
                     for (int c = 0; c < 3; ++c) sum[c] += factor * linear[std::to_integer<std::size_t>(p[c])];
                 }
             }
-            out.pixels[y * out.width + x] = (sum / count).cwiseMin(kLargestHalf).cast<float>();
+            out.pixels[row * out.width + x] = (sum / count).cwiseMin(kLargestHalf).cast<float>();
         }
     }
     return out;
@@ -102,6 +111,45 @@ double solidAngleOf(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 }  // namespace
 
+double linearOfSrgb(double v) {
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+Vec3d SurroundingsPicture::at(const Vec3d& d) const {
+    const auto w = static_cast<double>(width), h = static_cast<double>(height);
+    const FacePlace place = cube ? faceOf(d) : FacePlace{0, 0.5 + std::atan2(d.x(), -d.z()) / (2 * kPi), std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi};
+    const double x = place.s * w - 0.5, y = place.t * h - 0.5;
+    const double left = std::floor(x), above = std::floor(y);
+    const auto texel = [&](std::size_t face, double px, double py) -> Vec3d {
+        const auto column = static_cast<std::size_t>(std::clamp(px, 0.0, w - 1)), row = static_cast<std::size_t>(std::clamp(py, 0.0, h - 1));
+        return pixels[(face * height + row) * width + column].cast<double>();
+    };
+    const auto pixel = [&](double px, double py) -> Vec3d {
+        // Around in the one direction, to the poles in the other.
+        if (!cube) return texel(0, px - w * std::floor(px / w), py);
+        if (px >= 0 && px < w && py >= 0 && py < h) return texel(place.face, px, py);
+        const FacePlace beside = faceOf(directionOnFace(place.face, (px + 0.5) / w, (py + 0.5) / h));
+        return texel(beside.face, std::floor(beside.s * w), std::floor(beside.t * h));
+    };
+    const double fx = x - left, fy = y - above;
+    return (1 - fy) * ((1 - fx) * pixel(left, above) + fx * pixel(left + 1, above)) +
+           fy * ((1 - fx) * pixel(left, above + 1) + fx * pixel(left + 1, above + 1));
+}
+
+void SurroundingsPicture::halve() {
+    const std::size_t w = width / 2, h = height / 2, faces = cube ? 6 : 1;
+    std::vector<Vec3f> small(faces * w * h);
+    for (std::size_t face = 0; face < faces; ++face)
+        for (std::size_t y = 0; y < h; ++y)
+            for (std::size_t x = 0; x < w; ++x) {
+                const Vec3f* first = &pixels[(face * height + 2 * y) * width + 2 * x];
+                small[(face * h + y) * w + x] = 0.25f * (first[0] + first[1] + first[width] + first[width + 1]);
+            }
+    pixels = std::move(small);
+    width = w;
+    height = h;
+}
+
 int EnvironmentLight::firstRow(int level) {
     int row = 0;
     for (int i = 0; i < level; ++i) row += kSides[static_cast<std::size_t>(i)] + 2;
@@ -113,24 +161,39 @@ Vec3d EnvironmentLight::directionOf(int level, int x, int y) {
     return octahedral((x + 0.5) / side, (y + 0.5) / side);
 }
 
-Expected<EnvironmentLight> EnvironmentLight::of(const Image& image) {
+Expected<void> EnvironmentLight::check(const Image& image) {
     const auto bad = [](std::string why) { return fail(ErrorCode::kBadInput, "the surroundings' image " + std::move(why)); };
     if (!image.pixels.resident()) return bad("is not here");
-    if (image.widthPx < 2 || image.heightPx < 1 || image.widthPx > Image::kMaxSidePx || image.heightPx > Image::kMaxSidePx ||
-        image.pixels.sizeBytes() != static_cast<std::uint64_t>(image.widthPx * image.heightPx) * 4)
-        return bad(fmt::format("of {} × {} pixels has {} bytes", image.widthPx, image.heightPx, image.pixels.sizeBytes()));
+    const Expected<void> sound = checkImage(image);
+    if (!sound) return bad(fmt::format("of {} × {} pixels: {}", image.widthPx, image.heightPx, sound.error().message));
+    if (image.pixels.sizeBytes() == 0) return bad(fmt::format("of {} × {} pixels has 0 bytes", image.widthPx, image.heightPx));
+    constexpr std::int64_t kMostWithoutMipmaps = 8192;
+    if (isCompressed(image.encoding) && levelsOf(image).back().widthPx > kMostWithoutMipmaps)
+        return bad(fmt::format("of {} × {} pixels is compressed and has no mipmap of {} pixels or less", image.widthPx, image.heightPx, kMostWithoutMipmaps));
+    if (image.shape == Image::kCube) return {};
+    if (image.shape != Image::kFlat) return bad("is neither flat nor a cube");
+    if (image.widthPx < 2) return bad(fmt::format("of {} × {} pixels is too small", image.widthPx, image.heightPx));
     if (std::abs(image.widthPx - 2 * image.heightPx) > image.heightPx / 8)
         return bad(fmt::format("of {} × {} pixels is not about twice as wide as high", image.widthPx, image.heightPx));
+    return {};
+}
+
+Expected<EnvironmentLight> EnvironmentLight::of(const Image& image) {
+    if (Expected<void> sound = check(image); !sound) return tl::unexpected(sound.error());
+    if (isCompressed(image.encoding)) return fail(ErrorCode::kBadInput, "the surroundings' image is compressed");
+    return of(pictureOf(image));
+}
+
+EnvironmentLight EnvironmentLight::of(const SurroundingsPicture& picture) {
     EnvironmentLight light;
     light.atlas_.assign(static_cast<std::size_t>(kAtlasWidth) * kAtlasHeight * 4, 0.0f);
-    light.buildTree(image);
+    light.buildTree(picture);
     light.project();
     for (int level = 0; level < kLevels; ++level) light.filter(level);
     return light;
 }
 
-void EnvironmentLight::buildTree(const Image& image) {
-    const Panorama panorama = panoramaOf(image);
+void EnvironmentLight::buildTree(const SurroundingsPicture& picture) {
     constexpr int kSide = kSides[0];
     const auto index = [](int side, int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x); };
     std::vector<Node> leaves(static_cast<std::size_t>(kSide) * kSide);
@@ -143,7 +206,7 @@ void EnvironmentLight::buildTree(const Image& image) {
             // Of four places, so that small bright things do not fall between texels.
             Vec3d mean = Vec3d::Zero();
             for (const double dx : {0.25, 0.75})
-                for (const double dy : {0.25, 0.75}) mean += 0.25 * panorama.at(at(dx, dy));
+                for (const double dy : {0.25, 0.75}) mean += 0.25 * picture.at(at(dx, dy));
             node.sum = mean * node.solidAngle;
         }
     }

@@ -9,7 +9,22 @@
 
 namespace tessera {
 
-/// Directions are the picture's own: its middle lies along -Z, +X is right of it, +Y up (Environment::image).
+/// IEC 61966-2-1.
+[[nodiscard]] double linearOfSrgb(double encoded);
+
+/// What there is to see all around, linear: an equirectangular picture, or six squares as Image::kCube has them, one after the other; rows from the top.
+struct SurroundingsPicture {
+    bool cube = false;
+    std::size_t width = 0, height = 0;  ///< of a face
+    std::vector<Vec3f> pixels;
+
+    /// Linear between pixels, across its seams too.
+    [[nodiscard]] Vec3d at(const Vec3d& direction) const;
+    /// Means of 2 × 2 pixels; both sides are 2 at least.
+    void halve();
+};
+
+/// Directions are the picture's own: its middle lies along -Z, +X is right of it, +Y up (Environment::image); of cubes the faces' own.
 ///
 /// Reflections are kept in octahedral maps (Cigolle et al. 2014), one for each of a few roughnesses, one above the other in
 /// one texture. Each texel is the mean of the surroundings over GGX's lobe, seen along the normal (Karis 2013, "Real shading
@@ -26,8 +41,11 @@ public:
     /// The row where a level begins, its border included.
     [[nodiscard]] static int firstRow(int level);
 
-    /// kBadInput, with the reason: no picture of all around. The pixels must be here.
+    /// kBadInput, with the reason: no picture of all around, a compressed one (EnvironmentTexture). The pixels must be here.
     [[nodiscard]] static Expected<EnvironmentLight> of(const Image& image);
+    [[nodiscard]] static EnvironmentLight of(const SurroundingsPicture& picture);
+    /// Whether it is one by its fields; kBadInput as above.
+    [[nodiscard]] static Expected<void> check(const Image& image);
 
     /// Radiance, for a direction of unit length: the nearest texel's of the sharp map.
     [[nodiscard]] Vec3d radiance(const Vec3d& direction) const;
@@ -49,7 +67,7 @@ private:
         Vec3d direction = Vec3d::UnitZ();
         double solidAngle = 0;
     };
-    void buildTree(const Image& image);
+    void buildTree(const SurroundingsPicture& picture);
     void project();
     void filter(int level);
     [[nodiscard]] Vec3d lobeMean(const Vec3d& axis, double roughness) const;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/draw/BlockPixels.h"
+#include "common/drawable/ImageLayout.h"
+
 namespace tessera {
 namespace {
 
@@ -33,16 +36,57 @@ void EnvironmentTexture::makeTexture(int widthPx, int heightPx) {
     widthPx_ = widthPx;
 }
 
+Expected<EnvironmentLight> EnvironmentTexture::lightOf(const Image& image) const {
+    if (!isCompressed(image.encoding)) return EnvironmentLight::of(image);
+    if (Expected<void> sound = EnvironmentLight::check(image); !sound) return tl::unexpected(sound.error());
+    return EnvironmentLight::of(decompressed(image));
+}
+
+SurroundingsPicture EnvironmentTexture::decompressed(const Image& image) const {
+    const bool cube = image.shape == Image::kCube, linear = image.encoding == Image::kBc6h;
+    const std::vector<ImageLevel> levels = levelsOf(image);
+    const auto small = std::find_if(levels.begin(), levels.end(), [cube](const ImageLevel& level) { return level.widthPx <= (cube ? 512 : 1024); });
+    const ImageLevel& level = small == levels.end() ? levels.back() : *small;
+    SurroundingsPicture out{.cube = cube, .width = static_cast<std::size_t>(level.widthPx), .height = static_cast<std::size_t>(level.heightPx), .pixels = {}};
+    const std::size_t facePixels = out.width * out.height;
+    out.pixels.resize(facePixels * static_cast<std::size_t>(level.depthPx));
+    for (std::size_t face = 0; face < static_cast<std::size_t>(level.depthPx); ++face) {
+        const ByteSpan blocks = image.pixels.bytes().subspan(level.offset + face * level.sliceBytes, level.sliceBytes);
+        Vec3f* to = out.pixels.data() + face * facePixels;
+        if (image.encoding != Image::kBc6h && image.encoding != Image::kBc7) {
+            const Bytes pixels = decodeBlocks(blocks, image.encoding, level.widthPx, level.heightPx);
+            for (std::size_t i = 0; i < facePixels; ++i)
+                for (std::size_t c = 0; c < 3; ++c) to[i][static_cast<Eigen::Index>(c)] = static_cast<float>(std::to_integer<int>(pixels[4 * i + c])) / 255.0f;
+        } else {
+            const GLenum format = linear ? GLenum{GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT} : GLenum{GL_COMPRESSED_RGBA_BPTC_UNORM};
+            const auto w = static_cast<GLsizei>(level.widthPx), h = static_cast<GLsizei>(level.heightPx);
+            GLuint texture = 0;
+            gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+            gl_.TextureStorage2D(texture, 1, format, w, h);
+            gl_.CompressedTextureSubImage2D(texture, 0, 0, 0, w, h, format, static_cast<GLsizei>(blocks.size()), blocks.data());
+            gl_.GetTextureImage(texture, 0, GL_RGB, GL_FLOAT, static_cast<GLsizei>(facePixels * sizeof(Vec3f)), to);
+            gl_.DeleteTextures(1, &texture);
+        }
+    }
+    // A bc6h has infinities, and half floats an end.
+    constexpr float kLargestHalf = 60000;
+    for (Vec3f& pixel : out.pixels)
+        for (float& value : pixel) value = linear ? (value <= kLargestHalf ? value : kLargestHalf) : static_cast<float>(linearOfSrgb(value));
+    while (out.width > (cube ? 512u : 1024u) && out.height > 1) out.halve();
+    return out;
+}
+
 const EnvironmentTexture::Known& EnvironmentTexture::know(const Image& image) {
     const auto it = std::find_if(known_.begin(), known_.end(), [&](const auto& known) {
-        return known->pixels == image.pixels.id() && known->widthPx == image.widthPx && known->encoding == image.encoding;
+        return known->pixels == image.pixels.id() && known->widthPx == image.widthPx && known->encoding == image.encoding &&
+               known->shape == image.shape && known->mipmaps == image.mipmaps;
     });
     std::unique_ptr<Known> found;
     if (it != known_.end()) {
         found = std::move(*it);
         known_.erase(it);
     } else {
-        found = std::make_unique<Known>(Known{image.pixels.id(), image.widthPx, image.encoding, EnvironmentLight::of(image)});
+        found = std::make_unique<Known>(Known{image.pixels.id(), image.widthPx, image.encoding, image.shape, image.mipmaps, lightOf(image)});
     }
     known_.push_front(std::move(found));
     if (known_.size() > kKept) {

@@ -37,10 +37,13 @@ public:
 private:
     struct Known {
         BlobId pixels;
-        std::int64_t widthPx, encoding;
+        std::int64_t widthPx, encoding, shape, mipmaps;
         Expected<EnvironmentLight> light;
     };
     [[nodiscard]] const Known& know(const Image& image);
+    [[nodiscard]] Expected<EnvironmentLight> lightOf(const Image& image) const;
+    /// By GL, as it would be seen on a surface: a level of at most 1024 pixels around, where there is one.
+    [[nodiscard]] SurroundingsPicture decompressed(const Image& image) const;
     void makeTexture(int widthPx, int heightPx);
 
     const GlFunctions& gl_;

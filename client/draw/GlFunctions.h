@@ -25,6 +25,8 @@ namespace tessera {
     X(ClipControl, CLIPCONTROL)                                                 \
     X(ColorMask, COLORMASK)                                                     \
     X(CompileShader, COMPILESHADER)                                             \
+    X(CompressedTextureSubImage2D, COMPRESSEDTEXTURESUBIMAGE2D)                 \
+    X(CompressedTextureSubImage3D, COMPRESSEDTEXTURESUBIMAGE3D)                 \
     X(CopyNamedBufferSubData, COPYNAMEDBUFFERSUBDATA)                           \
     X(CreateBuffers, CREATEBUFFERS)                                             \
     X(CreateFramebuffers, CREATEFRAMEBUFFERS)                                   \
@@ -64,6 +66,8 @@ namespace tessera {
     X(GetQueryObjectuiv, GETQUERYOBJECTUIV)                                     \
     X(GetShaderInfoLog, GETSHADERINFOLOG)                                       \
     X(GetShaderiv, GETSHADERIV)                                                 \
+    X(GetStringi, GETSTRINGI)                                                   \
+    X(GetTextureImage, GETTEXTUREIMAGE)                                         \
     X(LinkProgram, LINKPROGRAM)                                                 \
     X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
@@ -81,7 +85,9 @@ namespace tessera {
     X(TextureParameteri, TEXTUREPARAMETERI)                                     \
     X(TextureStorage2D, TEXTURESTORAGE2D)                                       \
     X(TextureStorage2DMultisample, TEXTURESTORAGE2DMULTISAMPLE)                 \
+    X(TextureStorage3D, TEXTURESTORAGE3D)                                       \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                                     \
+    X(TextureSubImage3D, TEXTURESUBIMAGE3D)                                     \
     X(UseProgram, USEPROGRAM)                                                   \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                       \
     X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)                         \

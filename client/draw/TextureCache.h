@@ -8,9 +8,14 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/UseClock.h"
+#include "common/drawable/ImageLayout.h"
 #include "common/scene/Cores.h"
 
 namespace tessera {
+
+/// The GL target that an image's texture is of, by its shape alone: GL_TEXTURE_2D of flat ones and of lines (one row: look it up at v = 0.5), GL_TEXTURE_3D of
+/// solids, GL_TEXTURE_CUBE_MAP of cubes.
+[[nodiscard]] GLenum textureTarget(const Image& image);
 
 /// What the bytes of an image are.
 enum class ImageUse : std::uint8_t {
@@ -21,14 +26,16 @@ enum class ImageUse : std::uint8_t {
 /// Once the budget is exceeded textures make room as UseClock says; what one draw needs is never dropped in it.
 class TextureCache {
 public:
-    TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {}
+    /// The surface must be current.
+    TextureCache(const GlFunctions& gl, std::size_t budgetBytes);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
 
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw();
-    /// 0: the image's bytes are absent or do not have its size; what it belongs to is then drawn as if it had none.
+    /// A texture of textureTarget(image). 0: the image's bytes are absent or do not have its size, or they have shared exponents; what it belongs to is then
+    /// drawn as if it had none. bc4 is grey, bc5 a normal map of two channels (BlockPixels.h).
     [[nodiscard]] GLuint find(const Image& image, ImageUse use);
     /// Uploads ahead of need, whole. Throws nothing out. What was uploaded: 0 when it is there, or cannot be; nothing: the budget
     /// has no room for it.
@@ -43,14 +50,14 @@ public:
 private:
     struct Key {
         BlobId pixels;
-        std::int64_t widthPx = 0;
+        std::int64_t widthPx = 0, heightPx = 0, depthPx = 1, encoding = Image::kSrgb, shape = Image::kFlat, mipmaps = 1;
         ImageUse use = ImageUse::kColor;
         bool operator==(const Key&) const = default;
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
-            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(2 * key.widthPx) ^
-                   static_cast<std::size_t>(key.use);
+            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(2 * key.widthPx) ^ static_cast<std::size_t>(key.encoding << 20) ^
+                   static_cast<std::size_t>(key.shape << 24) ^ static_cast<std::size_t>(key.use);
         }
     };
     struct Texture {
@@ -63,10 +70,17 @@ private:
     std::size_t budgetBytes_;
     std::size_t bytes_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;
-    std::array<GLuint, 3 * 3 * 2 * 6> samplers_{};  ///< made when first needed
+    bool readsS3tc_ = false;
+    GLint mostFlatPx_ = 0, mostSolidPx_ = 0, mostCubePx_ = 0;  ///< a side
+    std::array<GLuint, 3 * 3 * 3 * 2 * 6> samplers_{};  ///< made when first needed
     [[nodiscard]] static Key keyOf(const Image& image, ImageUse use) {
-        return {.pixels = image.pixels.id(), .widthPx = image.widthPx, .use = use};
+        return {.pixels = image.pixels.id(), .widthPx = image.widthPx, .heightPx = image.heightPx, .depthPx = image.depthPx,
+                .encoding = image.encoding, .shape = image.shape, .mipmaps = image.mipmaps, .use = use};
     }
+    /// Whether GL takes its blocks as they are.
+    [[nodiscard]] bool readsBlocks(const Image& image, ImageUse use) const;
+    [[nodiscard]] std::size_t bytesOf(const Image& image, ImageUse use) const;
+    [[nodiscard]] bool isShown(const Image& image) const;
     Texture& upload(const Image& image, const Key& key);
 
     UseClock clock_;

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/drawable/ImageLayout.h"
+
 namespace tessera {
 
 namespace {
@@ -312,9 +314,12 @@ bool SceneLooks::imageOpaque(const Aspect& aspect, std::uint32_t image) {
     const auto* core = aspect.get<Image>(use.id);
     if (!core) return true;
     if (!core->pixels.resident()) return false;
-    if (core->pixels.id() != use.pixels) {
+    // One that does not fit its bytes is drawn as none.
+    if (!checkImage(*core)) return true;
+    if (core->pixels.id() != use.pixels || core->encoding != use.encoding) {
         use.pixels = core->pixels.id();
-        use.opaque = allOpaque(core->pixels.bytes());
+        use.encoding = core->encoding;
+        use.opaque = isOpaque(*core);
     }
     return use.opaque;
 }

@@ -105,7 +105,8 @@ private:
     };
     struct ImageUse {
         ObjectId id;
-        BlobId pixels;  ///< whose opacity is known
+        BlobId pixels;  ///< whose opacity is known, read so
+        std::int64_t encoding = 0;
         bool opaque = false;
         std::uint32_t firstMaterial = kNone;
     };
