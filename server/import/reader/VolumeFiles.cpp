@@ -205,6 +205,12 @@ bool readThree(std::string_view text, T& out, Parse&& parse) {
     return true;
 }
 
+/// What a file names stands beside it, wherever the scene is.
+std::string besideOf(const std::string& name, const std::string& data) {
+    const std::size_t slash = name.rfind('/');
+    return slash == std::string::npos || data.front() == '/' ? data : name.substr(0, slash + 1) + data;
+}
+
 std::optional<FileNumber> numberNamed(std::string_view name, std::initializer_list<std::pair<std::string_view, FileNumber>> names) {
     for (const auto& [known, number] : names)
         if (known == name) return number;
@@ -213,7 +219,7 @@ std::optional<FileNumber> numberNamed(std::string_view name, std::initializer_li
 
 // ---- MetaImage (itk.org, "MetaIO") -----------------------------------------------------------------------------------
 
-Expected<VolumeData> readMetaImage(const FolderFiles& files, ByteSpan bytes) {
+Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
     VolumeHeader header;
     std::map<std::string, std::string> said;
@@ -248,7 +254,7 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, ByteSpan bytes) {
     Bytes own;
     ByteSpan numbers = text.rest();
     if (lowerCased(data) != "local") {
-        Expected<Bytes> read = files.read(data);
+        Expected<Bytes> read = files.read(besideOf(name, data));
         if (!read) return failWith(fmt::format("'{}'", printable(data)), read.error());
         own = std::move(*read);
         numbers = own;
@@ -387,7 +393,7 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
 
 // ---- NRRD (teem.sourceforge.net/nrrd) ----------------------------------------------------------------------------------
 
-Expected<VolumeData> readNrrd(const FolderFiles& files, ByteSpan bytes) {
+Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
     if (!text.line().starts_with("NRRD000")) return badVolumeFile("an NRRD file begins with NRRD000, this one does not");
     std::map<std::string, std::string> said;
@@ -424,7 +430,7 @@ Expected<VolumeData> readNrrd(const FolderFiles& files, ByteSpan bytes) {
     const std::string data(said.contains("datafile") ? of("datafile") : "");
     if (!data.empty()) {
         if (lowerCased(data).starts_with("list") || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
-        Expected<Bytes> read = files.read(data);
+        Expected<Bytes> read = files.read(besideOf(name, data));
         if (!read) return failWith(fmt::format("'{}'", printable(data)), read.error());
         own = std::move(*read);
         numbers = own;
@@ -453,7 +459,7 @@ Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string&
     if (!bytes) return tl::unexpected(bytes.error());
     if (extension == "slc") return readSlc(*bytes);
     if (extension == "vtk") return readLegacyVtk(*bytes);
-    return extension.front() == 'n' ? readNrrd(files, *bytes) : readMetaImage(files, *bytes);
+    return extension.front() == 'n' ? readNrrd(files, name, *bytes) : readMetaImage(files, name, *bytes);
 }
 
 FirstLook firstLookAt(const VoxelGrid& grid) {

@@ -203,6 +203,11 @@ TEST(VolumeText, SaysAllThatTheCoreHolds) {
     EXPECT_FALSE(volume->shaded);
     EXPECT_EQ(volume->thickness, 3);
     EXPECT_TRUE(aspect->get<Material>(volume->material));
+    // What a header names stands beside it.
+    scratch.write("in/two.mhd", "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = two.raw\n");
+    scratch.write("in/two.raw", "12345678");
+    const Expected<ImportedScene> beside = importedContent(scratch, "volume { file: \"in/two.mhd\" }");
+    EXPECT_TRUE(beside) << messageOf(beside);
     EXPECT_TRUE(importedContent(scratch, "volume { voxels: [0,0,0,0,1,1,1,1] size_x: 2 size_y: 2 size_z: 2 surface_value: 0.5 high: 1 }"));
 }
 
