@@ -51,6 +51,15 @@ MaterialTexels texelsOf(const Material& material, bool unlit, std::uint32_t scop
             .shininessAndScopes = {phong ? material.shininess : -1.0f, 0, static_cast<float>(scopes & 0xffffu), static_cast<float>(scopes >> 16u)}};
 }
 
+std::vector<ObjectId> passIds(const Aspect& aspect, ObjectId id) {
+    std::vector<ObjectId> ids;
+    const auto* material = id ? aspect.get<Material>(id) : nullptr;
+    if (!material || material->passes.empty() || PersonPrograms::isBad(aspect, *material)) return ids;
+    for (const ObjectId pass : material->passes)
+        if (ids.size() < Material::kMostPasses && aspect.get<Material>(pass)) ids.push_back(pass);
+    return ids;
+}
+
 }  // namespace
 
 std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material) {
@@ -64,6 +73,7 @@ std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& m
 void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures) {
     calls_.clear();
+    passItems_.clear();
     records_.clear();
     blocks_.clear();
     sortedIndices_.clear();
@@ -79,12 +89,23 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
     textures.beginDraw();
-    for (const DrawItem& item : list.opaque) collect(aspect, item, camera, meshes, textures);
+    for (const DrawItem& listed : list.opaque) {
+        const DrawItem& item = shownOf(aspect, listed, camera);
+        // Of what is at one depth the first is seen: the last pass comes first, the material itself last.
+        const std::vector<ObjectId> passes = passIds(aspect, item.material);
+        for (auto pass = passes.rbegin(); pass != passes.rend(); ++pass)
+            if (!isBlended(*aspect.get<Material>(*pass))) collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures);
+        collect(aspect, item, camera, meshes, textures);
+    }
     opaqueCount_ = calls_.size();
-    for (const DrawItem& item : list.transparent) {
+    for (const DrawItem& listed : list.transparent) {
+        const DrawItem& item = shownOf(aspect, listed, camera);
+        const std::vector<ObjectId> passes = passIds(aspect, item.material);
         if (item.sortedCount == 0) {
-            ++counts_.items;
-            collect(aspect, item, camera, meshes, textures);
+            counts_.items += !item.over;
+            if (!item.over) collect(aspect, item, camera, meshes, textures);
+            for (const ObjectId pass : passes)
+                if ((!item.over || isBlended(*aspect.get<Material>(pass))) && collect(aspect, passOf(aspect, item, pass), camera, meshes, textures)) calls_.back().equal = item.over;
             continue;
         }
         const auto [seen, isNew] = parts_.try_emplace(item.node);
@@ -104,13 +125,23 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
             const std::array<std::uint32_t, 3> corners = cornersOf(item.kind, indices, t);
             sortedIndices_.insert(sortedIndices_.end(), corners.begin(), corners.end());
         }
+        // Over each part in its turn; outlines over the whole of it, behind its first part.
+        const DrawCall part = calls_.back();
+        for (const ObjectId pass : passes) {
+            if (aspect.get<Material>(pass)->fill != Material::kFilled && rowOf(item.kind).ownTriangles) {
+                if (isNew) collect(aspect, passOf(aspect, item, pass), camera, meshes, textures);
+                continue;
+            }
+            DrawCall& over = calls_.emplace_back(part);
+            over.look = look(aspect, pass, scoped_ ? item.scopes : 0, true, textures);
+        }
     }
 }
 
 bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures) {
     const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
-    const std::optional<MeshRange> mesh = drawable ? meshes.find(drawable) : std::nullopt;
+    const std::optional<MeshRange> mesh = !drawable ? std::nullopt : item.fill == Material::kFilled ? meshes.find(drawable) : meshes.findOutline(drawable, item.fill);
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;
     if (!fits || mesh->indexCount == 0) return false;
@@ -129,14 +160,49 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     return true;
 }
 
+// By the head and the screen's scale: the same for all tiles, and for both eyes of a head that looks straight at the screen.
+const DrawItem& DrawCalls::shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera) {
+    const auto* material = item.radius > 0 && item.material ? aspect.get<Material>(item.material) : nullptr;
+    if (!material || !material->coarser) return item;
+    const double distance = (item.center - camera.headWorld).norm();
+    if (!(distance > item.radius)) return item;
+    const Mat4d& clip = camera.clip_T_eye;
+    const double perUnit = std::max(0.5 * clip(0, 0) * camera.pixels.width, 0.5 * clip(1, 1) * camera.pixels.height);
+    const double across = 2 * item.radius * perUnit / distance;
+    ObjectId shown = item.material;
+    for (const ObjectId next : coarserOf(aspect, *material)) {
+        if (!(across < material->coarserBelow)) break;
+        shown = next;
+        material = aspect.get<Material>(next);
+    }
+    if (shown == item.material) return item;
+    const bool over = item.over;
+    const DrawItem& copy = passOf(aspect, item, shown);
+    passItems_.back().over = over;
+    return copy;
+}
+
+const DrawItem& DrawCalls::passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass) {
+    DrawItem& copy = passItems_.emplace_back(item);
+    const auto& material = *aspect.get<Material>(pass);
+    copy.material = pass;
+    copy.over = false;
+    if (item.fill == Material::kFilled && item.kind != DrawKind::kTriangles) return copy;
+    copy.fill = material.fill;
+    copy.kind = material.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
+    copy.lineWidth = material.fill == Material::kEdges ? material.lineWidth : material.fill == Material::kCorners ? material.pointSize : 0;
+    if (material.fill != Material::kFilled) copy.clusters = {};
+    return copy;
+}
+
 std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, bool surface, TextureCache& textures) {
     auto& known = lookIndices_[surface][id];
     for (const auto& [in, index] : known)
         if (in == scopes) return index;
     known.emplace_back(scopes, static_cast<std::uint32_t>(looks_.size()));
-    static const Material kDefault;
+    static const Material kDefault, kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
-    const Material& material = own ? *own : kDefault;
+    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError : own ? *own : kDefault;
     DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
     LookBlock block{};
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
@@ -170,6 +236,10 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t s
     block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
     block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
     if (surface) addLayers(aspect, material, textures, look, block);
+    if (own && surface) {
+        look.person = persons_.find(aspect, *own);
+        look.said = persons_.valuesOf(aspect, *own, look.person, textures);
+    }
     looks_.push_back(look);
     lookBlocks_.push_back(block);
     return known.back().second;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <map>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "client/draw/MeshBuffers.h"
+#include "client/draw/PersonPrograms.h"
 #include "client/draw/Program.h"
 #include "client/draw/Renderer.h"
 #include "client/draw/TextureCache.h"
@@ -27,6 +29,8 @@ struct DrawLook {
     bool masked = false;
     bool doubleSided = false;
     bool incomplete = false;  ///< it has an image that is not here
+    std::uint32_t person = PersonPrograms::kNone;  ///< a person's program
+    PersonValues said;                             ///< what the material says to it
 };
 
 /// One item, or a part of one. Neighbours may become one call of GL.
@@ -37,6 +41,7 @@ struct DrawCall {
     std::uint32_t look = 0;
     std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
     bool mirrored = false;
+    bool equal = false;  ///< blended over a surface that is there: where depth is equal, too
     const DrawItem* item = nullptr;  ///< of the list that is drawn
 };
 
@@ -55,7 +60,7 @@ public:
     [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
     /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
     [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
-        return a.look == b.look && a.mirrored == b.mirrored && a.mesh == b.mesh && a.sortedCount == 0 && b.sortedCount == 0;
+        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.sortedCount == 0 && b.sortedCount == 0;
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
@@ -66,17 +71,24 @@ public:
     /// Of all calls, in pixels; 0 without lines.
     [[nodiscard]] double widestLineReachPx() const { return widestLineReachPx_; }
     [[nodiscard]] const DrawCounts& counts() const { return counts_; }
+    [[nodiscard]] PersonPrograms& persons() { return persons_; }
+    [[nodiscard]] const PersonPrograms& persons() const { return persons_; }
 
 private:
     /// False: nothing of it can be drawn.
     bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                  TextureCache& textures);
+    /// The item with the material that this screen draws it with: a coarser one where it is small there.
+    const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
+    /// The same thing with one of its material's passes: kept here, as calls point to their items.
+    const DrawItem& passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass);
     /// `scopes`: DrawItem's.
     std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, bool surface, TextureCache& textures);
     static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look, LookBlock& block);
     std::uint32_t materialIndex(const MaterialTexels& texels);
 
     std::vector<DrawCall> calls_;
+    std::deque<DrawItem> passItems_;
     std::vector<ItemRecord> records_;
     std::vector<ItemBlock> blocks_;
     std::vector<std::uint32_t> sortedIndices_;
@@ -97,6 +109,7 @@ private:
     std::vector<MaterialTexels> materials_;
     std::map<MaterialTexels, std::uint32_t> materialIndices_;
     DrawCounts counts_;
+    PersonPrograms persons_;
 };
 
 /// Its images, in the order of ImageMap.

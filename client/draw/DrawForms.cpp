@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -109,13 +110,15 @@ void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& unit
             for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) to.push_back(static_cast<std::uint32_t>(4 * line) + corner);
         });
     const VertexArrays vertices(arrays);
+    const bool asSquares = arrays.pointRadius > 0;
     const std::span<const std::uint32_t> ends = arrays.lines.as<std::uint32_t>();
     tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t line) {
         for (const std::size_t end : {2 * line, 2 * line + 1})
             for (const float side : {1.0f, -1.0f}) {
                 MeshVertex corner = vertices.vertex(ends[end]);
                 corner.normal = vertices.vertex(ends[end ^ 1]).position;
-                corner.texcoord1 = {side, 0};
+                // Of a line from a corner to itself the other end is the other way: a square.
+                corner.texcoord1 = {side, asSquares && end % 2 == 1 ? 1.0f : 0.0f};
                 to.push_back(corner);
             }
     });
@@ -249,7 +252,8 @@ constexpr DrawForm kForms[] = {
      .follows = {},
      .normals = true,
      .fetched = false,
-     .size = [](const DrawItem& item, const Mat3d&) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), 0u}; }},
+     // Of a surface's own edges how much nearer they lie: on it they would be half hidden by it.
+     .size = [](const DrawItem& item, const Mat3d&) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), item.fill == Material::kFilled ? 0u : std::bit_cast<std::uint32_t>(kOutlineNearer)}; }},
     formOfParticles(DrawKind::kDiscs, "DISCS", kParticlesFollow),
     formOfParticles(DrawKind::kStreaks, "STREAKS", kStreaksFollow),
     formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
@@ -291,6 +295,37 @@ std::uint8_t pointPartsOf(const MeshArrays& arrays) {
     if (!arrays.normals.empty()) parts |= kPointNormals;
     if (!arrays.texcoords.empty() || !arrays.texcoords1.empty()) parts |= kPointTexcoords;
     return parts;
+}
+
+MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
+    MeshArrays outline = arrays;
+    outline.indices = Blob();
+    outline.primitive = Primitive::kLines;
+    outline.pointRadius = fill == Material::kCorners ? 1 : 0;
+    const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
+    const std::span<const float> positions = arrays.positions.as<float>();
+    // Of vertices at one place the first: where a surface is cut for its normals or textures, its edges are not twice there.
+    std::vector<std::uint32_t> order(positions.size() / 3), first(order.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto at = [&](std::uint32_t v) { return std::array{positions[3 * std::size_t{v}] + 0.0f, positions[3 * std::size_t{v} + 1] + 0.0f, positions[3 * std::size_t{v} + 2] + 0.0f}; };
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(at(a), a) < std::pair(at(b), b); });
+    for (std::size_t i = 0; i < order.size(); ++i) first[order[i]] = i > 0 && at(order[i]) == at(order[i - 1]) ? first[order[i - 1]] : order[i];
+    std::vector<std::uint64_t> pairs;
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        const std::uint32_t a = first[indices[i]], b = fill == Material::kCorners ? a : first[indices[i % 3 == 2 ? i - 2 : i + 1]];
+        if (a != b || fill == Material::kCorners) pairs.push_back(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
+    }
+    std::ranges::sort(pairs);
+    const auto repeated = std::ranges::unique(pairs);
+    pairs.erase(repeated.begin(), repeated.end());
+    std::vector<std::uint32_t> ends;
+    ends.reserve(2 * pairs.size());
+    for (const std::uint64_t pair : pairs) {
+        ends.push_back(static_cast<std::uint32_t>(pair >> 32));
+        ends.push_back(static_cast<std::uint32_t>(pair));
+    }
+    outline.lines = Blob::of(std::span<const std::uint32_t>(ends));
+    return outline;
 }
 
 std::vector<std::uint16_t> sharedPointIndices() {

@@ -77,6 +77,11 @@ struct DrawForm {
 /// See kPointColors; 0 of others.
 [[nodiscard]] std::uint8_t pointPartsOf(const MeshArrays& arrays);
 
+/// The edges of triangles as lines, each once; or their corners, each a line from it to itself, which is drawn as a square. The arrays have passed checkMesh.
+[[nodiscard]] MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill);
+/// So much of the distance nearer than its surface an outline lies.
+inline constexpr float kOutlineNearer = 1.0f / 2048;
+
 /// Eight vertex numbers a point, of which six are its octahedron's corners: dividing by eight costs nothing.
 inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 24;
 /// So many points at a time: all that two bytes can number.

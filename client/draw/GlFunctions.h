@@ -68,6 +68,7 @@ namespace tessera {
     X(GetShaderiv, GETSHADERIV)                                                 \
     X(GetStringi, GETSTRINGI)                                                   \
     X(GetTextureImage, GETTEXTUREIMAGE)                                         \
+    X(GetUniformLocation, GETUNIFORMLOCATION)                                   \
     X(LinkProgram, LINKPROGRAM)                                                 \
     X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
@@ -88,6 +89,10 @@ namespace tessera {
     X(TextureStorage3D, TEXTURESTORAGE3D)                                       \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                                     \
     X(TextureSubImage3D, TEXTURESUBIMAGE3D)                                     \
+    X(Uniform1fv, UNIFORM1FV)                                                   \
+    X(Uniform2fv, UNIFORM2FV)                                                   \
+    X(Uniform3fv, UNIFORM3FV)                                                   \
+    X(Uniform4fv, UNIFORM4FV)                                                   \
     X(UseProgram, USEPROGRAM)                                                   \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                       \
     X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)                         \

@@ -86,7 +86,11 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
 void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
     calls.collect(aspect, list, camera, *meshes, textures);
     // Images of what was drawn before may be gone.
-    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0; });
+    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0; });
+    for (const std::uint32_t gone : calls.persons().forgetUnused()) {
+        std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
+        std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
+    }
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -237,16 +241,19 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     kind.items = call.mesh.kind;
     kind.pointParts = call.mesh.pointParts;
     kind.masked = look.masked && use != Use::kBlend;
+    if (look.person && use != Use::kDepth) kind.person = calls.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
     if (use == Use::kNodeIds || use == Use::kShadow) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
+        if (kind.person) kind.maps = look.mapBits;
+        kind.faceted = kind.person && !call.mesh.hasNormals;
     } else {
         kind.maps = look.mapBits;
         kind.layers = look.layerBits;
         kind.faceted = !call.mesh.hasNormals;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
-    kind.plain = use == Use::kSurface && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
-    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || use == Use::kBlend;
+    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
+    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || use == Use::kBlend;
     if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
     return kind;
 }
@@ -257,6 +264,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     records.clear();
     for (std::size_t i = first; i < last; ++i) {
         if (inCell[i].first == inCell[i].end) continue;
+        // Outlines that lie over a surface.
+        if (use == ProgramKind::Use::kShadow && !rowOf(calls.calls()[i].mesh.kind).castsShadows) continue;
         inPass.push_back(static_cast<std::uint32_t>(i));
         records.push_back(calls.recordOf(calls.calls()[i]));
     }
@@ -292,8 +301,10 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
     if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers) bindLook(call.look, wanted.maps, wanted.layers);
+    if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
     kindNow = wanted;
     if (otherSides) bothSides(look) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+    if (use == ProgramKind::Use::kBlend && call.equal != (before && before->equal)) gl.DepthFunc(call.equal ? GL_GEQUAL : GL_GREATER);
     if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
     if (wanted.large)
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),

@@ -67,6 +67,30 @@ std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
     return mesh.range;
 }
 
+std::optional<MeshRange> MeshBuffers::findOutline(const Drawable& drawable, std::int64_t fill) {
+    MeshKey key = drawable.key();
+    if (key.primitive != Primitive::kTriangles) return std::nullopt;
+    // As no drawable has them: lines with indices of triangles.
+    key.primitive = Primitive::kLines;
+    key.pointRadius = fill == Material::kCorners ? 1 : 0;
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!drawable.resident()) return std::nullopt;
+        const MeshArrays arrays = drawable.arrays();
+        std::optional<Mesh> made = Mesh{.refused = true};
+        if (checkMesh(arrays)) {
+            const MeshArrays outline = outlineOf(arrays, fill);
+            made = allocate(outline);
+            if (!made) return std::nullopt;
+            if (!made->refused) writeOn(outline, *made, ~std::size_t{0});
+        }
+        it = meshes_.emplace(key, *made).first;
+        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
+    }
+    clock_.use(it->second.uses);
+    return it->second.refused ? std::nullopt : std::optional(it->second.range);
+}
+
 std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::size_t bytes) {
     const MeshKey key = withoutRadius(drawable.key());
     auto it = meshes_.find(key);

@@ -43,6 +43,8 @@ public:
     /// Uploads on first sight. Nothing: an array is absent (it may come later), checkMesh refuses the mesh (it is not looked at
     /// again: the same arrays will never be better), or there are more points than GL can fetch (GL_MAX_TEXTURE_BUFFER_SIZE).
     [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
+    /// The same of its edges or corners, made when they are first asked for (outlineOf): of triangles.
+    [[nodiscard]] std::optional<MeshRange> findOutline(const Drawable& drawable, std::int64_t fill);
 
     /// Uploads ahead of need, so much of a mesh as `bytes` allow (one vertex, line or point more). Throws nothing out.
     /// What was uploaded: 0 when it is there, or cannot be; nothing: the budget has no room for it.

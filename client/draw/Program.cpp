@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/draw/DrawForms.h"
+#include "client/draw/PersonPrograms.h"
 #include "client/draw/ShaderText.h"
 
 namespace tessera {
@@ -28,7 +29,8 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
 
 bool readsSurface(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
-    return kind.use == Use::kSurface || kind.use == Use::kBlend || ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && kind.masked);
+    const bool cuts = kind.masked || kind.person != 0;
+    return kind.use == Use::kSurface || kind.use == Use::kBlend || ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && cuts);
 }
 
 /// What is drawn over the whole screen lies there: where the depth test compares it with what kClassify has written.
@@ -57,16 +59,18 @@ constexpr std::array<std::pair<const char*, const char*>, 8> kLayerLookups = {{{
                                                                                {"sampler3D", "inSolid"}}};
 
 /// Version, switches and blocks: the same in front of both stages.
-std::string headOf(const ProgramKind& kind) {
+std::string headOf(const ProgramKind& kind, const PersonText* person) {
     using Use = ProgramKind::Use;
-    std::string head = "#version 450 core\n";
+    std::string head;
     const auto define = [&](bool wanted, const char* name) {
         if (wanted) head += fmt::format("#define {}\n", name);
     };
     define(readsSurface(kind), "SURFACE");
     define(kind.faceted, "FACETED");
     define(kind.layers != 0, "LAYERS");
-    define(kind.faceted || kind.layers != 0 || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
+    define(person != nullptr, "PERSON");
+    define(person && !person->vertex.empty(), "MOVED");
+    define(person || kind.faceted || kind.layers != 0 || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
     head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
@@ -112,9 +116,9 @@ std::string fragmentOf(const ProgramKind& kind) {
         case Use::kResolve:
             return shader_text::kResolveFragment;
         case Use::kShadow:
-            return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kShadowFragment);
+            return (readsSurface(kind) ? shader_text::kSurface : "") + std::string(shader_text::kShadowFragment);
         case Use::kNodeIds:
-            return (kind.masked ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
+            return (readsSurface(kind) ? shader_text::kSurface : "") + std::string(shader_text::kNodeIdFragment);
         case Use::kDepth:
         case Use::kPlates:
             return shader_text::kDepthFragment;
@@ -148,6 +152,24 @@ std::string vertexOf(const ProgramKind& kind) {
             return shader_text::kPlateVertex;
     }
     return {};
+}
+
+/// In front of all else, where no macro of ours is known: a person's text, and what that is given. Of both stages `surface` or `vertex`.
+std::string beginningOf(const ProgramKind& kind, const PersonText* person, bool fragment) {
+    std::string text = "#version 450 core\n";
+    if (fragment && readsSurface(kind)) text += shader_text::kSurfaceStruct;
+    if (!person) return text;
+    const std::string& own = fragment ? person->surface : person->vertex;
+    text += fmt::format("int tesseraRounds = {};\nuniform float tesseraReach;\nvec2 uv, uv1;\n", kMostPersonRounds);
+    if (fragment) text += "vec3 nodePosition, eyePosition, worldPosition;\n";
+    static constexpr std::array kTypes = {"sampler2D", "float", "vec2", "vec3", "vec4"};
+    GLuint unit = kPersonUnit;
+    for (const PersonUniform& uniform : person->uniforms) {
+        if (uniform.width == 0) text += fmt::format("layout(binding = {}) ", unit++);
+        text += fmt::format("uniform {} {};\n", kTypes[uniform.width], uniform.name);
+    }
+    if (own.empty()) return fragment ? text + "void surface(inout Surface s) {}\n" : text;
+    return text + fmt::format("#line {}\n{}\n#line 1\n", (fragment ? kSurfaceLines : kVertexLines) + 1, own);
 }
 
 }  // namespace
@@ -188,17 +210,19 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, b
 }
 
 ProgramKind shadowOf(const ProgramKind& surface) {
-    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked};
-    if (surface.masked) kind.maps = surface.maps & bitOf(ImageMap::kBaseColor);
-    kind.look = surface.masked;
+    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked, .person = surface.person};
+    // A program may ask for any of them.
+    if (surface.masked || surface.person) kind.maps = surface.person ? surface.maps : surface.maps & bitOf(ImageMap::kBaseColor);
+    kind.look = surface.masked || surface.person;
+    kind.faceted = surface.person && surface.faceted;
     return kind;
 }
 
-Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind) {
-    const std::string head = headOf(kind);
-    const auto vertex = compile(gl, GL_VERTEX_SHADER, head + vertexOf(kind));
+Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind, const PersonText* person) {
+    const std::string head = headOf(kind, person);
+    const auto vertex = compile(gl, GL_VERTEX_SHADER, beginningOf(kind, person, false) + head + vertexOf(kind));
     if (!vertex) return tl::unexpected(vertex.error());
-    const auto fragment = compile(gl, GL_FRAGMENT_SHADER, head + fragmentOf(kind));
+    const auto fragment = compile(gl, GL_FRAGMENT_SHADER, beginningOf(kind, person, true) + head + fragmentOf(kind));
     if (!fragment) {
         gl.DeleteShader(*vertex);
         return tl::unexpected(fragment.error());
@@ -211,6 +235,10 @@ Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind
     gl.DeleteShader(*fragment);
     GLint good = 0;
     gl.GetProgramiv(program.name_, GL_LINK_STATUS, &good);
+    if (good && person) {
+        for (const PersonUniform& uniform : person->uniforms) program.locations_.push_back(gl.GetUniformLocation(program.name_, uniform.name.c_str()));
+        program.locations_.push_back(gl.GetUniformLocation(program.name_, "tesseraReach"));
+    }
     if (good) return program;
     std::array<char, 1024> log{};
     gl.GetProgramInfoLog(program.name_, log.size(), nullptr, log.data());
@@ -221,6 +249,6 @@ Program::~Program() {
     if (name_) destroy_(name_);
 }
 
-Program::Program(Program&& other) noexcept : destroy_(other.destroy_), name_(std::exchange(other.name_, 0)) {}
+Program::Program(Program&& other) noexcept : destroy_(other.destroy_), name_(std::exchange(other.name_, 0)), locations_(std::move(other.locations_)) {}
 
 }  // namespace tessera

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "client/draw/EnvironmentTexture.h"
 #include "client/draw/GlFunctions.h"
+#include "client/draw/PersonText.h"
 #include "client/render/DrawKinds.h"
 #include "common/scene/Cores.h"
 
@@ -151,6 +153,7 @@ struct ProgramKind {
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
     bool plain = false;   ///< of one colour, the material's
+    std::uint32_t person = 0;  ///< of PersonPrograms: a person's text
     // Of whole scenes: the same on every tile.
     bool detail = false;         ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;         ///< something has lacquer
@@ -172,18 +175,21 @@ struct ProgramKind {
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {
 public:
-    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, const ProgramKind& kind);
+    [[nodiscard]] static Expected<Program> create(const GlFunctions& gl, const ProgramKind& kind, const PersonText* person = nullptr);
     ~Program();
     Program(Program&& other) noexcept;
     Program& operator=(Program&&) = delete;
 
     [[nodiscard]] GLuint name() const { return name_; }
+    /// Of a person's uniforms, by PersonText's places; -1: the program does not ask for it. Last that of `reach`.
+    [[nodiscard]] const std::vector<GLint>& locations() const { return locations_; }
 
 private:
     Program(PFNGLDELETEPROGRAMPROC destroy, GLuint name) : destroy_(destroy), name_(name) {}
 
     PFNGLDELETEPROGRAMPROC destroy_;
     GLuint name_;
+    std::vector<GLint> locations_;
 };
 
 }  // namespace tessera

@@ -8,7 +8,14 @@ namespace tessera {
 Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
     auto it = programs.find(kind);
     if (it == programs.end()) {
-        auto made = Program::create(gl, kind);
+        auto made = Program::create(gl, kind, kind.person ? &calls.persons().textOf(kind.person) : nullptr);
+        if (!made && kind.person > PersonPrograms::kError) {
+            // Other drivers know other errors than the server's.
+            calls.persons().refused(kind.person, made.error().message);
+            ProgramKind instead = kind;
+            instead.person = PersonPrograms::kError;
+            return program(instead);
+        }
         if (!made) return tl::unexpected(made.error());
         it = programs.emplace(kind, std::move(*made)).first;
     }
@@ -32,8 +39,8 @@ void Renderer::Impl::expect(Pass pass, const ProgramKind& kind, std::uint32_t lo
 
 void Renderer::Impl::met(Pass pass, const ProgramKind& kind, std::uint32_t look) {
     const bool isNew = drawnWith.insert({pass, kind}).second;
-    // With images it may have been forgotten, see `collect`.
-    if (isNew || kind.maps != 0 || kind.layers != 0) expectKin(pass, kind, look);
+    // With images, or a person's program, it may have been forgotten, see `collect`.
+    if (isNew || kind.maps != 0 || kind.layers != 0 || kind.person != 0) expectKin(pass, kind, look);
 }
 
 void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look) {
@@ -47,12 +54,36 @@ void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t
         }
 }
 
+void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
+    const auto made = kind.person > PersonPrograms::kError ? programs.find(kind) : programs.end();
+    if (made == programs.end()) return;
+    const std::vector<PersonUniform>& uniforms = calls.persons().textOf(kind.person).uniforms;
+    const std::vector<GLint>& places = made->second.locations();
+    gl.Uniform1fv(places.back(), 1, &look.said.reach);
+    for (std::size_t i = 0; i < look.said.numbers.size(); ++i) {
+        const float* value = look.said.numbers[i].data();
+        switch (uniforms[i].width) {
+            case 1: gl.Uniform1fv(places[i], 1, value); break;
+            case 2: gl.Uniform2fv(places[i], 1, value); break;
+            case 3: gl.Uniform3fv(places[i], 1, value); break;
+            default: gl.Uniform4fv(places[i], 1, value);
+        }
+    }
+    for (std::size_t i = 0; i < look.said.maps.size(); ++i) {
+        const PersonValues::Map& map = look.said.maps[i];
+        const auto unit = static_cast<GLuint>(kPersonUnit + i);
+        gl.BindTextureUnit(unit, map.texture ? map.texture : white);
+        gl.BindSampler(unit, map.sampler);
+    }
+}
+
 /// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
 Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uint32_t look) {
     if (auto entered = enter(pass); !entered) return entered;
     gl.Scissor(0, 0, 0, 0);
     if (auto used = useProgram(kind); !used) return used;
     if (look < calls.looks().size()) bindLook(look, kind.maps, kind.layers);
+    if (look < calls.looks().size() && kind.person == calls.looks()[look].person) say(kind, calls.looks()[look]);
     gl.BindVertexArray(pass == Pass::kBlend || pass == Pass::kShadow ? vertexArray : emptyArray);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};

@@ -28,6 +28,10 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
     for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
     gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &white);
+    gl.TextureStorage2D(white, 1, GL_RGBA8, 1, 1);
+    constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
+    gl.TextureSubImage2D(white, 0, 0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, kWhite.data());
 
     const auto enable = [&](GLuint location, GLuint binding) {
         gl.EnableVertexArrayAttrib(vertexArray, location);
@@ -62,6 +66,7 @@ Renderer::Impl::~Impl() {
     gl.DeleteVertexArrays(1, &emptyArray);
     for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &materialTexture);
+    gl.DeleteTextures(1, &white);
 }
 
 Renderer::Renderer() = default;
@@ -195,6 +200,7 @@ DrawCounts Renderer::lastCounts() const {
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.scopesLeftOut = impl_->scopesLeftOut;
     counts.trouble = impl_->surroundings.trouble();
+    if (counts.trouble.empty()) counts.trouble = impl_->calls.persons().trouble();
     counts.programs = impl_->programs.size();
     counts.readBack = impl_->readBackTime;
     return counts;

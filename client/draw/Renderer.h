@@ -39,7 +39,7 @@ struct DrawCounts {
     std::uint64_t lightsLeftOut = 0;  ///< beyond DrawList::kMaxLights
     std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
     std::uint64_t scopesLeftOut = 0;  ///< lights that shine on nothing (DrawList::scopesLeftOut)
-    std::string trouble;              ///< why the surroundings' image is not used; empty: it is, or there is none
+    std::string trouble;              ///< why the surroundings' image is not used, or a person's program; empty: nothing of the kind
     std::uint64_t programs = 0;       ///< compiled since the renderer was made
     Duration readBack{};              ///< from GL's finished pictures to the one that `draw` returns
     std::uint64_t pixels = 0;         ///< in blocks that items may show in, in each cell: all others are surely background

@@ -78,6 +78,8 @@ struct Renderer::Impl {
     /// So many records from here on, of one mesh.
     void drawInstances(std::size_t firstRecord, std::size_t instances);
     void bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers);
+    /// What a material says to the person's program in use.
+    void say(const ProgramKind& kind, const DrawLook& look);
     /// Sets what a pass needs but its program; `kSurfaces` sets `setUp`.
     [[nodiscard]] Expected<void> enter(Pass pass);
     /// The pass over these parts of the cell; where there are none, it is to be prepared.
@@ -107,6 +109,7 @@ struct Renderer::Impl {
     std::vector<Kin> kin;
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
+    GLuint white = 0;  ///< of one pixel: an image that nobody says
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     TileBuffers tile, ids;

@@ -9,8 +9,11 @@ extern const char kBlocks[];
 /// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE, POSITION, MAPS, NODE say what it passes on, LARGE
 /// where it has its item from.
 extern const char kMeshVertex[];
+/// `Surface`: what is said of a pixel.
+extern const char kSurfaceStruct[];
 /// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images, see
-/// ImageMap), POSITION, FACETED.
+/// ImageMap), POSITION, FACETED; PERSON: then what
+/// a person's `void surface(inout Surface)` makes of it.
 extern const char kSurface[];
 /// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64 more
 /// what images say besides. MASKED: by alpha. SAMPLES.

@@ -81,6 +81,9 @@ out vec3 vPosition;
 #ifdef LAYERS
 out vec3 vItem;  // in the item's own coordinates
 #endif
+#ifdef PERSON
+out vec3 vNodePosition;
+#endif
 #ifdef MAPS
 out vec4 vTexcoords;
 flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a block are dear, see kPassedFrame
@@ -106,9 +109,13 @@ vec4 cornerOfLine(vec4 a) {
     if (beyondB < 0.0) b = cut;
     vec2 along = b.xy / (b.w * clipPerPixel.xy) - a.xy / (a.w * clipPerPixel.xy);
     float size = length(along);
-    along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
+    along = size > 1e-6 ? along / size : vec2(1.0 - 2.0 * texcoord1.y, 0.0);
     vec2 aside = texcoord1.x * vec2(-along.y, along.x);
     a.xy += 0.5 * WIDTH * (aside - along) * clipPerPixel.xy * a.w;
+#ifndef STREAKS
+    // What is an outline lies before its surface; else exactly where it is.
+    a.z *= 1.0 + uintBitsToFloat(itemSize.y);
+#endif
     return a;
 }
 #endif
@@ -179,6 +186,20 @@ void main() {
 #ifdef POINTS
     fetchCorner();
 #endif
+#ifdef MOVED
+    // A person's program: no farther than it says, as boxes know that alone.
+    uv = texcoord;
+    uv1 = texcoord1;
+    vec3 movedPosition = position, movedNormal = normal;
+    vertex(movedPosition, movedNormal);
+    vec3 moved = movedPosition - position;
+    float way = length(moved);
+    // Of what is no number nothing is moved.
+    movedPosition = position + (way <= tesseraReach ? moved : way < 1e30 ? moved * (tesseraReach / way) : vec3(0.0));
+    movedNormal = dot(movedNormal, movedNormal) < 1e30 ? movedNormal : normal;
+#define position movedPosition
+#define normal movedNormal
+#endif
     vec4 p = vec4(position, 1.0);
     vec3 eye = vec3(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p));
 #ifdef DISCS
@@ -211,6 +232,9 @@ void main() {
 #ifdef LAYERS
     vItem = position;
 #endif
+#ifdef PERSON
+    vNodePosition = position;
+#endif
 #ifdef MAPS
     vPlace = look.place;
 #if defined(DISCS) || defined(SPRITES)
@@ -225,6 +249,15 @@ void main() {
 #endif
 #endif
 }
+)";
+
+const char kSurfaceStruct[] = R"(
+struct Surface {
+    vec3 normal;  // as long as it comes
+    vec4 base;
+    float metallic, roughness, occlusion;
+    vec3 emissive;
+};
 )";
 
 const char kSurface[] = R"(
@@ -253,12 +286,27 @@ vec2 placed(int map) {
 }
 #endif
 
-struct Surface {
-    vec3 normal;  // as long as it comes
-    vec4 base;
-    float metallic, roughness, occlusion;
-    vec3 emissive;
-};
+#ifdef PERSON
+in vec3 vNodePosition;
+// What is no number would be another colour in each driver.
+vec4 sound(vec4 v) { return mix(clamp(v, vec4(-1e6), vec4(1e6)), vec4(0.0), isnan(v)); }
+void changeByPerson(inout Surface s) {
+    uv = vTexcoords.xy;
+    uv1 = vTexcoords.zw;
+    nodePosition = vNodePosition;
+    eyePosition = vPosition;
+    vec4 eye = vec4(vPosition, 1.0);
+    worldPosition = vec3(dot(placeRow0, eye), dot(placeRow1, eye), dot(placeRow2, eye));
+    surface(s);
+    s.normal = sound(vec4(s.normal, 0.0)).xyz;
+    s.base = max(sound(s.base), vec4(0.0));
+    vec4 rest = clamp(sound(vec4(s.metallic, s.roughness, s.occlusion, 0.0)), vec4(0.0), vec4(1.0));
+    s.metallic = rest.x;
+    s.roughness = max(rest.y, 0.045);
+    s.occlusion = rest.z;
+    s.emissive = max(sound(vec4(s.emissive, 0.0)).rgb, vec3(0.0));
+}
+#endif
 
 #if defined(MAPS) && (MAPS & 4) != 0
 // Tangents from how position and texture coordinates change over the screen (Schueler 2013, "Followup: normal mapping
@@ -394,6 +442,9 @@ Surface surface() {
 #ifdef LAYERS
     addLayers(s);
 #endif
+#ifdef PERSON
+    changeByPerson(s);
+#endif
     return s;
 }
 #ifdef MASKED
@@ -439,7 +490,7 @@ void main() {
 #endif
 #ifdef DETAIL
     outDetail = uvec2(0u);
-#if defined(MAPS) && (MAPS & 26) != 0
+#if defined(PERSON) || (defined(MAPS) && (MAPS & 26) != 0)
     uvec3 bytes = uvec3(clamp(vec3(s.metallic, s.roughness, s.occlusion), 0.0, 1.0) * 255.0 + 0.5);
     outDetail = uvec2(sharedExponent(s.emissive), bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | 0x80000000u);
 #endif
@@ -465,8 +516,10 @@ const char kNodeIdFragment[] = R"(
 flat in uvec2 vNode;
 layout(location = 0) out uvec2 outNode;
 void main() {
-#ifdef MASKED
+#if defined(MASKED)
     if (aboveCutoff(surface()) < 0.0) discard;
+#elif defined(PERSON)
+    surface();
 #endif
     outNode = vNode;
 }
@@ -474,8 +527,10 @@ void main() {
 
 const char kShadowFragment[] = R"(
 void main() {
-#ifdef MASKED
+#if defined(MASKED)
     if (aboveCutoff(surface()) < 0.0) discard;
+#elif defined(PERSON)
+    surface();
 #endif
 }
 )";

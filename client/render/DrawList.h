@@ -13,6 +13,7 @@
 #include "common/drawable/Fineness.h"
 #include "common/math/Box.h"
 #include "common/math/Types.h"
+#include "common/scene/Aspect.h"
 #include "common/scene/Cores.h"
 #include "common/wall/View.h"
 
@@ -29,6 +30,10 @@ struct DrawItem {
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;     ///< pixels, where it is lines; else 0
     double pointRadius = 0;  ///< of points as they are shown, in the item's units (shownRadius); else 0
+    std::int64_t fill = Material::kFilled;  ///< of triangles; otherwise `kind` is lines, and the mesh's edges or corners are drawn
+    Vec3d center = Vec3d::Zero();  ///< world; of a sphere around it
+    double radius = 0;             ///< 0: how large it is on a screen is not asked for
+    bool over = false;  ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
     Fineness fineness = {};  ///< of what is derived: see Drawable::at
     Box box = {};           ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
@@ -43,6 +48,14 @@ struct DrawItem {
 [[nodiscard]] inline double lineReachPx(float lineWidth) {
     return std::ceil(0.7072 * static_cast<double>(lineWidth));
 }
+
+/// The passes of a material that are drawn, in their order: what is no Material any more is left away.
+[[nodiscard]] std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material);
+/// What may stand for a material, the next coarser one first: to the end of the chain, to where it comes back to itself, or kMostCoarser of them.
+[[nodiscard]] std::vector<ObjectId> coarserOf(const Aspect& aspect, const Material& material);
+inline constexpr std::size_t kMostCoarser = 8;
+/// Whether a pass is blended over what is there, not put in its place.
+[[nodiscard]] bool isBlended(const Material& pass);
 
 struct LightItem {
     using Kind = LightSource::Kind;

@@ -136,14 +136,14 @@ void MaskedCuller::keepVisible(const Look& look, const Frustum& frustum, std::ve
 bool MaskedCuller::hides(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
     work_.spentNs += CullingCosts::kTest;
-    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item), item.mesh->bounds,
+    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item), item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
                                              noiseOf(look.scene, look.tile, item)));
 }
 
 bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
     const std::vector<MeshCluster>& clusters = item.mesh->clusters;
-    if (clusters.empty()) return true;
+    if (clusters.empty() || item.asWhole) return true;
     const Mat4d clip_T_item = clipFromItem(look.scene, look.tile, item);
     const double noise = noiseOf(look.scene, look.tile, item);
     const std::size_t first = hiddenClusters_.size();

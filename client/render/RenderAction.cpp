@@ -187,6 +187,7 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
             ranked.geometry = item.geometry;
         }
         (item.transparent ? transparent : opaque).push_back(ranked);
+        if (item.over) transparent.push_back(ranked);
     }
     std::sort(opaque.begin(), opaque.end(), [](const Ranked& a, const Ranked& b) { return a.place() < b.place(); });
 }
@@ -196,7 +197,7 @@ DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint3
     // `none` leaves nothing away anywhere: what others are compared with.
     if (kind == CullerKind::kNone) return drawn;
     drawn.box = scene.boxes[index];
-    drawn.clusters = scene.items[index].mesh->clusters;
+    if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters;
     drawn.hiddenFrom = masked.hiddenFrom(index);
     return drawn;
 }
@@ -207,8 +208,10 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     result.opaque.reserve(opaque.size());
     for (const Ranked& ranked : opaque) result.opaque.push_back(drawItem(scene, ranked.item));
     transparentItems.clear();
-    for (const Ranked& ranked : transparent)
+    for (const Ranked& ranked : transparent) {
         transparentItems.push_back({drawItem(scene, ranked.item), ranked.item, ranked.depth});
+        transparentItems.back().drawn.over = scene.items[ranked.item].over;
+    }
     transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
     result.lightsLeftOut = scene.lightsLeftOut;

@@ -32,6 +32,10 @@ struct SceneItem {
     float lineWidth = 0;                    ///< see SceneLook
     std::uint16_t state = 0;                ///< see SceneLook
     Fineness fineness;                      ///< of `mesh`
+    bool asWhole = false;                   ///< see SceneLook
+    bool over = false;                      ///< see SceneLook
+    bool coarser = false;                   ///< see SceneLook
+    std::int64_t fill = Material::kFilled;  ///< see SceneLook
     bool byScreen = false;                  ///< see SceneLook
     double slack = 0;                       ///< see SceneLook
     bool queued = false;                    ///< named in `changedItems`

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/render/DrawList.h"
 #include "common/drawable/ImageLayout.h"
 
 namespace tessera {
@@ -17,6 +18,29 @@ bool isGlossy(const Material& material) {
 }
 
 }  // namespace
+
+bool isBlended(const Material& pass) {
+    return pass.alphaMode == Material::kBlend || pass.transmission > 0 || (pass.alphaMode == Material::kAutoAlpha && pass.baseColor.w() < 1);
+}
+
+std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material) {
+    std::vector<const Material*> passes;
+    for (const ObjectId id : material.passes)
+        if (const auto* pass = passes.size() < Material::kMostPasses ? aspect.get<Material>(id) : nullptr) passes.push_back(pass);
+    return passes;
+}
+
+std::vector<ObjectId> coarserOf(const Aspect& aspect, const Material& material) {
+    std::vector<ObjectId> chain;
+    const Material* at = &material;
+    while (at && at->coarser && chain.size() < kMostCoarser) {
+        const ObjectId next = at->coarser;
+        at = aspect.get<Material>(next);
+        if (!at || at == &material || std::ranges::find(chain, next) != chain.end()) break;
+        chain.push_back(next);
+    }
+    return chain;
+}
 
 SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     std::uint32_t slot = drawables_.find(core);
@@ -50,6 +74,20 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.detailed = material.detailed;
         look.coated = material.coated;
         look.glossy = material.glossy;
+        look.asWhole = material.moved && rowOf(look.kind).surface;
+        if (look.asWhole) look.slack += material.reach;
+        if (look.kind == DrawKind::kTriangles) {
+            look.fill = material.fill;
+            look.lineWidth = material.outline;
+            if (look.fill != Material::kFilled) {
+                // Drawn as lines are: seen through, without shadow, from everywhere.
+                look.kind = DrawKind::kLines;
+                look.asWhole = true;
+                look.occludes = false;
+            }
+        }
+        look.over = material.over && !look.transparent;
+        look.coarser = material.coarser;
         look.state = material.state;
     }
     look.transparent = look.transparent || rowOf(look.kind).particles;
@@ -78,6 +116,7 @@ void SceneLooks::clear() {
     stepped_.clear();
     materials_.clear();
     images_.clear();
+    partUsers_.clear();
 }
 
 void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
@@ -188,6 +227,11 @@ void SceneLooks::endLook() {
 }
 
 void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
+    if (const auto part = partUsers_.find(id); part != partUsers_.end()) {
+        const std::set<std::uint32_t> users = part->second;
+        for (const std::uint32_t m : users)
+            if (refresh(aspect, m)) appendDrawables(m, changed);
+    }
     if (const std::uint32_t slot = drawables_.find(id); slot != kNone) {
         const Drawable drawable = drawableOf(aspect, id);
         if (!drawable) return;
@@ -235,6 +279,7 @@ std::uint32_t SceneLooks::knownMaterial(const Aspect& aspect, ObjectId material)
 void SceneLooks::forgetUnused(std::uint32_t material) {
     if (materials_[material].firstDrawable != kNone || materials_[material].held > 0) return;
     setImage(material, {});
+    setParts(material, {});
     materials_.erase(material);
 }
 
@@ -275,14 +320,70 @@ void SceneLooks::setImage(std::uint32_t material, ObjectId image) {
     linkFirst(materials_, images_[use.image].firstMaterial, material, &MaterialUse::ofImage);
 }
 
+void SceneLooks::setParts(std::uint32_t material, std::set<ObjectId> parts) {
+    MaterialUse& use = materials_[material];
+    if (use.parts == parts) return;
+    for (const ObjectId part : use.parts) {
+        const auto users = partUsers_.find(part);
+        users->second.erase(material);
+        if (users->second.empty()) partUsers_.erase(users);
+    }
+    use.parts = std::move(parts);
+    for (const ObjectId part : use.parts) partUsers_[part].insert(material);
+}
+
 bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     const auto* core = aspect.get<Material>(materials_[material].id);
     if (!core) return false;
     setImage(material, core->baseColorImage);
+    // Before the server has tried it a program says nothing; a bad one is drawn as what is wrong.
+    std::set<ObjectId> parts;
+    bool written = false, moved = false, over = false, passDetailed = false, passCoated = false, passGlossy = false;
+    double reach = 0;
+    float outline = 0;
+    const auto lookAt = [&](const Material& of) {
+        if (of.fill != Material::kFilled) outline = std::max(outline, of.fill == Material::kEdges ? of.lineWidth : of.pointSize);
+        const auto* program = of.program ? aspect.get<SurfaceProgram>(of.program) : nullptr;
+        if (of.program) parts.insert(of.program);
+        if (!program || program->verdict == SurfaceProgram::kUntried || (program->surface.empty() && program->vertex.empty())) return;
+        written = true;
+        if (program->verdict != SurfaceProgram::kGood || program->vertex.empty()) return;
+        moved = true;
+        reach = std::max(reach, program->reach);
+    };
+    lookAt(*core);
+    const bool ownWritten = written;
+    const auto lookAtOther = [&](const Material& other) {
+        lookAt(other);
+        passDetailed = passDetailed || other.metallicRoughnessImage || other.occlusionImage || other.emissiveImage;
+        passCoated = passCoated || other.clearcoat > 0;
+        passGlossy = passGlossy || isGlossy(other);
+    };
+    const auto lookAtPasses = [&](const Material& of) {
+        for (const Material* pass : passesOf(aspect, of)) {
+            lookAtOther(*pass);
+            over = over || isBlended(*pass);
+        }
+        for (const ObjectId pass : of.passes) parts.insert(pass);
+    };
+    lookAtPasses(*core);
+    // Of any of the coarser ones that a screen may draw in its place. It hides things where all of them surely do.
+    bool coarserOpaque = true;
+    const std::vector<ObjectId> coarser = coarserOf(aspect, *core);
+    for (const ObjectId id : coarser) {
+        parts.insert(id);
+        const Material& other = *aspect.get<Material>(id);
+        lookAtOther(other);
+        lookAtPasses(other);
+        const bool plain = other.alphaMode == Material::kOpaque || (other.alphaMode == Material::kAutoAlpha && other.baseColor.w() >= 1 && !other.baseColorImage);
+        coarserOpaque = coarserOpaque && plain && !other.program && other.fill == Material::kFilled && !(other.transmission > 0);
+    }
+    if (core->coarser) parts.insert(core->coarser);
+    setParts(material, std::move(parts));
     MaterialUse& use = materials_[material];
-    const bool detailed = core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
-    const bool coated = core->clearcoat > 0;
-    const bool glossy = isGlossy(*core);
+    const bool detailed = written || passDetailed || core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
+    const bool coated = passCoated || core->clearcoat > 0;
+    const bool glossy = passGlossy || isGlossy(*core);
     const bool blends = core->alphaMode == Material::kBlend;
     const bool thin = core->baseColor.w() < 1.0f;
     bool transparent = core->transmission > 0 || (thin && (blends || core->alphaMode == Material::kAutoAlpha));
@@ -290,15 +391,16 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     const bool ignored = core->alphaMode == Material::kOpaque;
     // A cutoff above 1 leaves nothing; at 1 rounding may.
     const bool cut = core->alphaMode == Material::kMask && core->alphaCutoff > 0.99f;
-    const bool opaque = !transparent && !cut && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
+    const bool opaque = !ownWritten && !moved && coarserOpaque && !transparent && !cut && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
     transparent = transparent || (blends && !opaque);
-    std::uint16_t state = 0;
+    std::uint16_t state = ownWritten;
     for (const bool bit : {bool(core->baseColorImage), bool(core->metallicRoughnessImage), bool(core->normalImage),
                            bool(core->occlusionImage), bool(core->emissiveImage), core->alphaMode == Material::kMask,
                            core->doubleSided != 0, !core->layers.empty()})
         state = static_cast<std::uint16_t>(2 * state + bit);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
-                         detailed != use.detailed || coated != use.coated || glossy != use.glossy || state != use.state;
+                         detailed != use.detailed || coated != use.coated || glossy != use.glossy || state != use.state ||
+                         moved != use.moved || reach != use.reach || core->fill != use.fill || outline != use.outline || over != use.over || coarser.empty() == use.coarser;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;
@@ -306,6 +408,12 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     use.coated = coated;
     use.glossy = glossy;
     use.state = state;
+    use.moved = moved;
+    use.reach = reach;
+    use.fill = core->fill;
+    use.outline = outline;
+    use.over = over;
+    use.coarser = !coarser.empty();
     return another;
 }
 

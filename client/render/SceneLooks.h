@@ -2,6 +2,7 @@
 /// so that a change finds those it concerns.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -20,10 +21,14 @@ struct SceneLook {
     bool coated = false;    ///< has lacquer
     bool glossy = false;    ///< see DrawList
     DrawKind kind = DrawKind::kTriangles;
-    float lineWidth = 0;      ///< pixels, of lines
+    float lineWidth = 0;      ///< pixels, of lines, those that stand for a surface or lie over it counted
     std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
+    bool asWhole = false;     ///< its mesh's parts are not what is drawn: a program moves its vertices, or it is edges or corners
+    std::int64_t fill = Material::kFilled;  ///< of triangles
+    bool over = false;        ///< opaque, and something blended is drawn over it
+    bool coarser = false;     ///< its material has another one for where it is small
     bool byScreen = false;    ///< screens may draw it finer
-    double slack = 0;         ///< how far beyond the mesh's bounds it reaches then, in its own coordinates
+    double slack = 0;         ///< how far beyond the mesh's bounds it reaches then, or moved, in its own coordinates
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -98,6 +103,13 @@ private:
         bool opaque = true;   ///< and its image too
         bool detailed = false, coated = false, glossy = false;
         std::uint16_t state = 0;  ///< which images it has, whether alpha cuts it, its sides
+        std::set<ObjectId> parts;  ///< what else it is made of: its program, its passes, theirs
+        std::int64_t fill = Material::kFilled;
+        float outline = 0;       ///< pixels: the widest of edges and corners, its own and its passes'
+        bool over = false;       ///< some pass is blended
+        bool coarser = false;
+        bool moved = false;      ///< by its program
+        double reach = 0;        ///< how far at most
         std::uint32_t image = kNone;
         std::uint32_t held = 0;  ///< how often
         std::uint32_t firstDrawable = kNone;
@@ -120,6 +132,7 @@ private:
     void setMaterial(const Aspect& aspect, std::uint32_t drawable, ObjectId material);
     void leaveMaterial(std::uint32_t drawable);
     void setImage(std::uint32_t material, ObjectId image);
+    void setParts(std::uint32_t material, std::set<ObjectId> parts);
     /// Whether it is another now, to those who use it.
     bool refresh(const Aspect& aspect, std::uint32_t material);
     [[nodiscard]] bool imageOpaque(const Aspect& aspect, std::uint32_t image);
@@ -129,6 +142,7 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
+    std::map<ObjectId, std::set<std::uint32_t>> partUsers_;  ///< materials by their parts
     std::set<ObjectId> stepped_;  ///< drawables with steps beyond the first, or patterns
     std::uint64_t look_ = 0;
 };

@@ -265,6 +265,10 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.material = look.material;
     item.mesh = item.base = look.mesh;
     item.fineness = 0;
+    item.asWhole = look.asWhole;
+    item.over = look.over;
+    item.coarser = look.coarser;
+    item.fill = look.fill;
     item.byScreen = look.byScreen;
     item.slack = look.slack;
     item.transparent = look.transparent;
@@ -284,7 +288,7 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
     Box& box = boxes[index];
     const Affine3d& world_T_item = world_T(item);
     reaches.remove(item.reach);
-    transparentChanges += item.transparent;
+    transparentChanges += item.transparent || item.over;
     item.mirrored = world_T_item.linear().determinant() < 0;
     const Box reached = reachedBy(item);
     box = reached.transformed(world_T_item);
@@ -330,13 +334,14 @@ void RenderScene::Impl::countLooks(std::uint32_t index, int sign) {
         if (item.transparent) finerTransparentTriangles -= item.mesh->triangles - item.base->triangles;
     }
     if (item.detailed) detailedItems += static_cast<std::size_t>(sign);
+    if (item.over) ++transparentChanges;
     if (item.transparent && item.base) {
         transparentTriangles += static_cast<std::uint64_t>(sign) * item.base->triangles;
         ++transparentChanges;
     }
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
     if (item.glossy) glossyItems += static_cast<std::size_t>(sign);
-    if (rowOf(item.kind).standsOut)
+    if (item.lineWidth > 0 || rowOf(item.kind).standsOut)
         linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
 }
 

@@ -102,8 +102,12 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
     const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
     collectInFrustum(*this, tileFrustum(camera, all), found);
     for (const std::uint32_t i : found)
-        if (!items[i].transparent && rowOf(items[i].kind).castsShadows) view->items.push_back(drawItem(i));
-    for (DrawItem& item : view->items) item.scopes = 0;  // depth alone
+        if (!items[i].transparent && rowOf(items[i].kind).castsShadows) {
+            view->items.push_back(drawItem(i));
+            // A light is no eye that something could be small to.
+            view->items.back().radius = 0;
+            view->items.back().scopes = 0;  // depth alone
+        }
     // What shares mesh and material stands together, so that it is one call.
     std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
         return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
@@ -143,6 +147,9 @@ DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
             .kind = item.kind,
             .lineWidth = item.lineWidth,
             .pointRadius = item.mesh->shownRadius,
+            .fill = item.fill,
+            .center = item.coarser ? boxes[index].center() : Vec3d(Vec3d::Zero()),
+            .radius = item.coarser && !boxes[index].empty() ? 0.5 * boxes[index].size().norm() : 0,
             .fineness = item.fineness,
             .scopes = places[item.place].scopes};
 }

@@ -15,7 +15,7 @@ void TransparentOrder::findGroups(const RenderScene::Impl& scene) {
     groupOf_.assign(scene.items.size(), 0);
     std::vector<std::uint32_t> order;
     for (std::uint32_t i = 0; i < scene.items.size(); ++i)
-        if (scene.items[i].transparent && !scene.boxes[i].empty()) order.push_back(i);
+        if ((scene.items[i].transparent || scene.items[i].over) && !scene.boxes[i].empty()) order.push_back(i);
     Vec3d sum = Vec3d::Zero(), squares = Vec3d::Zero();
     for (const std::uint32_t i : order) {
         const Vec3d middle = scene.boxes[i].center();
@@ -75,7 +75,7 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
         const RenderMesh& mesh = *scene.items[item.item].mesh;
         if (rowOf(mesh.kind).particles && mesh.pointRadius > 0)
             addParticles(mesh, item, piece, camera);
-        else if (byTriangles && rowOf(scene.items[item.item].kind).surface)
+        else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).surface)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
             pieces_.push_back(piece);

@@ -109,6 +109,8 @@ private:
     template <typename Surface>
     Expected<LoadedFile::GeometryCore> derivedCore(LoadedFile& file, LoadedFile::GeometryCore& core, Surface surface, const std::string& material, const Spot& spot);
     Expected<ObjectId> materialCore(LoadedFile& file, const std::string& name);
+    /// What a material names besides images: set after it is there.
+    Expected<void> materialParts(LoadedFile& file, const proto::scene::Material& message, ObjectId id);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
     Placed* placed(ObjectId id, std::string name, Placed* parent);
@@ -134,6 +136,7 @@ private:
 
     const ImportOptions& options_;
     ChangeListBuilder builder_;
+    int materialDepth_ = 0;
     ImportedScene result_;
     std::uint64_t nextId_;
     std::size_t written_ = 0;  ///< nodes that nobody saved

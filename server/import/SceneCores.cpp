@@ -31,6 +31,7 @@ using ImageMessage = proto::scene::Image;
 using MaterialMessage = proto::scene::Material;
 static_assert(MaterialMessage::AUTO_ALPHA == Material::kAutoAlpha && MaterialMessage::OPAQUE == Material::kOpaque &&
               MaterialMessage::MASK == Material::kMask && MaterialMessage::BLEND == Material::kBlend);
+static_assert(MaterialMessage::FILLED == Material::kFilled && MaterialMessage::EDGES == Material::kEdges && MaterialMessage::CORNERS == Material::kCorners);
 static_assert(MeshMessage::TRIANGLES == Geometry::kTriangles && MeshMessage::POINTS == Geometry::kPoints && MeshMessage::LINES == Geometry::kLines &&
               MeshMessage::LINE_STRIPS == Geometry::kLineStrip && MeshMessage::LINE_LOOPS == Geometry::kLineLoop &&
               MeshMessage::TRIANGLE_STRIPS == Geometry::kTriangleStrip && MeshMessage::TRIANGLE_FANS == Geometry::kTriangleFan &&
@@ -463,13 +464,65 @@ Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::stri
     for (const FieldEntry& field : findType(Material::kType)->fields) {
         if (field.kind != FieldKind::kRef || field.refType != Image::kType) continue;
         const auto* said = message.GetDescriptor()->FindFieldByName(snakeCase(field.name));
+        if (!field.name.ends_with("Image") || !said) continue;
         const std::string image = message.GetReflection()->GetString(message, said);
         if (image.empty()) continue;
         const Expected<ObjectId> core = imageCore(file, image);
         if (!core) return core;
         field.store(&*material, *core);
     }
-    return file.materialCores[name] = create(*material);
+    // Known from here on: materials may name one another in circles.
+    const ObjectId id = file.materialCores[name] = create(*material);
+    if (Expected<void> named = materialParts(file, *found->second, id); !named) return failWith(fmt::format("material '{}'", readName(name, "")), named.error());
+    return id;
+}
+
+Expected<void> SceneAssembly::materialParts(LoadedFile& file, const proto::scene::Material& message, ObjectId id) {
+    const auto set = [&](FieldId field, const FieldValue& value) { builder_.set(id, typeOf<Material>(), field, value); };
+    if (static_cast<std::size_t>(message.pass_size()) > Material::kMostPasses)
+        return fail(ErrorCode::kLimit, fmt::format("{} passes, and {} may be", message.pass_size(), Material::kMostPasses));
+    if (static_cast<std::size_t>(message.uniform_size()) > Material::kMostUniforms)
+        return fail(ErrorCode::kLimit, fmt::format("{} uniforms, and {} may be", message.uniform_size(), Material::kMostUniforms));
+    if (message.has_program()) {
+        const Expected<SurfaceProgram> program = readTableObject<SurfaceProgram>(message.program());
+        if (!program) return tl::unexpected(program.error());
+        set(fieldId<&Material::program>, toValue(create(*program)));
+    }
+    RefList uniforms;
+    for (const proto::scene::Uniform& said : message.uniform()) {
+        Uniform uniform{.name = said.name(), .value = Vec4f::Zero(), .image = {}};
+        if (said.value_size() > 4) return fail(ErrorCode::kBadInput, fmt::format("the uniform '{}' has more than four numbers", readName(said.name(), "")));
+        for (int i = 0; i < said.value_size(); ++i) {
+            if (!std::isfinite(said.value(i))) return fail(ErrorCode::kBadInput, fmt::format("the uniform '{}' is not a number", readName(said.name(), "")));
+            uniform.value[i] = said.value(i);
+        }
+        if (!said.image().empty()) {
+            const Expected<ObjectId> image = imageCore(file, said.image());
+            if (!image) return tl::unexpected(image.error());
+            uniform.image = *image;
+        }
+        uniforms.push_back(create(uniform));
+    }
+    if (!uniforms.empty()) set(fieldId<&Material::uniforms>, uniforms);
+    if (message.pass().empty() && message.coarser().empty()) return {};
+    constexpr int kDeepest = 64;
+    if (materialDepth_ == kDeepest) return fail(ErrorCode::kLimit, fmt::format("materials name one another {} times in a row", kDeepest));
+    ++materialDepth_;
+    RefList passes;
+    Expected<void> done;
+    for (const std::string& name : message.pass()) {
+        const Expected<ObjectId> pass = done ? materialCore(file, name) : Expected<ObjectId>(ObjectId());
+        if (!pass) done = tl::unexpected(pass.error());
+        if (pass) passes.push_back(*pass);
+    }
+    if (done && !message.coarser().empty()) {
+        const Expected<ObjectId> coarser = materialCore(file, message.coarser());
+        if (!coarser) done = tl::unexpected(coarser.error());
+        if (coarser) set(fieldId<&Material::coarser>, toValue(*coarser));
+    }
+    --materialDepth_;
+    if (done && !passes.empty()) set(fieldId<&Material::passes>, passes);
+    return done;
 }
 
 Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string& name) {

@@ -107,6 +107,7 @@ struct FrameLoop::Impl {
     TrackerInputs trackers;
     notice::Poses poses;  ///< of the newest frame
     LevelChoice levels;
+    ProgramTrials programs;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
@@ -154,7 +155,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .moveHeads = [this] { moveHeads(); },
              .showing = &options.showing,
              .steering = &steering,
-             .levels = &levels}),
+             .levels = &levels,
+             .programs = &programs}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,

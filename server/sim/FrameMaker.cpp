@@ -47,6 +47,12 @@ Expected<void> FrameMaker::sceneIsThere() {
                                  counts.triangles, counts.trianglesStored));
     around_.view.update(around_.simulation.scene(), nullptr);
     if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
+    // Before anybody draws: the first frame shows programs as the last one does.
+    constexpr Duration kPatience = std::chrono::seconds(10);
+    if (around_.programs) {
+        around_.programs->update(around_.simulation.scene(), nullptr);
+        addVerdicts(firstVerdicts_, kPatience);
+    }
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
@@ -60,6 +66,8 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.levels)
         if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
+    addVerdicts(edits, {});
+    for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
@@ -74,6 +82,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
@@ -88,6 +97,13 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
                                                  .showing = around_.showing ? *around_.showing : Showing::kScene}),
                          .list = frame.commit.sent};
     return {.result = std::move(frame), .content = std::move(content), .view = lastView_};
+}
+
+void FrameMaker::addVerdicts(std::vector<Edit>& edits, Duration patience) {
+    if (!around_.programs) return;
+    ChangeList verdicts = around_.programs->verdicts(around_.simulation.scene(), clockNow(), patience);
+    for (const std::string& remark : around_.programs->takeRemarks()) around_.log.warning(remark);
+    if (!verdicts.empty()) edits.insert(edits.begin(), Edit{.ticket = ProgramTrials::kTicket, .list = std::move(verdicts), .undoable = false});
 }
 
 void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {

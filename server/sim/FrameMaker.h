@@ -10,6 +10,7 @@
 #include "common/base/Log.h"
 #include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
+#include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
@@ -37,6 +38,7 @@ public:
         const Showing* showing = nullptr;  ///< null: the scene
         Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
         LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
+        ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
@@ -59,6 +61,8 @@ public:
 
 private:
     [[nodiscard]] Expected<void> sceneIsThere();
+    /// What has come out of programs goes into the frame as an edit of the server's own.
+    void addVerdicts(std::vector<Edit>& edits, Duration patience);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
     void hold(FrameNumber frame, const ChangeList& list);
@@ -74,6 +78,7 @@ private:
     std::unique_ptr<RecordingWriter> recording_;  ///< null: none wanted
     View lastView_;
     bool cameraComplaint_ = false;
+    std::vector<Edit> firstVerdicts_;  ///< of what the scene brings, for the first frame
 };
 
 }  // namespace tessera

@@ -57,6 +57,16 @@ public:
         setAllFields(list_, id, Object::of(core));
         return id;
     }
+    ObjectId add(const SurfaceProgram& program) {
+        const ObjectId id = create<SurfaceProgram>();
+        setAllFields(list_, id, Object::of(program));
+        return id;
+    }
+    ObjectId add(const Uniform& uniform) {
+        const ObjectId id = create<Uniform>();
+        setAllFields(list_, id, Object::of(uniform));
+        return id;
+    }
     ObjectId addImage(const Blob& pixels, int widthPx, int heightPx) {
         return add(Image{.pixels = pixels, .widthPx = widthPx, .heightPx = heightPx});
     }

@@ -180,10 +180,17 @@ Expected<void> SceneExpander::checkNames(const proto::scene::Material& material)
         const FieldDescriptor& field = *type.field(i);
         if (field.number() == proto::scene::Material::kNameFieldNumber || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)
             continue;
+        if (field.is_repeated() || !field.name().ends_with("_image")) continue;
         const std::string image = material.GetReflection()->GetString(material, &field);
         if (image.empty()) continue;
         if (Expected<void> known = checkName(images_, image, "image"); !known) return known;
     }
+    for (const std::string& pass : material.pass())
+        if (Expected<void> known = checkName(materials_, pass, "material"); !known) return known;
+    if (!material.coarser().empty())
+        if (Expected<void> known = checkName(materials_, material.coarser(), "material"); !known) return known;
+    for (const proto::scene::Uniform& uniform : material.uniform())
+        if (Expected<void> known = uniform.image().empty() ? Expected<void>() : checkName(images_, uniform.image(), "image"); !known) return known;
     return {};
 }
 

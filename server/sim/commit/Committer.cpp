@@ -14,6 +14,7 @@
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/commit/KeyFramesCheck.h"
+#include "server/sim/commit/MaterialCheck.h"
 
 namespace tessera {
 namespace {
@@ -54,6 +55,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
     if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
+    if (const Expected<void> looks = checkMaterials(list); !looks) return tl::unexpected(looks.error());
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 

@@ -9,6 +9,7 @@
 
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
+#include "server/programs/ProgramTrials.h"
 #include "server/sim/frame/LoadParts.h"
 #include "server/text/TextFields.h"
 
@@ -56,6 +57,7 @@ Simulation::Simulation(const SimulationOptions& options)
 
 Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     for (std::size_t i = 0; i < lists.size(); ++i) {
+        resetVerdicts(lists[i], scene());
         const Expected<Committer::Applied> applied = committer_.apply(std::move(lists[i]));
         if (!applied) return failWith(fmt::format("scene {}", i + 1), applied.error());
     }
@@ -125,6 +127,8 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
     const bool isChange = edit.kind == Edit::Kind::kChange;
     outcome.result = isChange ? checkHidden(edit.list) : checkStill();
+    // What the server says itself nobody takes back.
+    if (isChange && edit.undoable) resetVerdicts(edit.list, scene());
     if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!outcome.result) return outcome;
     // What is led back may be one of several lists.
@@ -201,6 +205,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
 EditOutcome Simulation::applyPart(Edit edit) {
     EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
+    resetVerdicts(edit.list, scene());
     Expected<Committer::Applied> applied = committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first),
                                                                     arriving_->ids.count, Committer::Inverse::kMade);
     if (!applied) {

@@ -1,0 +1,59 @@
+/// Sees to it that no host compiles what nobody has tried: verdicts of all programs of a scene, as edits of the server's own.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/Clock.h"
+#include "common/change/ChangeList.h"
+#include "common/scene/Aspect.h"
+#include "server/programs/ProgramTrial.h"
+
+namespace tessera {
+
+/// Where a list says anything of a program, whatever it says of the verdict, that is "untried" with it: in the same list, so that no host has a text with another
+/// text's verdict. `scene` is what the list is meant for. What is led back comes back with the verdict that it had.
+void resetVerdicts(ChangeList& list, const Aspect& scene);
+
+/// One child at a time; a text that was tried is not tried again, as long as it is among the last kKept. Frame thread only.
+class ProgramTrials {
+public:
+    /// Of the edits that carry verdicts; nobody waits for them.
+    static constexpr std::uint64_t kTicket = ~std::uint64_t{1};
+    static constexpr std::size_t kKept = 1024;
+
+    /// `program`: as ProgramTrial's.
+    explicit ProgramTrials(std::string program = {}) : program_(std::move(program)) {}
+
+    /// After each list applied to the scene, with that list; null: anything may have changed.
+    void update(const Aspect& scene, const ChangeList* list);
+    /// What has come out since, of programs as they are now. Starts what is next. Waits as long as `patience` for what is to be tried, where there is something.
+    [[nodiscard]] ChangeList verdicts(const Aspect& scene, TimePoint now, Duration patience = {});
+    /// Of bad ones, for a person, since the last call.
+    [[nodiscard]] std::vector<std::string> takeRemarks() { return std::exchange(remarks_, {}); }
+    /// Programs to be tried, the one under way counted.
+    [[nodiscard]] std::size_t pending() const { return due_.size(); }
+    [[nodiscard]] std::uint64_t tried() const { return tried_; }
+
+private:
+    using Texts = std::pair<std::string, std::string>;
+    void startNext(const Aspect& scene, TimePoint now);
+
+    std::string program_;
+    std::set<ObjectId> due_;
+    std::map<Texts, TrialVerdict> known_;
+    std::deque<Texts> order_;  ///< of `known_`, oldest first
+    std::optional<ProgramTrial> running_;
+    Texts runs_;
+    std::vector<std::string> remarks_;
+    std::uint64_t tried_ = 0;
+    bool cannot_ = false;  ///< nothing can be tried here
+    bool news_ = false;    ///< more is due, or known, than when all that is due was looked at last
+};
+
+}  // namespace tessera

@@ -1,0 +1,40 @@
+#include "server/sim/commit/MaterialCheck.h"
+
+#include <algorithm>
+#include <array>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "common/scene/Cores.h"
+
+namespace tessera {
+namespace {
+
+struct MostRefs {
+    FieldId field;
+    const char* what;
+    std::size_t most;
+};
+constexpr std::array kMostRefs = {MostRefs{fieldId<&Material::passes>, "passes", Material::kMostPasses}, MostRefs{fieldId<&Material::layers>, "layers", Material::kMostLayers},
+                                  MostRefs{fieldId<&Material::uniforms>, "uniforms", Material::kMostUniforms}};
+constexpr std::size_t kMostProgramBytes = 65536;
+
+}  // namespace
+
+Expected<void> checkMaterials(const ChangeList& list) {
+    for (const FieldColumn& column : list.columns) {
+        if (const auto* refs = std::get_if<std::vector<RefList>>(&column.values); refs && column.type == typeOf<Material>())
+            for (const MostRefs& bound : kMostRefs)
+                for (std::size_t row = 0; column.field == bound.field && row < std::min(refs->size(), column.ids.size()); ++row)
+                    if ((*refs)[row].size() > bound.most)
+                        return fail(ErrorCode::kLimit, fmt::format("Material #{}: {} {}, and {} may be", column.ids[row].value, (*refs)[row].size(), bound.what, bound.most));
+        if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values); texts && column.type == typeOf<SurfaceProgram>())
+            for (std::size_t row = 0; row < std::min(texts->size(), column.ids.size()); ++row)
+                if ((*texts)[row].size() > kMostProgramBytes)
+                    return fail(ErrorCode::kLimit, fmt::format("SurfaceProgram #{}: a text of {} bytes, and {} may be", column.ids[row].value, (*texts)[row].size(), kMostProgramBytes));
+    }
+    return {};
+}
+
+}  // namespace tessera

@@ -1,0 +1,216 @@
+// Programs of persons are tried before anybody draws with them. The child is a script here, that says what it is told to; the last test has the real one.
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+#include <fstream>
+
+#include "common/scene/FieldTable.h"
+#include "server/programs/ProgramTrials.h"
+#include "server/sim/frame/Simulation.h"
+#include "tests/unit/TestFolder.h"
+
+namespace tessera {
+namespace {
+
+constexpr ObjectId kProgram{2};
+
+ChangeList creating(const SurfaceProgram& program, ObjectId id = kProgram) {
+    ChangeListBuilder list;
+    list.create(id, typeOf<SurfaceProgram>());
+    setAllFields(list, id, Object::of(program));
+    return list.take();
+}
+Aspect sceneOf(const SurfaceProgram& program) {
+    Aspect scene;
+    EXPECT_TRUE(scene.apply(creating(program)));
+    return scene;
+}
+
+class ProgramTrialsTest : public testing::Test {
+protected:
+    std::string script(const std::string& text) {
+        const std::string path = folder_ / "try";
+        std::ofstream(path) << "#!/bin/sh\necho tried >> " << folder_.path() << "/log\n" << text << "\n";
+        ::chmod(path.c_str(), 0755);
+        return path;
+    }
+    int timesTried() const {
+        std::ifstream log(folder_ / "log");
+        int lines = 0;
+        for (std::string line; std::getline(log, line);) ++lines;
+        return lines;
+    }
+    /// What comes out of a scene with one program.
+    TrialVerdict verdictBy(const std::string& text) {
+        Aspect scene = sceneOf({.surface = "a text"});
+        ProgramTrials trials(script(text));
+        trials.update(scene, nullptr);
+        const ChangeList list = trials.verdicts(scene, clockNow(), std::chrono::seconds(30));
+        remarks_ = trials.takeRemarks();
+        if (!list.empty()) EXPECT_TRUE(scene.apply(list));
+        const auto& after = *scene.get<SurfaceProgram>(kProgram);
+        return {after.verdict, after.problem};
+    }
+    test::TestFolder folder_;
+    std::vector<std::string> remarks_;
+};
+
+TEST_F(ProgramTrialsTest, VerdictsAreWhatTheChildSays) {
+    EXPECT_EQ(verdictBy("cat > /dev/null; printf good"), (TrialVerdict{SurfaceProgram::kGood, ""}));
+    EXPECT_TRUE(remarks_.empty());
+    EXPECT_EQ(verdictBy("printf 'bad surface, line 3: what?\\n\\033[31m'"), (TrialVerdict{SurfaceProgram::kBad, "surface, line 3: what?  [31m"}));
+    ASSERT_EQ(remarks_.size(), 1u);
+    EXPECT_EQ(remarks_[0], "SurfaceProgram #2: surface, line 3: what?  [31m");
+    EXPECT_EQ(verdictBy("head -c 1000000 /dev/zero").verdict, SurfaceProgram::kBad);
+    EXPECT_EQ(verdictBy("true").verdict, SurfaceProgram::kBad);
+    EXPECT_EQ(verdictBy("printf goodbye").verdict, SurfaceProgram::kBad);
+    EXPECT_EQ(verdictBy("kill -SEGV $$").problem, "the compiler crashes on it (Segmentation fault)");
+    EXPECT_EQ(verdictBy("kill -XCPU $$").problem, "compiling it and drawing a small picture takes more than 2 s");
+}
+
+TEST_F(ProgramTrialsTest, WhoCannotTrySaysSoOnceAndNothingIsDrawn) {
+    EXPECT_EQ(verdictBy("printf 'cannot there is no OSMesa'").verdict, SurfaceProgram::kUntried);
+    ASSERT_EQ(remarks_.size(), 1u);
+    EXPECT_NE(remarks_[0].find("there is no OSMesa"), std::string::npos);
+    Aspect scene = sceneOf({.surface = "a text"});
+    ProgramTrials none("/nowhere/tessera-try-program");
+    none.update(scene, nullptr);
+    EXPECT_TRUE(none.verdicts(scene, clockNow(), std::chrono::seconds(5)).empty());
+    EXPECT_EQ(none.takeRemarks().size(), 1u);
+    EXPECT_TRUE(none.verdicts(scene, clockNow()).empty());
+    EXPECT_TRUE(none.takeRemarks().empty());
+}
+
+TEST_F(ProgramTrialsTest, TheTextArrivesWhole) {
+    Aspect scene = sceneOf({.surface = std::string(65536, 's'), .vertex = "v\n\"$x\""});
+    ProgramTrials trials(script("cat > " + folder_.path() + "/text; printf good"));
+    trials.update(scene, nullptr);
+    (void)trials.verdicts(scene, clockNow(), std::chrono::seconds(30));
+    std::ifstream file(folder_ / "text");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    EXPECT_EQ(text, "65536 7\n" + std::string(65536, 's') + "v\n\"$x\"");
+}
+
+TEST_F(ProgramTrialsTest, ATextIsTriedOnceForAllWhoHaveIt) {
+    Aspect scene = sceneOf({.surface = "same"});
+    ASSERT_TRUE(scene.apply(creating({.surface = "same"}, ObjectId(3))));
+    ProgramTrials trials(script("printf good"));
+    trials.update(scene, nullptr);
+    EXPECT_EQ(trials.pending(), 2u);
+    ASSERT_TRUE(scene.apply(trials.verdicts(scene, clockNow(), std::chrono::seconds(30))));
+    EXPECT_EQ(scene.get<SurfaceProgram>(ObjectId(3))->verdict, SurfaceProgram::kGood);
+    const ChangeList later = creating({.surface = "same"}, ObjectId(4));
+    ASSERT_TRUE(scene.apply(later));
+    trials.update(scene, &later);
+    ASSERT_TRUE(scene.apply(trials.verdicts(scene, clockNow())));
+    EXPECT_EQ(scene.get<SurfaceProgram>(ObjectId(4))->verdict, SurfaceProgram::kGood);
+    EXPECT_EQ(timesTried(), 1);
+}
+
+TEST_F(ProgramTrialsTest, AVerdictIsOfTheTextThatWasTried) {
+    Aspect scene = sceneOf({.surface = "first"});
+    ProgramTrials trials(script("sleep 0.3; grep -q first && printf good || printf 'bad second'"));
+    trials.update(scene, nullptr);
+    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    ChangeListBuilder edit;
+    edit.set(kProgram, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::surface>, toValue(std::string("second")));
+    const ChangeList list = edit.take();
+    ASSERT_TRUE(scene.apply(list));
+    trials.update(scene, &list);
+    while (trials.pending() > 0)
+        if (const ChangeList verdicts = trials.verdicts(scene, clockNow(), std::chrono::seconds(1)); !verdicts.empty()) ASSERT_TRUE(scene.apply(verdicts));
+    EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->verdict, SurfaceProgram::kBad);
+    EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->problem, "second");
+}
+
+TEST_F(ProgramTrialsTest, NothingIsLeftOfAChildWhenTheServerGoes) {
+    Aspect scene = sceneOf({.surface = "a text"});
+    const TimePoint begun = clockNow();
+    {
+        ProgramTrials trials(script("sleep 60"));
+        trials.update(scene, nullptr);
+        EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    }
+    EXPECT_LT(clockNow() - begun, std::chrono::seconds(30));
+}
+
+/// An application may say what it likes: a text comes untried, in the very list that brings it.
+TEST(ProgramVerdicts, NobodyButTheServerSaysThem) {
+    Simulation simulation;
+    const auto edit = [&](ChangeList list, bool undoable = true) {
+        std::vector<Edit> edits;
+        edits.push_back({.ticket = 1, .list = std::move(list), .undoable = undoable});
+        FrameResult result = simulation.step(false, std::move(edits));
+        EXPECT_TRUE(result.outcomes[0].result) << result.outcomes[0].result.error().message;
+        return result;
+    };
+    const FrameResult made = edit(creating({.surface = "mine", .verdict = SurfaceProgram::kGood, .problem = "none"}, ObjectId(kFirstPlaceholder)));
+    const ObjectId id = made.outcomes[0].ids.at(0).second;
+    const auto program = [&]() -> const SurfaceProgram& { return *simulation.scene().get<SurfaceProgram>(id); };
+    EXPECT_EQ(program().verdict, SurfaceProgram::kUntried);
+    EXPECT_EQ(program().problem, "");
+    const auto say = [&](FieldId field, const FieldValue& value, bool undoable = true) {
+        ChangeListBuilder list;
+        list.set(id, typeOf<SurfaceProgram>(), field, value);
+        edit(list.take(), undoable);
+    };
+    say(fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood), false);
+    EXPECT_EQ(program().verdict, SurfaceProgram::kGood);
+    say(fieldId<&SurfaceProgram::reach>, toValue(2.0));
+    EXPECT_EQ(program().verdict, SurfaceProgram::kGood);
+    say(fieldId<&SurfaceProgram::surface>, toValue(std::string("other")));
+    EXPECT_EQ(program().verdict, SurfaceProgram::kUntried);
+    // What is undone comes back with its own verdict.
+    std::vector<Edit> undo;
+    undo.push_back({.ticket = 2, .list = {}, .kind = Edit::Kind::kUndo});
+    EXPECT_TRUE(simulation.step(false, std::move(undo)).outcomes[0].result);
+    EXPECT_EQ(program().surface, "mine");
+    EXPECT_EQ(program().verdict, SurfaceProgram::kGood);
+}
+
+TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {
+    Simulation simulation;
+    const auto problemOf = [&](ChangeList list) {
+        std::vector<Edit> edits;
+        edits.push_back({.ticket = 1, .list = std::move(list)});
+        const FrameResult result = simulation.step(false, std::move(edits));
+        return result.outcomes[0].result ? std::string() : result.outcomes[0].result.error().message;
+    };
+    EXPECT_NE(problemOf(creating({.surface = std::string(65537, ' ')}, ObjectId(kFirstPlaceholder))).find("65537 bytes"), std::string::npos);
+    for (const std::size_t passes : {Material::kMostPasses, Material::kMostPasses + 1}) {
+        ChangeListBuilder list;
+        Material material;
+        for (std::size_t i = 0; i < passes; ++i) {
+            list.create(ObjectId(kFirstPlaceholder + 1 + i), typeOf<Material>());
+            material.passes.push_back(ObjectId(kFirstPlaceholder + 1 + i));
+        }
+        list.create(ObjectId(kFirstPlaceholder), typeOf<Material>());
+        setAllFields(list, ObjectId(kFirstPlaceholder), Object::of(material));
+        EXPECT_EQ(problemOf(list.take()).find("5 passes, and 4 may be") != std::string::npos, passes > Material::kMostPasses);
+    }
+}
+
+/// With the program that the server starts: what is good, what does not compile, what never ends, what eats all.
+TEST(ProgramTrialsForReal, TellGoodFromBad) {
+    const auto verdictOf = [](const std::string& surface) {
+        Aspect scene = sceneOf({.surface = surface});
+        ProgramTrials trials(TESSERA_BIN_DIR "/tessera-try-program");
+        trials.update(scene, nullptr);
+        const ChangeList list = trials.verdicts(scene, clockNow(), std::chrono::seconds(60));
+        if (!list.empty()) EXPECT_TRUE(scene.apply(list));
+        const auto& after = *scene.get<SurfaceProgram>(kProgram);
+        return TrialVerdict{after.verdict, after.problem};
+    };
+    const TrialVerdict good = verdictOf("uniform vec3 tint;\nvoid surface(inout Surface s) { for (;;) { s.base.rgb += tint; } }");
+    EXPECT_EQ(good.verdict, SurfaceProgram::kGood) << good.problem;
+    const TrialVerdict bad = verdictOf("// one\n\nvoid surface(inout Surface s) { s.base = nowhere; }");
+    EXPECT_EQ(bad.verdict, SurfaceProgram::kBad);
+    EXPECT_TRUE(bad.problem.starts_with("surface, line 3: ")) << bad.problem;
+    std::string bomb = "float f0(float a) { return sin(a) * 1.1; }\n";
+    for (int i = 1; i < 24; ++i) bomb += "float f" + std::to_string(i) + "(float a) { return f" + std::to_string(i - 1) + "(a) + f" + std::to_string(i - 1) + "(a + 1.0); }\n";
+    EXPECT_EQ(verdictOf(bomb + "void surface(inout Surface s) { s.base.r = f23(uv.x); }").verdict, SurfaceProgram::kBad);
+}
+
+}  // namespace
+}  // namespace tessera
