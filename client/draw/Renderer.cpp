@@ -200,6 +200,7 @@ DrawCounts Renderer::lastCounts() const {
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.scopesLeftOut = impl_->scopesLeftOut;
     counts.trouble = impl_->surroundings.trouble();
+    if (!counts.trouble.empty()) counts.trouble += "; sky and ground stand in";
     if (counts.trouble.empty()) counts.trouble = impl_->calls.persons().trouble();
     counts.programs = impl_->programs.size();
     counts.readBack = impl_->readBackTime;

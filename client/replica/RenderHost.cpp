@@ -272,7 +272,7 @@ bool RenderHost::on(const work::Draw& draw) {
         log_.warning(fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name", frame.value, scopeless, DrawList::kMaxScopes));
     scopelessBefore_ = scopeless;
     if (trouble != troubleBefore_ && !trouble.empty())
-        log_.warning(fmt::format("frame {}: {}; sky and ground stand in", frame.value, trouble));
+        log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
     troubleBefore_ = trouble;
     if (shares) options_.sharing->end();
     stats.workMs = toMilliseconds(clockNow() - begun);

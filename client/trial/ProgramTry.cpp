@@ -1,10 +1,10 @@
 #include "client/trial/ProgramTry.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 
 #include "client/draw/PersonText.h"
 #include "client/render/RenderAction.h"

@@ -18,7 +18,6 @@ struct MostRefs {
 };
 constexpr std::array kMostRefs = {MostRefs{fieldId<&Material::passes>, "passes", Material::kMostPasses}, MostRefs{fieldId<&Material::layers>, "layers", Material::kMostLayers},
                                   MostRefs{fieldId<&Material::uniforms>, "uniforms", Material::kMostUniforms}};
-constexpr std::size_t kMostProgramBytes = 65536;
 
 }  // namespace
 
@@ -29,10 +28,6 @@ Expected<void> checkMaterials(const ChangeList& list) {
                 for (std::size_t row = 0; column.field == bound.field && row < std::min(refs->size(), column.ids.size()); ++row)
                     if ((*refs)[row].size() > bound.most)
                         return fail(ErrorCode::kLimit, fmt::format("Material #{}: {} {}, and {} may be", column.ids[row].value, (*refs)[row].size(), bound.what, bound.most));
-        if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values); texts && column.type == typeOf<SurfaceProgram>())
-            for (std::size_t row = 0; row < std::min(texts->size(), column.ids.size()); ++row)
-                if ((*texts)[row].size() > kMostProgramBytes)
-                    return fail(ErrorCode::kLimit, fmt::format("SurfaceProgram #{}: a text of {} bytes, and {} may be", column.ids[row].value, (*texts)[row].size(), kMostProgramBytes));
     }
     return {};
 }

@@ -1,4 +1,4 @@
-/// Whether materials and their programs stay within what hosts draw.
+/// Whether materials stay within what hosts draw.
 #pragma once
 
 #include "common/base/Error.h"
@@ -6,8 +6,7 @@
 
 namespace tessera {
 
-/// Of what the list says of materials: so many passes, layers and uniforms at most; of programs: so many bytes at most. A list that says other nonsense is the
-/// scene's to refuse. Whether a program is any good is no question for a commit: see server/programs.
+/// Of what the list says of materials: so many passes, layers and uniforms at most. A list that says other nonsense is the scene's to refuse. Whether a program is any good is no question for a commit: see server/programs.
 [[nodiscard]] Expected<void> checkMaterials(const ChangeList& list);
 
 }  // namespace tessera
