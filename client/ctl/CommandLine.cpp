@@ -327,6 +327,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* speedOf = ofAnimation("speed", "How fast an animation plays");
     speedOf->add_option("FACTOR", in.speed, "1: as made; below 0: backwards")->required()->check(numberFault);
 
+    const CLI::App* inlines = app.add_subcommand("inlines", "Files that nodes hold: which load, which failed");
+
     const CLI::App* trackers = app.add_subcommand("trackers", "What the wall's trackers say, and how well");
 
     CLI::App* play = app.add_subcommand("play-tracker", "Sends poses as a tracker would; needs no server");
@@ -425,6 +427,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         }
         if (trackers->parsed()) return verb::Trackers{};
         if (animations->parsed()) return verb::Animations{};
+        if (inlines->parsed()) return verb::Inlines{};
         if (playOne->parsed() || pauseOne->parsed()) return verb::Play{.node = in.take.node, .playing = playOne->parsed(), .time = {}, .speed = {}};
         if (seek->parsed()) return verb::Play{.node = in.take.node, .playing = {}, .time = in.seconds, .speed = {}};
         if (speedOf->parsed()) return verb::Play{.node = in.take.node, .playing = {}, .time = {}, .speed = in.speed};

@@ -87,6 +87,7 @@ struct Contacts {
     std::string interest;                    ///< a node; empty: all
 };
 struct Animations {};
+struct Inlines {};
 /// One of them.
 struct Play {
     std::string node;
@@ -115,7 +116,7 @@ struct Save {
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
                            verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                            verb::Save, verb::Trackers, verb::PlayTracker, verb::Show,
-                           verb::Animations, verb::Play, verb::Clone, verb::Find>;
+                           verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {
     std::string server;

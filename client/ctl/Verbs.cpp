@@ -8,6 +8,7 @@
 #include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
+#include "client/ctl/InlineVerbs.h"
 #include "client/ctl/FlyTerminal.h"
 #include "client/ctl/Mosaic.h"
 #include "client/ctl/PlayTracker.h"

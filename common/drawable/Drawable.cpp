@@ -7,6 +7,7 @@
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/ParticleArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
+#include "common/drawable/ProxyArrays.h"
 #include "common/drawable/SkinArrays.h"
 #include "common/drawable/SubdivisionArrays.h"
 #include "common/drawable/TextArrays.h"
@@ -44,6 +45,7 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Volume>(),
      .material = [](const void* core) { return static_cast<const Volume*>(core)->material; },
      .derivation = &kVolumeDerivation},
+    {.type = typeOf<ProxyGroup>(), .material = [](const void*) { return ObjectId(); }, .derivation = &kProxyDerivation},
 };
 
 }  // namespace

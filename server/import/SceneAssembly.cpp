@@ -74,6 +74,10 @@ std::string_view contentName(Content content) {
             return "interest";
         case Content::kCollisionObject:
             return "collision_object";
+        case Content::kInline:
+            return "inline";
+        case Content::kProxyGroup:
+            return "proxy_group";
         default:
             return "node";
     }

@@ -97,6 +97,8 @@ private:
     Expected<ObjectId> contentCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     /// One of its own for each place: each is bent by itself.
     Expected<ObjectId> deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
+    /// Names its file so that it is found from anywhere; what would inline itself has failed already.
+    Expected<ObjectId> inlineCore(LoadedFile& file, const proto::scene::Node& node);
     Expected<ObjectId> skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);

@@ -176,6 +176,9 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         }
         case Content::kSkin:
             return skinCore(file, node.skin(), spot);
+        case Content::kInline:
+        case Content::kProxyGroup:
+            return inlineCore(file, node);
         case Content::kEnvironment: {
             Expected<Environment> environment = readEnvironment(node.environment());
             if (!environment) return tl::unexpected(environment.error());

@@ -108,6 +108,7 @@ struct FrameLoop::Impl {
     notice::Poses poses;  ///< of the newest frame
     LevelChoice levels;
     ProgramTrials programs;
+    InlineLoading inlines;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
@@ -146,6 +147,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
       levels(options.wall),
+      inlines(options.wall),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -156,7 +158,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .showing = &options.showing,
              .steering = &steering,
              .levels = &levels,
-             .programs = &programs}),
+             .programs = &programs,
+             .inlines = &inlines}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,
@@ -167,7 +170,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       loader(options.import, options.allowed,
              [this](LoadFinished finished) {
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
-             }),
+             },
+             options.scenes),
       snapshots(peers.session(), blobs,
                 [this](SnapshotMade made) {
                     if (inbox.push(kOurselves, std::move(made))) peers.wake();
@@ -185,7 +189,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .describeTrackers = [this] { return describeTrackers(); },
             .poses = [this] { return poses; },
             .showing = &options.showing,
-            .steering = &steering}),
+            .steering = &steering,
+            .inlines = &inlines}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
@@ -361,10 +366,11 @@ Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
     if (finished.ticket != RequestDesk::kStartScene) {
         if (finished.scene)
             for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
+        if (!finished.scene && finished.content) log.warning(fmt::format("{}: {}", finished.path, finished.scene.error().message));
         actions.carryOut(desk.loaded(std::move(finished), Clock::now()));
         return {};
     }
-    Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(finished), log);
+    Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(finished), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
     const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
@@ -411,6 +417,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
+    if (std::optional<InlineOrder> order = inlines.takeOrder()) desk.loadContent(std::move(*order));
     actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
     actions.carryOut(desk.heads(poses));
     actions.carryOut(untilWritten(desk.committed(std::move(made.result), number, simulation.openQuestions())));

@@ -68,6 +68,9 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
     addVerdicts(edits, {});
     for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
+    if (around_.inlines)
+        if (ChangeList states = around_.inlines->advance(around_.simulation.scene(), around_.simulation.inlines(), lastView_); !states.empty())
+            edits.insert(edits.begin(), Edit{.ticket = InlineLoading::kTicket, .list = std::move(states), .undoable = false});
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);

@@ -12,6 +12,7 @@
 #include "common/session/ServerSession.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
+#include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/journal/Journal.h"
@@ -39,6 +40,7 @@ public:
         Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
         LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
         ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
+        InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 

@@ -55,6 +55,11 @@ SceneCounts countScene(const Aspect& scene) {
     action.visitHidden(true);
     action.onNode([&](const Visit& visit) {
         if (const Drawable drawable = drawableOf(scene, visit.node)) counts.triangles += drawable.triangleCount();
+        if (const auto* proxy = scene.coreOf<ProxyGroup>(visit.node); proxy && proxy->state != ProxyGroup::kThere) {
+            ++counts.promised;
+            counts.promisedNodes += static_cast<std::uint64_t>(proxy->nodes);
+            counts.promisedTriangles += static_cast<std::uint64_t>(proxy->triangles);
+        }
         return Descend::kInto;
     });
     action.run(scene);
@@ -196,6 +201,8 @@ std::string Report::toJson(const Aspect& scene) const {
                        {"cores", counts.cores},
                        {"triangles", counts.triangles},
                        {"triangles_stored", counts.trianglesStored}};
+    if (counts.promised > 0)
+        report["scene"]["promised"] = {{"proxies", counts.promised}, {"nodes", counts.promisedNodes}, {"triangles", counts.promisedTriangles}};
     report["frames"] = framesShown_;
     report["frame_ms"] = tessera::toJson(frameMs_);
     report["sync"] = {{"barrier_ms", tessera::toJson(barrierMs_)},

@@ -31,6 +31,8 @@ struct SceneCounts {
     std::uint64_t nodes = 0, cores = 0;
     std::uint64_t triangles = 0;        ///< instanced
     std::uint64_t trianglesStored = 0;  ///< each geometry core once
+    /// What ProxyGroups say of content that is not there; none of it is in the numbers above.
+    std::uint64_t promised = 0, promisedNodes = 0, promisedTriangles = 0;
 };
 [[nodiscard]] SceneCounts countScene(const Aspect& scene);
 

@@ -1,6 +1,29 @@
 #include "server/sim/StartScene.h"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "server/sim/commit/Committer.h"
+#include "server/sim/frame/InlineContents.h"
+
 namespace tessera {
+
+/// Gives the ids that the lists will have once they are loaded, because it is given the same lists.
+struct StartScene::Draft {
+    Committer committer;
+    InlineContents contents;
+    InlineLoading loading{Wall()};  // nobody is near anything yet
+
+    [[nodiscard]] bool take(const ChangeList& list) {
+        const Expected<Committer::Applied> applied = committer.apply(list);
+        if (applied) contents.update(committer.scene(), applied->list.get());
+        return applied.has_value();
+    }
+};
+
+StartScene::StartScene(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+StartScene::~StartScene() = default;
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
     for (const std::string& path : paths_)
@@ -9,11 +32,46 @@ Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
     return {};
 }
 
-Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished finished, Log& log) {
-    if (!finished.scene) return tl::unexpected(finished.scene.error());
-    for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
-    lists_.push_back(std::move(finished.scene->list));
-    if (lists_.size() < paths_.size()) return std::nullopt;
+Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished finished, Loader& loader, Log& log) {
+    if (!finished.scene && !finished.content) return tl::unexpected(finished.scene.error());
+    if (finished.scene)
+        for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
+    if (!finished.content) {
+        lists_.push_back(std::move(finished.scene->list));
+        if (lists_.size() < paths_.size()) return std::nullopt;
+        const auto loads = [](const Creation& creation) { return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>(); };
+        if (std::ranges::none_of(lists_, [&](const ChangeList& list) { return std::ranges::any_of(list.creations, loads); }))
+            return std::exchange(lists_, {});
+        draft_ = std::make_unique<Draft>();
+        // Whoever loads the lists says what is wrong with one.
+        for (const ChangeList& list : lists_)
+            if (!draft_->take(list)) return std::exchange(lists_, {});
+        return goOn(loader, finished.ticket);
+    }
+    const InlineOrder& content = *finished.content;
+    const bool came = finished.scene && draft_->take(finished.scene->list);
+    if (came) lists_.push_back(std::move(finished.scene->list));
+    const std::string problem = finished.scene ? "the scene has no room for what it holds" : finished.scene.error().message;
+    if (!came) log.warning(fmt::format("{}: {}", finished.path, problem));
+    draft_->loading.ended(content.core, came ? std::nullopt : std::optional(problem));
+    return goOn(loader, finished.ticket);
+}
+
+std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uint64_t ticket) {
+    const Aspect& scene = draft_->committer.scene();
+    // One turn looks at some of those that wait.
+    for (std::size_t looked = 0; looked <= draft_->contents.pending().size(); looked += InlineLoading::kPerFrame) {
+        ChangeList states = draft_->loading.advance(scene, draft_->contents, View());
+        std::optional<InlineOrder> order = draft_->loading.takeOrder();
+        if (!states.empty() && draft_->take(states)) lists_.push_back(std::move(states));
+        if (!order) continue;
+        if (++inlines_ > kMostInlines) break;
+        const std::string path = order->file;
+        const ObjectId node = order->node;
+        if (loader.order({.ticket = ticket, .path = path, .parent = node, .asked = false, .content = std::move(order)})) return std::nullopt;
+        break;
+    }
+    draft_.reset();
     return std::exchange(lists_, {});
 }
 

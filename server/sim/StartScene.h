@@ -1,6 +1,7 @@
 /// The scene files of the command line: they are the scene before the first frame.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,20 +11,29 @@
 
 namespace tessera {
 
-/// Orders the files and collects what comes of them, in their order.
+/// Orders the files and collects what comes of them, in their order; then, one after the other, the files of the Inlines in them that are wanted
+/// at once, so that the first frame shows the same whatever takes how long. Beyond kMostInlines the others come while frames are shown.
 class StartScene {
 public:
-    explicit StartScene(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+    static constexpr std::size_t kMostInlines = 256;
+
+    explicit StartScene(std::vector<std::string> paths);
+    ~StartScene();
 
     /// Orders carry this ticket.
     [[nodiscard]] Expected<void> order(Loader& loader, std::uint64_t ticket) const;
-    /// The lists of all files once the last one has come; nothing before. Fails as a file fails.
-    [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(LoadFinished finished, Log& log);
+    /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot have is in its state.
+    [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(LoadFinished finished, Loader& loader, Log& log);
     [[nodiscard]] bool empty() const { return paths_.empty(); }
 
 private:
+    struct Draft;
+    [[nodiscard]] std::optional<std::vector<ChangeList>> goOn(Loader& loader, std::uint64_t ticket);
+
     std::vector<std::string> paths_;
     std::vector<ChangeList> lists_;
+    std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
+    std::size_t inlines_ = 0;
 };
 
 }  // namespace tessera

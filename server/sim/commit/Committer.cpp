@@ -77,13 +77,18 @@ Expected<Committer::Applied> Committer::applyReserved(ChangeList list, ObjectId 
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), {}, inverse);
 }
 
-Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse inverse) {
+Expected<void> Committer::checkNotDestroyedNow(const ChangeList& list) const {
     std::unordered_set<ObjectId> destroyedNow;
     for (const ChangeListPtr& earlier : open_)
         destroyedNow.insert(earlier->destructions.begin(), earlier->destructions.end());
-    for (const Creation& creation : list->creations)
+    for (const Creation& creation : list.creations)
         if (destroyedNow.contains(creation.id))
             return fail(ErrorCode::kRefused, fmt::format("#{} was removed in this very frame", creation.id.value));
+    return {};
+}
+
+Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse inverse) {
+    if (const Expected<void> free = checkNotDestroyedNow(*list); !free) return tl::unexpected(free.error());
     return applyNumbered(std::move(list), {}, inverse);
 }
 

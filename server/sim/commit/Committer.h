@@ -49,6 +49,9 @@ public:
     /// frame, when such an id was destroyed in this very frame.
     [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);
 
+    /// Whether the list would bring back what was destroyed in this very frame.
+    [[nodiscard]] Expected<void> checkNotDestroyedNow(const ChangeList& list) const;
+
     /// Goes on from a scene that lists up to `sequence` have made. Only of one that has committed nothing.
     void goOnFrom(Aspect scene, Sequence sequence);
 

@@ -37,6 +37,15 @@ void EditHistory::partArrived(ChangeList inverse, IdRange made) {
 void EditHistory::partsWhole() {
     happen({.kind = HistoryEvent::Kind::kPartsWhole, .inverse = nullptr});
 }
+void EditHistory::partsKept() {
+    happen({.kind = HistoryEvent::Kind::kPartsKept, .inverse = nullptr});
+}
+void EditHistory::undoForgotten() {
+    happen({.kind = HistoryEvent::Kind::kUndoForgotten, .inverse = nullptr});
+}
+void EditHistory::redoForgotten() {
+    happen({.kind = HistoryEvent::Kind::kRedoForgotten, .inverse = nullptr});
+}
 void EditHistory::partsTakenAway() {
     happen({.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr});
 }
@@ -76,7 +85,12 @@ bool EditHistory::take(const HistoryEvent& event) {
             case kPartArrived:
                 return !arriving_ || arriving_->made == event.made;
             case kPartsWhole:
+            case kPartsKept:
                 return arriving_.has_value();
+            case kUndoForgotten:
+                return !moving_ && !back_.empty();
+            case kRedoForgotten:
+                return !moving_ && !forth_.empty();
             case kPartsTakenAway:
                 return arriving_ && !moving_;
             case kPartDone:
@@ -109,6 +123,12 @@ void EditHistory::carryOut(const HistoryEvent& event) {
             return takePart(event.inverse);
         case kPartRefused:
             return turnBack();
+        case kPartsKept:
+            return keepParts();
+        case kUndoForgotten:
+            return forgetNewest(back_);
+        case kRedoForgotten:
+            return forgetNewest(forth_);
     }
 }
 
@@ -145,6 +165,19 @@ void EditHistory::finishParts() {
     back_.push_back(std::move(*arriving_));
     arriving_.reset();
     bound();
+}
+
+void EditHistory::keepParts() {
+    TESSERA_CHECK(arriving_, "parts are kept that have arrived");
+    letGo(std::move(*arriving_));
+    arriving_.reset();
+}
+
+void EditHistory::forgetNewest(std::deque<Step>& steps) {
+    TESSERA_CHECK(!moving_ && !steps.empty(), "a step is forgotten while it is whole");
+    letGo(std::move(steps.back()));
+    steps.pop_back();
+    if (!back_.empty()) back_.back().gesture = {};
 }
 
 void EditHistory::takePartsAway() {

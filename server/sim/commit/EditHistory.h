@@ -35,6 +35,9 @@ struct HistoryEvent {
         kPartsTakenAway,
         kPartDone,
         kPartRefused,
+        kPartsKept,
+        kUndoForgotten,
+        kRedoForgotten,
     };
     Kind kind = Kind::kEdited;
     ChangeListPtr inverse;  ///< null where the kind has none
@@ -44,7 +47,7 @@ struct HistoryEvent {
 /// The list that leads back belongs to it.
 [[nodiscard]] constexpr bool hasInverse(HistoryEvent::Kind kind) {
     using enum HistoryEvent::Kind;
-    return kind != kPartsWhole && kind != kPartsTakenAway && kind != kPartRefused;
+    return kind <= kPartDone && kind != kPartsWhole && kind != kPartsTakenAway;
 }
 
 /// Inverses of the edits of people and applications. Bounded in steps and in the memory that their lists hold; of what is too
@@ -74,6 +77,8 @@ public:
     void partArrived(ChangeList inverse, IdRange made);
     /// Those that have arrived are one step.
     void partsWhole();
+    /// They are nobody's step: no way leads back from them.
+    void partsKept();
     /// What has come of an edit that cannot be finished: led back part by part, and forgotten. No step may be under way.
     void partsTakenAway();
     /// Parts have arrived that are no step yet.
@@ -89,6 +94,10 @@ public:
     [[nodiscard]] ChangeListPtr redoList();
     void undone(ChangeList inverse);
     void redone(ChangeList inverse);
+    /// The newest step of a direction speaks of what is not there any more, because somebody whose edits are no steps has taken it away: it is no
+    /// step any more. No step may be under way.
+    void undoForgotten();
+    void redoForgotten();
     /// Whether that list is one of several that stay apart.
     [[nodiscard]] bool undoesInParts() const { return !back_.empty() && back_.back().apart; }
     [[nodiscard]] bool redoesInParts() const { return !forth_.empty() && forth_.back().apart; }
@@ -155,6 +164,8 @@ private:
     void addEdit(ChangeListPtr inverse, Gesture gesture);
     void addPart(ChangeListPtr inverse, IdRange made);
     void finishParts();
+    void keepParts();
+    void forgetNewest(std::deque<Step>& steps);
     void takePartsAway();
     void moveBack(ChangeListPtr inverse);
     void moveForth(ChangeListPtr inverse);

@@ -1,15 +1,55 @@
 #include "server/sim/desk/Loader.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-namespace tessera {
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
 
-Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished)
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+/// The folders of the scenes that are no assets.
+std::vector<std::string> foldersOf(const std::vector<std::string>& scenes) {
+    std::vector<std::string> folders;
+    for (const std::string& scene : scenes) {
+        if (scene.starts_with(kAssetScheme)) continue;
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::weakly_canonical(scene, error);
+        if (!error && path.is_absolute()) folders.push_back(path.parent_path().string());
+    }
+    return folders;
+}
+
+/// Says that what an Inline holds is there, in the list that brings it.
+void addState(ChangeList& list, const InlineOrder& content) {
+    ChangeListBuilder state;
+    setLoadState(state, content.core, content.type, LoadWords::kThere);
+    const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
+    for (FieldColumn& said : state.take().columns) {
+        const auto at = std::ranges::lower_bound(list.columns, order(said), {}, order);
+        if (at != list.columns.end() && order(*at) == order(said))
+            at->append(content.core, said.value(0));
+        else
+            list.columns.insert(at, std::move(said));
+    }
+}
+
+}  // namespace
+
+Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,
+               const std::vector<std::string>& scenes)
     : options_(std::move(options)),
       readable_{.folders = std::move(allowed), .assets = options_.assetFolders},
+      readableContent_(readable_),
       onFinished_(std::move(onFinished)),
-      thread_([this] {
+      thread_([this, folders = foldersOf(scenes)] {
+          std::ranges::copy(folders, std::back_inserter(readableContent_.folders));
           while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
       }) {}
 
@@ -18,7 +58,7 @@ LoadFinished Loader::carryOut(const LoadOrder& order) const {
     // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it
     // would be.
     if (order.asked) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
-    LoadFinished finished{.ticket = order.ticket, .path = order.path, .scene = read(order)};
+    LoadFinished finished{.ticket = order.ticket, .path = order.path, .scene = read(order), .content = order.content};
     if (!order.asked || !finished.scene) return finished;
     // All that takes long with a large scene is done here, to the freeing of what is not needed any more.
     finished.arrays = blobsOf(finished.scene->list);
@@ -36,6 +76,7 @@ Loader::~Loader() {
 
 /// Here and not where the order comes from: folders may be slow.
 Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
+    if (order.content) return readContent(*order.content);
     ImportOptions options = options_;
     options.placing = order.placing;
     if (!order.asked) return importScene(order.path, order.parent, options);
@@ -43,6 +84,28 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     if (!path) return tl::unexpected(path.error());
     options.resolved = path->find("://") == std::string::npos;
     return importScene(*path, order.parent, options);
+}
+
+Expected<ImportedScene> Loader::readContent(const InlineOrder& content) const {
+    // The file itself, whatever it is called: through links, "." and "..", or as an asset.
+    const auto fileOf = [&](const std::string& name) -> Expected<std::string> {
+        if (name.starts_with(kAssetScheme)) return findAsset(std::string_view(name).substr(kAssetScheme.size()), options_.assetFolders);
+        if (!name.starts_with('/')) return fail(ErrorCode::kBadInput, name + ": an edit names a file by its whole path, or as asset://NAME");
+        return readableFile(name, readableContent_);
+    };
+    const Expected<std::string> path = fileOf(content.file);
+    if (!path) return tl::unexpected(path.error());
+    for (const std::string& outer : content.chain) {
+        const Expected<std::string> known = fileOf(outer);
+        if (known && *known == *path)
+            return fail(ErrorCode::kBadInput, fmt::format("it inlines itself: {} → {}", fmt::join(content.chain, " → "), content.file));
+    }
+    ImportOptions options = options_;
+    options.placing.reset();
+    options.resolved = true;
+    Expected<ImportedScene> scene = importScene(*path, content.node, options);
+    if (scene) addState(scene->list, content);
+    return scene;
 }
 
 }  // namespace tessera

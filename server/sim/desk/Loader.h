@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -9,6 +10,7 @@
 #include "common/base/Error.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/Importer.h"
+#include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LoadParts.h"
 
 namespace tessera {
@@ -21,6 +23,8 @@ struct LoadOrder {
     /// By an application, which may not have every file read, while frames are shown: it is read and cut (LoadParts.h) with the
     /// lowest priority that there is, and so is everything after it.
     bool asked = true;
+    /// What an Inline holds: `path` is its file, `parent` its node; the list says too that it is there. It stands as the file has it.
+    std::optional<InlineOrder> content = {};
 };
 
 struct LoadFinished {
@@ -29,6 +33,7 @@ struct LoadFinished {
     Expected<ImportedScene> scene;  ///< of a load beside frames without its list
     LoadParts parts = {};           ///< of a load beside frames
     std::vector<Blob> arrays = {};  ///< that its parts name
+    std::optional<InlineOrder> content = {};  ///< of the order
 };
 
 /// Owns the import thread. `onFinished` is called on it. Destruction waits for the import under way, which has a
@@ -36,7 +41,9 @@ struct LoadFinished {
 class Loader {
 public:
     /// `allowed`: folders whose files applications may have read, beside the assets (`readableFile`).
-    Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished);
+    /// `scenes`: files whose folders may be read besides for what Inlines hold.
+    Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,
+           const std::vector<std::string>& scenes = {});
     ~Loader();
 
     /// False when too many orders wait already.
@@ -45,9 +52,10 @@ public:
 private:
     [[nodiscard]] LoadFinished carryOut(const LoadOrder& order) const;
     [[nodiscard]] Expected<ImportedScene> read(const LoadOrder& order) const;
+    [[nodiscard]] Expected<ImportedScene> readContent(const InlineOrder& content) const;
 
     ImportOptions options_;
-    ReadableFolders readable_;
+    ReadableFolders readable_, readableContent_;
     std::function<void(LoadFinished)> onFinished_;
     Channel<LoadOrder> orders_{64};
     std::thread thread_;

@@ -112,6 +112,22 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, Tim
     return {};
 }
 
+void RequestDesk::loadContent(InlineOrder order) {
+    const std::uint64_t ticket = nextTicket_++;
+    const ObjectId core = order.core;
+    if (!around_.loader.order({.ticket = ticket, .path = order.file, .parent = order.node, .content = std::move(order)})) {
+        around_.inlines->ended(core, std::nullopt);  // it is ordered again
+        return;
+    }
+    open_[ticket] = {.asker = {}, .edit = {.ticket = ticket, .undoable = false}, .isLoad = true, .content = core};
+}
+
+ServerActions RequestDesk::tell(const Open& open, const Expected<ApplicationAnswer>& outcome) {
+    if (!open.content) return answer(open.asker, outcome);
+    if (around_.inlines) around_.inlines->ended(open.content, outcome ? std::nullopt : std::optional(outcome.error().message));
+    return {};
+}
+
 ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, TimePoint) {
     const ServerSession& session = around_.session;
     const Simulation& simulation = around_.simulation;
@@ -310,7 +326,7 @@ Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
 ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now) {
     Open& open = open_.at(ticket);
     if (const std::optional<Error> why = editsRefused()) {
-        ServerActions actions = refuse(open.asker, *why);
+        ServerActions actions = tell(open, tl::unexpected(*why));
         std::ranges::move(open.parts, std::back_inserter(dropped_));
         open_.erase(ticket);
         return actions;
@@ -339,7 +355,7 @@ ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
     const auto found = open_.find(finished.ticket);
     if (found == open_.end()) return {};
     if (!finished.scene) {
-        ServerActions actions = refuse(found->second.asker, finished.scene.error());
+        ServerActions actions = tell(found->second, tl::unexpected(finished.scene.error()));
         open_.erase(found);
         return actions;
     }
@@ -434,7 +450,7 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
             std::erase(loading_, outcome.ticket);
             std::ranges::move(found->second.parts, std::back_inserter(dropped_));
         }
-        append(actions, answer(found->second.asker, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
+        append(actions, tell(found->second, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
         // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
         around_.session.forgetBlobs(outcome.ticket);
         open_.erase(found);

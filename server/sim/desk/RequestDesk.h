@@ -56,6 +56,7 @@ public:
         std::function<notice::Poses()> poses = {};                ///< of the newest frame; empty: nobody is tracked
         Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed
         Steering* steering = nullptr;  ///< null: nobody can be asked to fly
+        InlineLoading* inlines = nullptr;  ///< is told what comes of its orders
     };
 
     RequestDesk(const Surroundings& around, const Limits& limits);
@@ -67,6 +68,8 @@ public:
     /// A start scene is loaded without a question; its ticket is `kStartScene`.
     static constexpr std::uint64_t kStartScene = 0;
     [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
+    /// What an Inline holds is read and comes like any other load, but that nobody is answered and it is no step of undo.
+    void loadContent(InlineOrder order);
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
         return images_.imageReceived(image);
     }
@@ -98,6 +101,7 @@ private:
         ObjectId copy = {};         ///< of a Clone: the placeholder of the node's copy
         std::size_t bytes = 0;  ///< of the proposal
         bool isLoad = false;
+        ObjectId content = {};  ///< of what an Inline holds: its core; nobody asked
         std::vector<ChangeList> parts;  ///< of a load that takes several frames
         std::size_t nextPart = 0;
         answer::Loaded loaded;  ///< `node` is a placeholder until the commit
@@ -137,6 +141,8 @@ private:
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error error) {
         return answerTo(around_.session, asker, tl::unexpected(std::move(error)));
     }
+    /// To whoever asked, or to who orders what Inlines hold.
+    [[nodiscard]] ServerActions tell(const Open& open, const Expected<ApplicationAnswer>& outcome);
     [[nodiscard]] std::optional<Error> editsRefused() const {
         return around_.editsRefused ? around_.editsRefused() : std::nullopt;
     }

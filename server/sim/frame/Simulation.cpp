@@ -129,6 +129,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     outcome.result = isChange ? checkHidden(edit.list) : checkStill();
     // What the server says itself nobody takes back.
     if (isChange && edit.undoable) resetVerdicts(edit.list, scene());
+    if (isChange && outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
     if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!outcome.result) return outcome;
     // What is led back may be one of several lists.
@@ -160,16 +161,20 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     ChangeList inverse;
     if (whole || !list.empty()) {
         if (!isChange && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
+        const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), whole ? *whole : list);
+        if (!isChange) commitInlines(inlines_.inTheWayOf(scene(), *whole));
         const auto back = edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone;
         Expected<Committer::Applied> applied =
             isChange ? committer_.apply(std::move(list), back) : committer_.applyInverse(whole, Committer::Inverse::kMade);
         if (!applied) {
             outcome.result = tl::unexpected(applied.error());
+            if (!isChange) forgetStep(edit.kind, *whole, outcome);
             return outcome;
         }
         outcome.ids = std::move(applied->ids);
         inverse = std::move(applied->inverse);
         sceneChanged(applied->list.get());
+        commitInlines(inlines_.following(scene(), wants));
     }
     ChangeListBuilder back;
     for (const auto& [id, pose] : poses) {
@@ -202,12 +207,36 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     return outcome;
 }
 
+void Simulation::commitInlines(const std::vector<InlineContents::Consequence>& consequences) {
+    for (const InlineContents::Consequence& one : consequences) {
+        const Expected<Committer::Applied> applied = committer_.apply(one.list);
+        if (applied) {
+            sceneChanged(applied->list.get());
+            continue;
+        }
+        ChangeListBuilder state;
+        setLoadState(state, one.core, one.type, LoadWords::kFailed,
+                     fmt::format("what it holds cannot be taken away, and stays: {}; remove it and set wanted", applied.error().message));
+        commit(state.take());
+    }
+}
+
+void Simulation::forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome) {
+    // Worth another try: in the next frame, or once there is room.
+    if (outcome.result.error().code == ErrorCode::kLimit || !committer_.checkNotDestroyedNow(list)) return;
+    kind == Edit::Kind::kUndo ? history_.undoForgotten() : history_.redoForgotten();
+    outcome.result = fail(ErrorCode::kRefused, fmt::format("that step speaks of what is not there any more, and is forgotten: {}",
+                                                           outcome.result.error().message));
+}
+
 EditOutcome Simulation::applyPart(Edit edit) {
     EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
     resetVerdicts(edit.list, scene());
-    Expected<Committer::Applied> applied = committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first),
-                                                                    arriving_->ids.count, Committer::Inverse::kMade);
+    const Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable);
+    Expected<Committer::Applied> applied =
+        wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count, Committer::Inverse::kMade)
+               : tl::unexpected(wanted.error());
     if (!applied) {
         outcome.result = tl::unexpected(applied.error());
         arriving_.reset();
@@ -218,7 +247,7 @@ EditOutcome Simulation::applyPart(Edit edit) {
     sceneChanged(applied->list.get());
     if (edit.kind == Edit::Kind::kPart) return outcome;
     outcome.ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
-    history_.partsWhole();
+    edit.undoable ? history_.partsWhole() : history_.partsKept();
     arriving_.reset();
     return outcome;
 }
@@ -240,6 +269,7 @@ Expected<void> Simulation::beginParts(const Edit& edit) {
 std::optional<EditOutcome> Simulation::goOn() {
     const ChangeListPtr part = history_.nextPart();
     if (!part) return std::nullopt;
+    commitInlines(inlines_.inTheWayOf(scene(), *part));
     Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
     if (applied) {
         history_.partDone(std::move(applied->inverse));
@@ -425,6 +455,7 @@ void Simulation::sceneChanged(const ChangeList* list) {
     motions_.update(scene(), list);
     animations_.update(scene(), list);
     skinPoses_.update(scene(), list);
+    inlines_.update(scene(), list);
     pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
 }

@@ -14,6 +14,7 @@
 #include "server/sim/commit/EditHistory.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/frame/Animations.h"
+#include "server/sim/frame/InlineContents.h"
 #include "server/sim/frame/Motions.h"
 #include "server/sim/frame/SkinPoses.h"
 #include "server/text/Typesetter.h"
@@ -34,7 +35,7 @@ struct Edit {
         kLastPart,
     };
     Kind kind = Kind::kChange;
-    bool undoable = true;  ///< a loaded start scene is not
+    bool undoable = true;  ///< what the server itself does is not
     Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
     std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
 };
@@ -81,6 +82,9 @@ struct SimulationOptions {
 /// **What is too large for one frame** comes in parts, one in a frame at most, hidden until the last; undo hides it with
 /// the first list and takes it away in later frames, redo brings it again as it came. Whatever is on its way is nobody
 /// else's: edits that name it are refused in words. Where a part is refused, those before it are taken away again.
+///
+/// **What Inlines hold** goes in the frame in which a person's edit, an undo or a redo says so, by lists that are no steps (InlineContents.h). A step
+/// that speaks of what has gone so is refused and forgotten.
 class Simulation {
 public:
     explicit Simulation(const SimulationOptions& options = {});
@@ -111,6 +115,7 @@ public:
     [[nodiscard]] const Motions& motions() const { return motions_; }
     [[nodiscard]] const Animations& animations() const { return animations_; }
     [[nodiscard]] const SkinPoses& skinPoses() const { return skinPoses_; }
+    [[nodiscard]] const InlineContents& inlines() const { return inlines_; }
     [[nodiscard]] const EditHistory& history() const { return history_; }
     [[nodiscard]] const ContactDisplay& display() const { return display_; }
     /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
@@ -146,6 +151,10 @@ private:
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
     /// The next list of the step under way. The outcome of a redo when it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
+    /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.
+    void commitInlines(const std::vector<InlineContents::Consequence>& consequences);
+    /// A step that could not be applied is none any more where it speaks of what is not there.
+    void forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome);
     /// Refuses where a step is under way.
     [[nodiscard]] Expected<void> checkStill() const;
     /// Refuses what names anything that is on its way.
@@ -185,6 +194,7 @@ private:
     std::vector<std::string> textNotes_;  ///< of this frame
     Animations animations_;
     SkinPoses skinPoses_;
+    InlineContents inlines_;
 };
 
 }  // namespace tessera

@@ -212,7 +212,7 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
         return malformed(fmt::format("{} events with {} lists", events->size(), parts.size() - kFixedParts));
     for (std::size_t i = 0; i < events->size(); ++i) {
         const EventRecord& event = (*events)[i];
-        if (event.kind > static_cast<std::uint64_t>(HistoryEvent::Kind::kPartRefused))
+        if (event.kind > static_cast<std::uint64_t>(HistoryEvent::Kind::kRedoForgotten))
             return malformed("an event of the history is of a kind that is none");
         HistoryEvent happened{.kind = static_cast<HistoryEvent::Kind>(event.kind),
                            .inverse = nullptr,

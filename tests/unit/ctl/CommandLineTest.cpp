@@ -62,6 +62,7 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
     EXPECT_EQ(parsed<verb::Remove>("remove /hall").node, "/hall");
     (void)parsed<verb::Animations>("animations");
+    (void)parsed<verb::Inlines>("inlines");
     EXPECT_EQ(parsed<verb::Play>("play /fox/walk").playing, true);
     EXPECT_EQ(parsed<verb::Play>("pause /fox/walk").playing, false);
     EXPECT_EQ(parsed<verb::Play>("seek /fox/walk 1.5").time, 1.5);

@@ -1,0 +1,63 @@
+// Inlines and ProxyGroups of scene text: what names another file and does not read it yet.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/drawable/Drawable.h"
+#include "server/import/AssetFolders.h"
+#include "server/import/SceneAssembly.h"
+#include "server/import/TableCores.h"
+
+namespace tessera {
+namespace {
+
+using InlineMessage = proto::scene::Inline;
+static_assert(InlineMessage::AT_ONCE == LoadWords::kAtOnce && InlineMessage::NEAR == LoadWords::kNear && InlineMessage::BY_HAND == LoadWords::kByHand);
+
+/// The whole path of a name in a scene file, whether there is such a file or not: whoever reads it looks. Where links lead is looked at then.
+Expected<std::string> pathBeside(const std::string& name, const std::string& folder) {
+    if (name.starts_with(kAssetScheme)) return name;
+    const std::filesystem::path said(name);
+    if (name.find('\0') != std::string::npos || said.is_absolute() || std::ranges::find(said, std::filesystem::path("..")) != said.end())
+        return fail(ErrorCode::kBadInput, fmt::format("'{}' is not in the scene file's own folder or below", readName(name, "")));
+    return (std::filesystem::path(folder) / said).lexically_normal().string();
+}
+
+template <typename T>
+Expected<T> readNamed(const google::protobuf::Message& message, const LoadedFile& file, std::span<const std::string> importing) {
+    if (!file.isScene) return fail(ErrorCode::kBadInput, "a model file may not inline others");
+    Expected<T> core = readTableObject<T>(message);
+    if (!core) return core;
+    if (core->file.empty()) return fail(ErrorCode::kBadInput, "it names no file");
+    Expected<std::string> path = pathBeside(core->file, folderOf(file.path));
+    if (!path) return tl::unexpected(path.error());
+    core->file = std::move(*path);
+    std::error_code error;
+    const std::string real = std::filesystem::weakly_canonical(core->file, error).string();
+    if (!error && std::ranges::find(importing, real) != importing.end()) {
+        core->state = LoadWords::kFailed;
+        core->problem = fmt::format("it inlines itself: {} → {}", fmt::join(importing, " → "), real);
+    }
+    return core;
+}
+
+}  // namespace
+
+Expected<ObjectId> SceneAssembly::inlineCore(LoadedFile& file, const proto::scene::Node& node) {
+    // What is below it is the other file's, and goes with that.
+    if (node.node_size() != 0) return fail(ErrorCode::kBadInput, "what its file holds comes below it; put other nodes beside it");
+    if (node.has_inline_()) {
+        const Expected<Inline> core = readNamed<Inline>(node.inline_(), file, importing_);
+        if (!core) return tl::unexpected(core.error());
+        return create(*core);
+    }
+    const Expected<ProxyGroup> core = readNamed<ProxyGroup>(node.proxy_group(), file, importing_);
+    if (!core) return tl::unexpected(core.error());
+    if (const Expected<void> sound = drawableOf(Object::of(*core)).check(); !sound) return tl::unexpected(sound.error());
+    return create(*core);
+}
+
+}  // namespace tessera
