@@ -161,7 +161,7 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
         const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
         if (!field || field->kind != column.kind() || field->width != column.width) continue;
         // Arrays, and what else says how they are to be read.
-        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && isDrawable(column.type) && !(field->effects & Effect::kShape)) continue;
+        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && isDrawable(column.type) && !(field->effects & (Effect::kShape | Effect::kLook))) continue;
         if (column.scalarCount() != column.ids.size() * column.width) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
             draftOf(column.ids[row], *type).set(*field, column.value(row));

@@ -162,5 +162,23 @@ TEST(Committer, PointsAreJudgedByWhatTheListLeavesBehind) {
         << "back to what it was";
 }
 
+// What alters looks alone may make no sense either.
+TEST(Committer, AVolumeIsJudgedByItsTransferFunctionToo) {
+    Committer committer;
+    ChangeListBuilder builder;
+    const ObjectId volume = ObjectId{kFirstPlaceholder};
+    builder.create(volume, typeOf<Volume>());
+    const ObjectId id = committer.apply(builder.take()).value().ids.front().second;
+    const auto low = [&](double value) {
+        ChangeListBuilder edit;
+        edit.set(id, typeOf<Volume>(), fieldId<&Volume::low>, toValue(value));
+        return committer.apply(edit.take());
+    };
+    const Expected<Committer::Applied> refused = low(300);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("low below high"), std::string::npos) << refused.error().message;
+    EXPECT_TRUE(low(200));
+}
+
 }  // namespace
 }  // namespace tessera
