@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/SVD>
-
 #include "common/geometry/Points.h"
 
 namespace tessera {
