@@ -13,6 +13,7 @@
 #include "common/drawable/Drawable.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/commit/ImageCheck.h"
 #include "server/sim/commit/KeyFramesCheck.h"
 #include "server/sim/commit/MaterialCheck.h"
 
@@ -56,6 +57,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
     if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
     if (const Expected<void> looks = checkMaterials(list); !looks) return tl::unexpected(looks.error());
+    if (const Expected<void> shown = checkImages(scene_, list); !shown) return tl::unexpected(shown.error());
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 
