@@ -9,6 +9,7 @@
 
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
+#include "common/drawable/ImageLayout.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/Text.h"
@@ -44,6 +45,9 @@ static_assert(ImageMessage::TRILINEAR == Image::kTrilinear && ImageMessage::NEAR
               ImageMessage::NEAREST_MIPMAP_NEAREST == Image::kNearestOfNearest &&
               ImageMessage::LINEAR_MIPMAP_NEAREST == Image::kLinearOfNearest &&
               ImageMessage::NEAREST_MIPMAP_LINEAR == Image::kNearestOfTwo);
+static_assert(ImageMessage::RGBE == Image::kRgbe && ImageMessage::BC1 == Image::kBc1 && ImageMessage::BC2 == Image::kBc2 && ImageMessage::BC3 == Image::kBc3 &&
+              ImageMessage::BC4 == Image::kBc4 && ImageMessage::BC5 == Image::kBc5 && ImageMessage::BC6H == Image::kBc6h && ImageMessage::BC7 == Image::kBc7);
+static_assert(ImageMessage::FLAT == Image::kFlat && ImageMessage::LINE == Image::kLine && ImageMessage::SOLID == Image::kSolid && ImageMessage::CUBE == Image::kCube);
 
 template <typename Numbers>
 Blob blobOfNumbers(const Numbers& numbers) {
@@ -186,7 +190,9 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 const Expected<ObjectId> image = imageCore(file, node.environment().image());
                 if (!image) return image;
                 const proto::scene::Image& said = *file.images.at(node.environment().image());
-                if (std::abs(static_cast<double>(said.width_px()) - 2.0 * said.height_px()) > said.height_px() / 8.0)
+                if (said.shape() == ImageMessage::LINE || said.shape() == ImageMessage::SOLID)
+                    return fail(ErrorCode::kBadInput, fmt::format("the surroundings' image '{}' is neither flat nor a cube", node.environment().image()));
+                if (said.shape() == ImageMessage::FLAT && std::abs(static_cast<double>(said.width_px()) - 2.0 * said.height_px()) > said.height_px() / 8.0)
                     return fail(ErrorCode::kBadInput, fmt::format("the surroundings' image '{}' of {} × {} pixels is not about twice "
                                                                   "as wide as high",
                                                                   node.environment().image(), said.width_px(), said.height_px()));
@@ -536,14 +542,13 @@ Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string&
     const proto::scene::Image& message = *found->second;
     const Expected<Blob> pixels = file.blob(message.pixels_blob());
     if (!pixels) return failWith(fmt::format("image '{}'", readName(name, "")), pixels.error());
-    const std::uint64_t width = message.width_px(), height = message.height_px();
-    if (width == 0 || height == 0 || width > kMaxImageSide || height > kMaxImageSide ||
-        pixels->sizeBytes() != width * height * 4)
-        return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
-                                                      pixels->sizeBytes(), width, height));
     Expected<Image> image = readTableObject<Image>(message);
     if (!image) return failWith(fmt::format("image '{}'", readName(name, "")), image.error());
     image->pixels = *pixels;
+    if (message.width_px() == 0 || message.height_px() == 0 || message.width_px() > kMaxImageSide || message.height_px() > kMaxImageSide || pixels->sizeBytes() == 0)
+        return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
+                                                      pixels->sizeBytes(), message.width_px(), message.height_px()));
+    if (const Expected<void> sound = checkImage(*image); !sound) return failWith(fmt::format("image '{}'", readName(name, "")), sound.error());
     return file.imageCores[name] = create(*image);
 }
 

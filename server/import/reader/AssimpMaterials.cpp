@@ -219,14 +219,18 @@ Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
     if (embedded == nullptr) {
         std::string slashes = file;
         std::replace(slashes.begin(), slashes.end(), '\\', '/');
-        const Expected<Bytes> bytes = files_.read(slashes);
+        const Expected<FolderFiles::Found> found = files_.find(slashes);
+        if (!found) return tl::unexpected(found.error());
+        if (!found->note.empty()) scene_.note("a texture: " + found->note);
+        const Expected<Bytes> bytes = files_.readFound(*found);
         if (!bytes) return tl::unexpected(bytes.error());
         return decodeImage(*bytes, limits_.maxImageSide);
     }
     const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
     if (embedded->mHeight == 0) return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
     DecodedImage image = barePixels(*embedded);
-    while (image.widthPx > limits_.maxImageSide || image.heightPx > limits_.maxImageSide) halve(image);
+    while (std::max(image.widthPx, image.heightPx) > limits_.maxImageSide && halve(image)) {
+    }
     return image;
 }
 
@@ -237,6 +241,7 @@ Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, c
         if (file.empty()) continue;
         Expected<DecodedImage> part = decode(file);
         if (!part) return part;
+        if (part->compressed()) return fail(ErrorCode::kBadInput, fmt::format("'{}' is compressed, and cannot be joined with another", file));
         packed.widthPx = std::max(packed.widthPx, part->widthPx);
         packed.heightPx = std::max(packed.heightPx, part->heightPx);
         packed.halved = packed.halved || part->halved;

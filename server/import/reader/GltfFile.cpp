@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "server/import/reader/GltfReader.h"
 #include "server/import/reader/ReadScene.h"
@@ -13,6 +14,7 @@ namespace {
 struct FileAccess {
     const FolderFiles& files;
     std::string refusal;  ///< the first file that was not to be had
+    std::set<std::string> notes;  ///< files that are elsewhere than they should be
 };
 
 bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
@@ -23,14 +25,16 @@ bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, i
 
 bool fileExists(const std::string& name, void* user) {
     auto& access = *static_cast<FileAccess*>(user);
-    const Expected<std::string> path = access.files.resolve(name);
-    if (!path && access.refusal.empty()) access.refusal = path.error().message;
-    return path.has_value();
+    const Expected<FolderFiles::Found> found = access.files.find(name);
+    if (!found && access.refusal.empty()) access.refusal = found.error().message;
+    return found.has_value();
 }
 
 bool readWhole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* user) {
     auto& access = *static_cast<FileAccess*>(user);
-    const Expected<Bytes> bytes = access.files.read(name);
+    const Expected<FolderFiles::Found> found = access.files.find(name);
+    const Expected<Bytes> bytes = found ? access.files.readFound(*found) : tl::unexpected(found.error());
+    if (bytes && !found->note.empty()) access.notes.insert(found->note);
     if (!bytes) {
         if (access.refusal.empty()) access.refusal = bytes.error().message;
         if (error != nullptr) *error += bytes.error().message + "\n";
@@ -54,7 +58,7 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
     const Expected<Bytes> bytes = readOrdinaryFile(path, std::min<std::size_t>(limits.maxFileBytes, 0x7fffffff));
     if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    FileAccess access{files, {}};
+    FileAccess access{files, {}, {}};
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(&keepEncoded, nullptr);
     loader.SetFsCallbacks(
@@ -85,6 +89,8 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
             return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
         scene->note(fmt::format("it says that it is glTF {}; it was read as 2.0", model.asset.version));
     }
+    for (const std::string& note : access.notes)
+        if (scene) scene->note(note);
     if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
     // What it read nevertheless lacks the part that it complains of.
     if (scene && !error.empty()) scene->note("parts are not valid glTF and left out: " + firstWords(error));

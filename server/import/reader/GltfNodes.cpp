@@ -23,9 +23,10 @@ float coneDegrees(double radians) {
 }
 
 /// Extensions that a file may insist on and still be shown well enough.
-constexpr std::array<std::string_view, 8> kUnderstood = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 9> kUnderstood = {"KHR_lights_punctual",
                                                          "KHR_mesh_quantization",
                                                          "KHR_texture_transform",
+                                                         "MSFT_texture_dds",
                                                          "KHR_materials_unlit",
                                                          "KHR_materials_emissive_strength",
                                                          "KHR_materials_clearcoat",
@@ -33,6 +34,7 @@ constexpr std::array<std::string_view, 8> kUnderstood = {"KHR_lights_punctual",
                                                          "KHR_materials_pbrSpecularGlossiness"};
 /// Of these a file may insist on any: without it a surface looks otherwise, but is there.
 constexpr std::string_view kMaterialExtensions = "KHR_materials_";
+constexpr std::array<std::string_view, 2> kPictureExtensions = {"KHR_texture_basisu", "EXT_texture_webp"};
 
 bool isUnderstood(std::string_view extension) {
     return std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end();
@@ -247,7 +249,8 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
 
 Expected<void> checkRequired(const tinygltf::Model& model) {
     for (const std::string& extension : model.extensionsRequired)
-        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions))
+        if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions) &&
+            std::find(kPictureExtensions.begin(), kPictureExtensions.end(), extension) == kPictureExtensions.end())
             return fail(ErrorCode::kUnsupported, fmt::format("it cannot be shown without the glTF extension {}", extension));
     return {};
 }

@@ -12,11 +12,16 @@ namespace {
 
 using ImageMessage = proto::scene::Image;
 
-/// The image of a texture, or -1.
-int textureSource(const tinygltf::Model& model, int texture) {
-    if (texture < 0 || static_cast<std::size_t>(texture) >= model.textures.size()) return -1;
-    const int source = model.textures[static_cast<std::size_t>(texture)].source;
-    return source >= 0 && static_cast<std::size_t>(source) < model.images.size() ? source : -1;
+/// The images of a texture, the one to be shown first: what an extension names in place of `source`, then that.
+std::vector<int> textureSources(const tinygltf::Model& model, int texture) {
+    if (texture < 0 || static_cast<std::size_t>(texture) >= model.textures.size()) return {};
+    const tinygltf::Texture& said = model.textures[static_cast<std::size_t>(texture)];
+    std::vector<int> sources;
+    for (const char* name : {"MSFT_texture_dds", "KHR_texture_basisu", "EXT_texture_webp"})
+        if (const auto found = said.extensions.find(name); found != said.extensions.end()) sources.push_back(static_cast<int>(std::clamp(gltfNumber(found->second, "source", -1), -1.0, 1e9)));
+    sources.push_back(said.source);
+    std::erase_if(sources, [&](int source) { return source < 0 || static_cast<std::size_t>(source) >= model.images.size(); });
+    return sources;
 }
 
 ImageMessage::Wrap wrapOf(int wrap) {
@@ -95,8 +100,8 @@ GltfTextureUse::GltfTextureUse(const tinygltf::Value& info)
 
 std::string GltfReader::imageName(const GltfTextureUse& use) {
     if (use.texture < 0) return {};
-    const int source = textureSource(model_, use.texture);
-    if (source < 0) {
+    const std::vector<int> sources = textureSources(model_, use.texture);
+    if (sources.empty()) {
         scene_.note("a texture without a readable image is left out");
         return {};
     }
@@ -110,22 +115,25 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
         scene_.note(fmt::format("textures at TEXCOORD_{} are left out", look.texcoord_set()));
         return {};
     }
-    std::string& name = images_[{source, look.SerializeAsString()}];
-    if (!name.empty()) return name;
-    const std::string picture = fmt::format("image {}", source);
-    const Expected<ImageMessage*> image =
-        pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, [&]() -> Expected<DecodedImage> {
-            // The image loader kept the file's own bytes; only textures in use are decoded.
-            const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
-            return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
-        });
-    if (!image) {
-        scene_.note(fmt::format("{} is left out: {}", picture, image.error().message));
-        return {};
+    for (const int source : sources) {
+        std::string& name = images_[{source, look.SerializeAsString()}];
+        if (!name.empty()) return name;
+        const std::string picture = fmt::format("image {}", source);
+        const Expected<ImageMessage*> image =
+            pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, [&]() -> Expected<DecodedImage> {
+                // The image loader kept the file's own bytes; only textures in use are decoded.
+                const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
+                return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
+            });
+        if (!image) {
+            scene_.note(fmt::format("{} is left out: {}", picture, image.error().message));
+            continue;
+        }
+        name = (*image)->name();
+        (*image)->MergeFrom(look);
+        return name;
     }
-    name = (*image)->name();
-    (*image)->MergeFrom(look);
-    return name;
+    return {};
 }
 
 }  // namespace tessera

@@ -1,80 +1,134 @@
 #include "server/import/reader/ImageDecoder.h"
 
-#include <tiny_gltf.h>
+#include <fmt/format.h>
+#include <stb/stb_image.h>
 
-#include "server/import/reader/RadiancePicture.h"
-
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "server/import/reader/DdsPicture.h"
+#include "server/import/reader/Ktx2Picture.h"
+#include "server/import/reader/PictureFormats.h"
+#include "server/import/reader/RadiancePicture.h"
 
 namespace tessera {
+namespace {
 
-void halve(DecodedImage& image) {
-    const int width = std::max(1, image.widthPx / 2), height = std::max(1, image.heightPx / 2);
-    Bytes small(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-    const auto at = [&](int x, int y, int channel) {
-        const std::size_t column = static_cast<std::size_t>(std::min(x, image.widthPx - 1));
-        const std::size_t row = static_cast<std::size_t>(std::min(y, image.heightPx - 1));
-        const std::size_t index =
-            (row * static_cast<std::size_t>(image.widthPx) + column) * 4 + static_cast<std::size_t>(channel);
-        return std::to_integer<unsigned>(image.rgba[index]);
-    };
+/// The one size below; of a cube or solid slice by slice.
+Bytes averaged(ByteSpan from, std::size_t width, std::size_t height, bool rgbe) {
+    const std::size_t w = std::max<std::size_t>(1, width / 2), h = std::max<std::size_t>(1, height / 2), slice = 4 * width * height;
+    Bytes small(from.size() / slice * w * h * 4);
     std::size_t out = 0;
-    // Of exponents there is no mean: that of what they say.
-    for (int y = 0; image.rgbe && y < height; ++y)
-        for (int x = 0; x < width; ++x, out += 4) {
-            double sum[3] = {};
-            for (const auto& [dx, dy] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{0, 1}, std::pair{1, 1}}) {
-                const std::size_t column = static_cast<std::size_t>(std::min(2 * x + dx, image.widthPx - 1));
-                const std::size_t row = static_cast<std::size_t>(std::min(2 * y + dy, image.heightPx - 1));
-                double rgb[3];
-                rgbeToLinear(&image.rgba[(row * static_cast<std::size_t>(image.widthPx) + column) * 4], rgb);
-                for (int c = 0; c < 3; ++c) sum[c] += 0.25 * rgb[c];
+    for (std::size_t start = 0; start < from.size(); start += slice)
+        for (std::size_t y = 0; y < h; ++y)
+            for (std::size_t x = 0; x < w; ++x, out += 4) {
+                std::array<const std::byte*, 4> texels{};
+                for (std::size_t k = 0; k < 4; ++k)
+                    texels[k] = from.data() + start + 4 * (std::min(2 * y + k / 2, height - 1) * width + std::min(2 * x + k % 2, width - 1));
+                if (rgbe) {
+                    // Of exponents there is no mean: that of what they say.
+                    double sum[3] = {};
+                    for (const std::byte* texel : texels) {
+                        double rgb[3];
+                        rgbeToLinear(texel, rgb);
+                        for (int c = 0; c < 3; ++c) sum[c] += 0.25 * rgb[c];
+                    }
+                    linearToRgbe(sum, &small[out]);
+                    continue;
+                }
+                for (std::size_t c = 0; c < 4; ++c) {
+                    unsigned sum = 2;
+                    for (const std::byte* texel : texels) sum += std::to_integer<unsigned>(texel[c]);
+                    small[out + c] = static_cast<std::byte>(sum / 4);
+                }
             }
-            linearToRgbe(sum, &small[out]);
-        }
-    for (int y = 0; !image.rgbe && y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int channel = 0; channel < 4; ++channel) {
-                const unsigned sum = at(2 * x, 2 * y, channel) + at(2 * x + 1, 2 * y, channel) +
-                                     at(2 * x, 2 * y + 1, channel) + at(2 * x + 1, 2 * y + 1, channel);
-                small[out++] = static_cast<std::byte>((sum + 2) / 4);
-            }
-    image.widthPx = width;
-    image.heightPx = height;
-    image.rgba = std::move(small);
-    image.halved = true;
+    return small;
+}
+
+/// Of the largest mipmap, all slices or faces; of blocks.
+std::size_t largestBytes(const DecodedImage& image) {
+    using ImageMessage = proto::scene::Image;
+    const auto across = [](int px) { return (static_cast<std::size_t>(px) + 3) / 4; };
+    const std::size_t slices = image.shape == ImageMessage::CUBE ? 6 : static_cast<std::size_t>(image.depthPx);
+    return across(image.widthPx) * across(image.heightPx) * slices * (image.encoding == ImageMessage::BC1 || image.encoding == ImageMessage::BC4 ? 8 : 16);
+}
+
+/// By the first bytes, so that the message can say more than that it is none of those that are read.
+std::string_view unreadFormat(ByteSpan bytes) {
+    std::string text(16, '\0');
+    std::memcpy(text.data(), bytes.data(), std::min(bytes.size(), text.size()));
+    if (text.starts_with("RIFF") && text.substr(8, 4) == "WEBP") return "a WebP picture";
+    if (text.starts_with("\xABKTX 11")) return "a texture of KTX 1";
+    if (text.starts_with("sB")) return "a Basis Universal texture";
+    if (text.starts_with("\x76\x2f\x31\x01")) return "an OpenEXR picture";
+    if (text.substr(4, 8) == "ftypavif" || text.substr(4, 8) == "ftypheic") return "an AVIF or HEIC picture";
+    if (text.substr(4, 4) == "jP  " || text.starts_with("\xff\x4f\xff\x51")) return "a JPEG 2000 picture";
+    if (text.starts_with("<svg") || text.starts_with("<?xml")) return "an SVG drawing";
+    return {};
+}
+
+Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
+    constexpr const char* kNone = "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, .hdr, DDS and KTX2 can)";
+    // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory for others would be for nothing.
+    constexpr std::size_t kMostPixelsPerByte = 8256, kFew = std::size_t{1} << 16;
+    const auto* bytes = reinterpret_cast<const stbi_uc*>(encoded.data());
+    const int size = static_cast<int>(encoded.size());
+    int width = 0, height = 0, channels = 0;
+    if (!stbi_info_from_memory(bytes, size, &width, &height, &channels) || width <= 0 || height <= 0) return fail(ErrorCode::kBadInput, kNone);
+    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    if (std::max<std::size_t>(static_cast<std::size_t>(width), static_cast<std::size_t>(height)) > kMaxPictureSide || pixels > kMaxPicturePixels ||
+        pixels > kFew + encoded.size() * kMostPixelsPerByte)
+        return fail(ErrorCode::kBadInput, fmt::format("an image of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read", width, height, size, kMaxPictureSide, kMaxPicturePixels));
+    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(stbi_load_from_memory(bytes, size, &width, &height, &channels, 4), &stbi_image_free);
+    // What it says first and then might differ in a file that means harm.
+    if (!loaded || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) != pixels) return fail(ErrorCode::kBadInput, kNone);
+    DecodedImage image{.widthPx = width, .heightPx = height, .rgba = Bytes(4 * pixels)};
+    std::memcpy(image.rgba.data(), loaded.get(), image.rgba.size());
+    return image;
+}
+
+Expected<DecodedImage> decodeAny(ByteSpan encoded) {
+    if (isRadiancePicture(encoded)) return decodeRadiance(encoded);
+    if (isDds(encoded)) return decodeDds(encoded);
+    if (isKtx2(encoded)) return decodeKtx2(encoded);
+    if (isTiff(encoded)) return decodeTiff(encoded);
+    if (isSgi(encoded)) return decodeSgi(encoded);
+    if (isPnm(encoded)) return decodePnm(encoded);
+    if (const std::string_view name = unreadFormat(encoded); !name.empty()) return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
+    return decodeByStb(encoded);
+}
+
+}  // namespace
+
+bool halve(DecodedImage& image) {
+    if (image.widthPx <= 1 && image.heightPx <= 1) return false;
+    if (image.compressed()) {
+        if (image.mipmaps <= 1) return false;
+        image.rgba.erase(image.rgba.begin(), image.rgba.begin() + static_cast<std::ptrdiff_t>(largestBytes(image)));
+        --image.mipmaps;
+        image.depthPx = std::max(1, image.depthPx / 2);
+    } else {
+        image.rgba = averaged(image.rgba, static_cast<std::size_t>(image.widthPx), static_cast<std::size_t>(image.heightPx),
+                              image.encoding == proto::scene::Image::RGBE);
+    }
+    image.widthPx = std::max(1, image.widthPx / 2);
+    image.heightPx = std::max(1, image.heightPx / 2);
+    return image.halved = true;
 }
 
 Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx) {
     if (encoded.empty() || encoded.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
         return fail(ErrorCode::kBadInput, "an empty or enormous image");
-    if (isRadiancePicture(encoded)) {
-        Expected<DecodedImage> image = decodeRadiance(encoded);
-        while (image && (image->widthPx > maxSidePx || image->heightPx > maxSidePx)) halve(*image);
-        return image;
-    }
-    // stb_image is at hand in tinygltf's library; its loader is the one call that is exported under a stable name.
-    tinygltf::Image loaded;
-    std::string error, warning;
-    const bool done = tinygltf::LoadImageData(&loaded, 0, &error, &warning, 0, 0,
-                                              reinterpret_cast<const unsigned char*>(encoded.data()),
-                                              static_cast<int>(encoded.size()), nullptr);
-    const std::size_t pixels =
-        static_cast<std::size_t>(std::max(loaded.width, 0)) * static_cast<std::size_t>(std::max(loaded.height, 0));
-    const std::size_t bytesPerChannel = loaded.bits == 16 ? 2 : 1;
-    if (!done || pixels == 0 || loaded.component != 4 || loaded.image.size() < pixels * 4 * bytesPerChannel)
-        return fail(ErrorCode::kBadInput, "an image that cannot be decoded (PNG, JPEG and Radiance's .hdr can)");
-    DecodedImage image;
-    image.widthPx = loaded.width;
-    image.heightPx = loaded.height;
-    image.rgba.resize(pixels * 4);
-    if (bytesPerChannel == 1)
-        std::memcpy(image.rgba.data(), loaded.image.data(), image.rgba.size());
-    else  // little endian: the upper byte is the second
-        for (std::size_t i = 0; i < image.rgba.size(); ++i)
-            image.rgba[i] = static_cast<std::byte>(loaded.image[2 * i + 1]);
-    while (image.widthPx > maxSidePx || image.heightPx > maxSidePx) halve(image);
+    Expected<DecodedImage> image = decodeAny(encoded);
+    constexpr int kMostCompressed = 16384;
+    while (image && std::max(image->widthPx, image->heightPx) > (image->compressed() ? kMostCompressed : maxSidePx))
+        if (!halve(*image)) return fail(ErrorCode::kLimit, fmt::format("a compressed image of {} × {} pixels without smaller ones", image->widthPx, image->heightPx));
     return image;
 }
 

@@ -1,21 +1,29 @@
-/// PNG, JPEG and whatever else stb_image reads, to RGBA8; Radiance pictures to RGBE.
+/// Pictures of all formats that are read, to pixels or blocks. By what is in a file; names say nothing.
 #pragma once
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "proto/scene.pb.h"
 
 namespace tessera {
 
 struct DecodedImage {
     int widthPx = 0, heightPx = 0;
-    Bytes rgba;           ///< rows from the top
-    bool rgbe = false;    ///< the fourth byte is the exponent of the other three (Image::encoding)
-    bool halved = false;  ///< it was larger than allowed and was averaged down
+    Bytes rgba;  ///< as `encoding` says, rows from the top; of solids all slices, of cubes all faces, of each mipmap
+    proto::scene::Image::Encoding encoding = proto::scene::Image::SRGB;
+    proto::scene::Image::Shape shape = proto::scene::Image::FLAT;
+    int depthPx = 1, mipmaps = 1;
+    bool halved = false;  ///< it was larger than allowed, and was averaged down, or lost its largest mipmaps
+
+    [[nodiscard]] bool compressed() const { return encoding >= proto::scene::Image::BC1; }
 };
 
-/// Averages 2 × 2 pixels; an odd last row or column is dropped.
-void halve(DecodedImage& image);
+/// Averages 2 × 2 pixels, slice by slice; an odd last row or column is dropped. Of what is compressed the largest mipmap goes. False: it is one pixel a slice,
+/// or compressed and without others, and stays.
+bool halve(DecodedImage& image);
 
+/// PNG, JPEG, BMP, TGA, GIF (its first picture), PIC, PSD by stb_image; PNM, SGI, TIFF, Radiance's .hdr, DDS, KTX2. Not compressed ones are halved until no
+/// side is above `maxSidePx`, others until none is above 16384. kBadInput or kLimit, with the reason; of formats that are known and not read, their names.
 [[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
 
 }  // namespace tessera

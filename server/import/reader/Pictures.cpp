@@ -12,7 +12,8 @@ Expected<proto::scene::Image*> Pictures::addImage(const std::string& name, const
     if (known == pictures_.end()) {
         known = pictures_.emplace(picture, Picture{decode(), {}}).first;
         if (known->second.decoded) bytes_ += known->second.decoded->rgba.size();
-        while (bytes_ > limits_.maxImageBytes) halveLargest();
+        while (bytes_ > limits_.maxImageBytes && halveLargest()) {
+        }
     }
     if (!known->second.decoded) return tl::unexpected(known->second.decoded.error());
     proto::scene::Image* image = scene_.file.add_image();
@@ -21,15 +22,18 @@ Expected<proto::scene::Image*> Pictures::addImage(const std::string& name, const
     return image;
 }
 
-void Pictures::halveLargest() {
+bool Pictures::halveLargest() {
+    // Of compressed ones without mipmaps there is nothing smaller: how large those are together the files' own sizes bound.
     const auto sizeOf = [](const auto& entry) {
-        return entry.second.decoded ? entry.second.decoded->rgba.size() : 0;
+        const Expected<DecodedImage>& decoded = entry.second.decoded;
+        return decoded && !(decoded->compressed() && decoded->mipmaps == 1) ? decoded->rgba.size() : 0;
     };
     const auto largest = std::max_element(pictures_.begin(), pictures_.end(),
                                           [&](const auto& a, const auto& b) { return sizeOf(a) < sizeOf(b); });
-    bytes_ -= sizeOf(*largest);
-    halve(*largest->second.decoded);
-    bytes_ += sizeOf(*largest);
+    const std::size_t before = sizeOf(*largest);
+    if (before == 0 || !halve(*largest->second.decoded)) return false;
+    bytes_ -= before - largest->second.decoded->rgba.size();
+    return true;
 }
 
 void Pictures::finish() {
@@ -43,7 +47,10 @@ void Pictures::finish() {
             image->set_width_px(static_cast<std::uint32_t>(decoded.widthPx));
             image->set_height_px(static_cast<std::uint32_t>(decoded.heightPx));
             image->set_pixels_blob(blob);
-            if (decoded.rgbe) image->set_encoding(proto::scene::Image::RGBE);
+            if (decoded.encoding != proto::scene::Image::SRGB) image->set_encoding(decoded.encoding);
+            if (decoded.shape != proto::scene::Image::FLAT) image->set_shape(decoded.shape);
+            if (decoded.depthPx > 1) image->set_depth_px(decoded.depthPx);
+            if (decoded.mipmaps > 1) image->set_mipmaps(decoded.mipmaps);
         }
     }
 }

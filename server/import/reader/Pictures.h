@@ -28,7 +28,8 @@ private:
         Expected<DecodedImage> decoded;
         std::vector<proto::scene::Image*> images;
     };
-    void halveLargest();
+    /// False: none can be made smaller.
+    bool halveLargest();
 
     PlainScene& scene_;
     const ReadLimits& limits_;

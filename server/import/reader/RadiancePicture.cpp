@@ -135,7 +135,7 @@ Expected<DecodedImage> decodeRadiance(ByteSpan bytes) {
         return damaged(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height, kMaxSide, kMaxPixels));
     // No row of runs is shorter than this: nothing is promised memory for bytes that are not there.
     if (bytes.size() < height * 8 && bytes.size() < height * width * 4) return damaged("that is cut off");
-    DecodedImage image{.widthPx = static_cast<int>(width), .heightPx = static_cast<int>(height), .rgba = Bytes(width * height * 4), .rgbe = true};
+    DecodedImage image{.widthPx = static_cast<int>(width), .heightPx = static_cast<int>(height), .rgba = Bytes(width * height * 4), .encoding = proto::scene::Image::RGBE};
     for (std::size_t y = 0; y < height; ++y) {
         std::byte* row = image.rgba.data() + 4 * width * y;
         const bool isNew = width >= 8 && width < 32768 && source.peek(0) == 2 && source.peek(1) == 2 &&

@@ -426,25 +426,79 @@ Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind
     return {};
 }
 
+Expected<DecodedImage> SceneExpander::readPicture(const std::string& uri) const {
+    const Expected<Bytes> bytes = files_.read(uri);
+    if (!bytes) return tl::unexpected(bytes.error());
+    Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
+    if (!decoded) return failWith(fmt::format("'{}'", uri), decoded.error());
+    return decoded;
+}
+
 Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
-    if (image.uri().empty()) {
+    using ImageMessage = proto::scene::Image;
+    if (image.uri().empty() && image.face().empty()) {
         *scene_.file.add_image() = image;
         return {};
     }
-    if (image.uri().front() == '/')
-        return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", image.uri()));
-    const Expected<proto::scene::Image*> added =
-        pictures_.addImage(image.name(), fmt::format("'{}'", image.uri()), [&]() -> Expected<DecodedImage> {
-            const Expected<Bytes> bytes = files_.read(image.uri());
-            if (!bytes) return tl::unexpected(bytes.error());
-            Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
-            if (!decoded) return failWith(fmt::format("'{}'", image.uri()), decoded.error());
-            return decoded;
-        });
+    if (!image.face().empty() && (!image.uri().empty() || image.face_size() != 6))
+        return fail(ErrorCode::kBadInput, fmt::format("an image has a uri or six faces; this one has {} faces{}", image.face_size(), image.uri().empty() ? "" : " and a uri"));
+    std::vector<std::string> files(image.face().begin(), image.face().end());
+    if (files.empty()) files.push_back(image.uri());
+    std::string picture;
+    for (const std::string& file : files) {
+        if (file.empty() || file.front() == '/') return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", file));
+        picture += fmt::format("{}'{}'", picture.empty() ? "" : ", ", file);
+    }
+    const bool cut = image.shape() != ImageMessage::FLAT && image.face().empty();
+    if (cut) picture += fmt::format(" as {}", ImageMessage::Shape_Name(image.shape()));
+    if (cut && image.shape() == ImageMessage::SOLID) picture += fmt::format(" of {}", image.depth_px());
+    const Expected<ImageMessage*> added = pictures_.addImage(image.name(), picture, [&]() -> Expected<DecodedImage> {
+        Expected<DecodedImage> first = readPicture(files.front());
+        if (!first || (files.size() == 1 && (!cut || first->shape == image.shape()))) return first;
+        if (first->shape != ImageMessage::FLAT) return fail(ErrorCode::kBadInput, fmt::format("{} is a {} by itself", picture, ImageMessage::Shape_Name(first->shape)));
+        return cut ? cutPicture(std::move(*first), image) : joinFaces(std::move(*first), files);
+    });
     if (!added) return tl::unexpected(added.error());
     **added = image;
     (*added)->clear_uri();
+    (*added)->clear_face();
+    // The file's own, when all are decoded.
+    (*added)->clear_shape();
+    (*added)->clear_depth_px();
+    (*added)->clear_mipmaps();
+    (*added)->clear_encoding();
     return {};
+}
+
+/// Slices and faces lie as they do in a flat picture, one below the other.
+Expected<DecodedImage> SceneExpander::cutPicture(DecodedImage picture, const proto::scene::Image& image) const {
+    using ImageMessage = proto::scene::Image;
+    const int parts = image.shape() == ImageMessage::CUBE ? 6 : image.shape() == ImageMessage::SOLID ? static_cast<int>(std::clamp<std::int64_t>(image.depth_px(), 1, 4096)) : 1;
+    if (picture.compressed() && parts > 1) return fail(ErrorCode::kBadInput, "a compressed flat image is not cut");
+    if (picture.heightPx % parts != 0)
+        return fail(ErrorCode::kBadInput, fmt::format("{} × {} pixels are not {} pictures below each other", picture.widthPx, picture.heightPx, parts));
+    picture.heightPx /= parts;
+    picture.shape = image.shape();
+    if (image.shape() == ImageMessage::SOLID) picture.depthPx = parts;
+    if (image.shape() == ImageMessage::LINE && picture.heightPx != 1)
+        return fail(ErrorCode::kBadInput, fmt::format("a LINE is one pixel high, not {}", picture.heightPx));
+    if (image.shape() == ImageMessage::CUBE && picture.widthPx != picture.heightPx)
+        return fail(ErrorCode::kBadInput, fmt::format("a CUBE is of six squares, not of {} × {} pixels", picture.widthPx, picture.heightPx));
+    return picture;
+}
+
+Expected<DecodedImage> SceneExpander::joinFaces(DecodedImage cube, const std::vector<std::string>& files) const {
+    if (cube.widthPx != cube.heightPx) return fail(ErrorCode::kBadInput, fmt::format("'{}': a CUBE is of squares, not of {} × {} pixels", files.front(), cube.widthPx, cube.heightPx));
+    if (cube.mipmaps > 1) return fail(ErrorCode::kBadInput, fmt::format("'{}' has mipmaps, and is no face", files.front()));
+    for (std::size_t i = 1; i < files.size(); ++i) {
+        const Expected<DecodedImage> face = readPicture(files[i]);
+        if (!face) return face;
+        if (face->widthPx != cube.widthPx || face->heightPx != cube.heightPx || face->encoding != cube.encoding || face->shape != cube.shape || face->mipmaps != 1)
+            return fail(ErrorCode::kBadInput, fmt::format("'{}' is not of the size and kind of '{}'", files[i], files.front()));
+        cube.rgba.insert(cube.rgba.end(), face->rgba.begin(), face->rgba.end());
+    }
+    cube.shape = proto::scene::Image::CUBE;
+    return cube;
 }
 
 }  // namespace tessera

@@ -50,6 +50,9 @@ private:
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
     Expected<void> expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data);
     Expected<void> expandImage(const proto::scene::Image& image);
+    [[nodiscard]] Expected<DecodedImage> readPicture(const std::string& uri) const;
+    [[nodiscard]] Expected<DecodedImage> cutPicture(DecodedImage picture, const proto::scene::Image& image) const;
+    [[nodiscard]] Expected<DecodedImage> joinFaces(DecodedImage cube, const std::vector<std::string>& files) const;
     /// Its images.
     Expected<void> checkNames(const proto::scene::Material& material) const;
     /// What a newer version added to the authors' messages cannot be expanded: it is named in a note, and left out.

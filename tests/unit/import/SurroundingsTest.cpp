@@ -83,7 +83,7 @@ TEST(RadiancePictures, AreReadInAllTheirCodings) {
         for (const std::string& body : files) {
             const Expected<DecodedImage> image = decoded(headOf(width, height) + body);
             ASSERT_TRUE(image) << image.error().message << " round " << round;
-            EXPECT_TRUE(image->rgbe);
+            EXPECT_EQ(image->encoding, proto::scene::Image::RGBE);
             ASSERT_EQ(image->rgba.size(), pixels.size());
             EXPECT_TRUE(std::ranges::equal(image->rgba, std::as_bytes(std::span(pixels)))) << "round " << round;
         }

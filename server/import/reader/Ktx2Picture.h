@@ -1,0 +1,12 @@
+/// Khronos' textures (.ktx2): KTX File Format Specification 2.0; the numbers of VkFormat.
+#pragma once
+
+#include "server/import/reader/ImageDecoder.h"
+
+namespace tessera {
+
+[[nodiscard]] bool isKtx2(ByteSpan bytes);
+/// As decodeDds; plain or compressed by zstd. BasisLZ, UASTC, ETC, ASTC and zlib are refused by name.
+[[nodiscard]] Expected<DecodedImage> decodeKtx2(ByteSpan bytes);
+
+}  // namespace tessera

@@ -1,0 +1,349 @@
+// Pictures and textures of all formats: small ones written here byte by byte, what is decoded of them, and what thousands of damaged ones lead to.
+#include <gtest/gtest.h>
+#include <tiffio.h>
+#include <zstd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+
+#include "server/import/reader/DdsPicture.h"
+#include "server/import/reader/ImageDecoder.h"
+#include "server/import/reader/Ktx2Picture.h"
+
+namespace tessera {
+namespace {
+
+using PictureMessage = proto::scene::Image;
+using Texel = std::array<int, 4>;
+
+/// Two pixels across, three down: all different, and of a few bits.
+constexpr std::array<Texel, 6> kTexels = {{{255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 0, 255}, {0, 255, 255, 255}, {255, 255, 255, 255}}};
+
+std::string little(std::uint64_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i) text += static_cast<char>(i < 8 ? value >> 8 * i & 255 : 0);
+    return text;
+}
+std::string big(std::uint64_t value, int bytes) {
+    std::string text = little(value, bytes);
+    return {text.rbegin(), text.rend()};
+}
+
+/// `order`: which channels, as in "bgra"; rows from the top or from the bottom.
+std::string texels(const std::string& order, bool fromTop = true, std::size_t rowBytes = 0) {
+    std::string text;
+    for (std::size_t y = 0; y < 3; ++y) {
+        std::string row;
+        for (std::size_t x = 0; x < 2; ++x)
+            for (const char channel : order) row += static_cast<char>(kTexels[2 * (fromTop ? y : 2 - y) + x][std::string_view("rgba").find(channel)]);
+        row.resize(std::max(row.size(), rowBytes));
+        text += row;
+    }
+    return text;
+}
+
+std::string bmp() {
+    return "BM" + little(14 + 40 + 24, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(2, 4) + little(3, 4) + little(1, 2) + little(24, 2) + little(0, 24) +
+           texels("bgr", false, 8);
+}
+std::string tgaFile() {
+    return std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(2, 2) + little(3, 2) + little(24, 1) + little(0x20, 1) + texels("bgr");
+}
+/// A palette of eight, and codes of four bits: a clear code before each two keeps them so.
+std::string gif() {
+    std::string text = "GIF89a" + little(2, 2) + little(3, 2) + little(0x82, 1) + little(0, 2);
+    for (std::size_t i = 0; i < 8; ++i)
+        for (std::size_t c = 0; c < 3; ++c) text += static_cast<char>(i < 6 ? kTexels[i][c] : 0);
+    text += "," + little(0, 4) + little(2, 2) + little(3, 2) + little(0, 1) + little(3, 1);
+    std::string codes;
+    unsigned bits = 0, count = 0;
+    const auto put = [&](unsigned code) {
+        bits |= code << count;
+        for (count += 4; count >= 8; count -= 8, bits >>= 8) codes += static_cast<char>(bits & 255);
+    };
+    for (unsigned i = 0; i < 6; ++i) {
+        if (i % 2 == 0) put(8);
+        put(i);
+    }
+    put(9);
+    if (count > 0) codes += static_cast<char>(bits);
+    return text + little(codes.size(), 1) + codes + little(0, 1) + ";";
+}
+std::string pic() {
+    std::string text = "\x53\x80\xf6\x34" + std::string(84, '\0') + "PICT" + big(2, 2) + big(3, 2) + big(0x3f800000, 4) + big(3, 2) + big(0, 2);
+    return text + std::string("\0\x08\0\xe0", 4) + texels("rgb");
+}
+std::string pnm(int kind, int most) {
+    std::string text = "P" + std::to_string(kind) + "\n# of six\n2 3\n" + std::to_string(most) + "\n";
+    for (const Texel& texel : kTexels)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int value = texel[c] * most / 255;
+            text += kind == 3 ? std::to_string(value) + " " : big(static_cast<std::uint64_t>(value), most > 255 ? 2 : 1);
+        }
+    return text;
+}
+std::string sgi(bool inRuns, int valueBytes) {
+    std::string text = big(474, 2) + big(inRuns, 1) + big(static_cast<std::uint64_t>(valueBytes), 1) + big(3, 2) + big(2, 2) + big(3, 2) + big(3, 2);
+    text.resize(512);
+    std::string starts, lengths, rows;
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t y = 0; y < 3; ++y) {
+            std::string row;
+            if (inRuns) row += big(0x82, valueBytes);
+            for (std::size_t x = 0; x < 2; ++x) row += big(static_cast<std::uint64_t>(kTexels[2 * (2 - y) + x][c]) << 8 * (valueBytes - 1), valueBytes);
+            if (inRuns) row += big(0, valueBytes);
+            starts += big(512 + 72 + rows.size(), 4);
+            lengths += big(row.size(), 4);
+            rows += row;
+        }
+    return text + (inRuns ? starts + lengths : "") + rows;
+}
+std::string tiff(std::uint16_t compression, std::uint16_t bits) {
+    const std::string path = testing::TempDir() + "tessera-formats-" + std::to_string(::getpid()) + ".tif";
+    TIFF* file = TIFFOpen(path.c_str(), "w");
+    TIFFSetField(file, TIFFTAG_IMAGEWIDTH, 2);
+    TIFFSetField(file, TIFFTAG_IMAGELENGTH, 3);
+    TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, bits);
+    TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, 3);
+    TIFFSetField(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+    TIFFSetField(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(file, TIFFTAG_COMPRESSION, compression);
+    TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 3);
+    for (std::uint32_t y = 0; y < 3; ++y) {
+        std::string row;
+        for (std::size_t x = 0; x < 2; ++x)
+            for (std::size_t c = 0; c < 3; ++c) row += little(static_cast<std::uint64_t>(kTexels[2 * y + x][c]) * (bits == 16 ? 257 : 1), bits / 8);
+        TIFFWriteScanline(file, row.data(), y, 0);
+    }
+    TIFFClose(file);
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    std::filesystem::remove(path);
+    return bytes;
+}
+
+struct Dds {
+    int width = 2, height = 3, depth = 1, mipmaps = 1;
+    std::string format;                     ///< 32 bytes
+    std::uint32_t caps2 = 0;
+    std::string later = {};                 ///< the header of 20 bytes
+};
+std::string fourCcFormat(const std::string& code) {
+    return little(32, 4) + little(4, 4) + code + little(0, 20);
+}
+std::string ddsFile(const Dds& dds, const std::string& data) {
+    std::string text = "DDS " + little(124, 4) + little(0x1007, 4) + little(static_cast<std::uint64_t>(dds.height), 4) + little(static_cast<std::uint64_t>(dds.width), 4) + little(0, 4) +
+                       little(static_cast<std::uint64_t>(dds.depth), 4) + little(static_cast<std::uint64_t>(dds.mipmaps), 4) + std::string(44, '\0') + dds.format + little(0x1000, 4) +
+                       little(dds.caps2, 4) + std::string(12, '\0');
+    return text + dds.later + data;
+}
+std::string ddsRgb() {
+    return ddsFile({.format = little(32, 4) + little(0x41, 4) + little(0, 4) + little(32, 4) + little(0xff0000, 4) + little(0xff00, 4) + little(0xff, 4) + little(0xff000000, 4)}, texels("bgra"));
+}
+std::string dxgi(std::uint32_t format, std::uint32_t dimension = 3, std::uint32_t flags = 0, std::uint32_t count = 1) {
+    return little(format, 4) + little(dimension, 4) + little(flags, 4) + little(count, 4) + little(0, 4);
+}
+/// bc1 blocks of one colour, each its own: the first `count` of a series.
+std::string blocksOf(std::size_t count, std::size_t bytes = 8) {
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) text += std::string(bytes - 8, '\xff') + little(0x1000 + i, 2) + little(0, 6);
+    return text;
+}
+
+struct Ktx {
+    std::uint32_t format = 37, width = 2, height = 3, depth = 0, layers = 0, faces = 1, scheme = 0;
+    std::string keys = {};
+    std::uint32_t model = 1;
+};
+std::string ktxFile(const Ktx& ktx, const std::vector<std::string>& levels) {
+    const std::string descriptor = little(28, 4) + little(0, 8) + little(ktx.model, 1) + little(0, 15);
+    const std::size_t begin = 80 + 24 * levels.size(), data = begin + descriptor.size() + ktx.keys.size();
+    std::string text("\xABKTX 20\xBB\r\n\x1A\n", 12);
+    for (const std::uint32_t word : {ktx.format, 1u, ktx.width, ktx.height, ktx.depth, ktx.layers, ktx.faces, static_cast<std::uint32_t>(levels.size()), ktx.scheme}) text += little(word, 4);
+    text += little(begin, 4) + little(descriptor.size(), 4) + little(ktx.keys.empty() ? 0 : begin + descriptor.size(), 4) + little(ktx.keys.size(), 4) + little(0, 16);
+    std::string index, all;
+    for (const std::string& level : levels) {
+        std::string packed = level;
+        if (ktx.scheme == 2) {
+            packed.resize(ZSTD_compressBound(level.size()));
+            packed.resize(ZSTD_compress(packed.data(), packed.size(), level.data(), level.size(), 5));
+        }
+        index += little(data + all.size(), 8) + little(packed.size(), 8) + little(level.size(), 8);
+        all += packed;
+    }
+    return text + index + descriptor + ktx.keys + all;
+}
+
+Expected<DecodedImage> pictureIn(const std::string& file, int most = 4096) {
+    return decodeImage(asBytes(file), most);
+}
+
+/// All that are read, by their names.
+std::map<std::string, std::string> samples() {
+    std::map<std::string, std::string> all = {
+        {"bmp", bmp()}, {"tga", tgaFile()}, {"gif", gif()}, {"pic", pic()}, {"P3", pnm(3, 255)}, {"P3 of 1000", pnm(3, 1020)}, {"P6", pnm(6, 255)}, {"P6 of 16 bits", pnm(6, 65535)},
+        {"sgi", sgi(false, 1)}, {"sgi in runs", sgi(true, 1)}, {"sgi of 16 bits", sgi(false, 2)}, {"sgi of 16 bits in runs", sgi(true, 2)},
+        {"tiff", tiff(COMPRESSION_NONE, 8)}, {"tiff by LZW", tiff(COMPRESSION_LZW, 8)}, {"tiff of 16 bits", tiff(COMPRESSION_ADOBE_DEFLATE, 16)},
+        {"dds", ddsRgb()}, {"dds by DXGI", ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(28)}, texels("rgba"))},
+        {"ktx2", ktxFile({}, {texels("rgba")})}, {"ktx2 of BGR", ktxFile({.format = 30}, {texels("bgr")})}, {"ktx2 by zstd", ktxFile({.scheme = 2}, {texels("rgba")})},
+        {"ktx2 upwards", ktxFile({.keys = little(18, 4) + std::string("KTXorientation\0ru\0", 18)}, {texels("rgba", false)})},
+    };
+    return all;
+}
+/// And those whose pixels are blocks, cubes or solids.
+std::map<std::string, std::string> shapedSamples() {
+    return {{"dds bc1", ddsFile({.width = 8, .height = 8, .mipmaps = 4, .format = fourCcFormat("DXT1")}, blocksOf(7))},
+            {"dds cube", ddsFile({.width = 4, .height = 4, .mipmaps = 3, .format = fourCcFormat("DXT1"), .caps2 = 0xfe00}, blocksOf(18))},
+            {"dds solid", ddsFile({.width = 4, .height = 4, .depth = 4, .mipmaps = 1, .format = fourCcFormat("DX10"), .later = dxgi(98, 4)}, blocksOf(4, 16))},
+            {"dds floats", ddsFile({.width = 2, .height = 1, .format = little(32, 4) + little(4, 4) + little(113, 4) + little(0, 20)}, little(0x3c003c003c00, 8) + little(0x3c0040003800, 8))},
+            {"ktx2 cube", ktxFile({.format = 131, .width = 4, .height = 4, .faces = 6, .scheme = 2}, {blocksOf(6)})},
+            {"ktx2 line", ktxFile({.width = 6, .height = 0}, {texels("rgba")})}};
+}
+
+TEST(PictureFormats, SayTheSamePixels) {
+    for (const auto& [name, file] : samples()) {
+        const Expected<DecodedImage> image = pictureIn(file);
+        ASSERT_TRUE(image) << name << ": " << image.error().message;
+        ASSERT_EQ(image->widthPx, 2) << name;
+        ASSERT_EQ(image->heightPx, 3) << name;
+        ASSERT_EQ(image->rgba.size(), 24u) << name;
+        for (std::size_t i = 0; i < 24; ++i) EXPECT_EQ(std::to_integer<int>(image->rgba[i]), kTexels[i / 4][i % 4]) << name << ", byte " << i;
+        EXPECT_EQ(image->shape, PictureMessage::FLAT) << name;
+    }
+}
+
+TEST(PictureFormats, BitsAreBlackAndWhite) {
+    for (const std::string& file : {std::string("P1 2 3 10 01#a comment\n11"), std::string("P4 2 3\n") + "\x80\x40\xc0"}) {
+        const Expected<DecodedImage> image = pictureIn(file);
+        ASSERT_TRUE(image) << image.error().message;
+        std::string seen;
+        for (std::size_t i = 0; i < 6; ++i) seen += image->rgba[4 * i] == std::byte{0} ? '1' : '0';
+        EXPECT_EQ(seen, "100111");
+    }
+}
+
+TEST(PictureFormats, GreyAndAlphaAreKept) {
+    const std::string grey = ddsFile({.width = 1, .height = 1, .format = little(32, 4) + little(0x20001, 4) + little(0, 4) + little(16, 4) + little(0xff, 4) + little(0, 8) + little(0xff00, 4)}, little(0x4080, 2));
+    const Expected<DecodedImage> image = pictureIn(grey);
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ(image->rgba, (Bytes{std::byte{0x80}, std::byte{0x80}, std::byte{0x80}, std::byte{0x40}}));
+    const Expected<DecodedImage> high = pictureIn(ddsFile({.width = 1, .height = 1, .format = little(32, 4) + little(0x40, 4) + little(0, 4) + little(16, 4) + little(0xf800, 4) + little(0x7e0, 4) + little(0x1f, 4) + little(0, 4)}, little(0xf81f, 2)));
+    ASSERT_TRUE(high);
+    EXPECT_EQ(high->rgba, (Bytes{std::byte{255}, std::byte{0}, std::byte{255}, std::byte{255}}));
+}
+
+TEST(PictureFormats, CubesOfDdsComeLevelByLevel) {
+    const Expected<DecodedImage> image = pictureIn(shapedSamples().at("dds cube"));
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ(image->shape, PictureMessage::CUBE);
+    EXPECT_EQ(image->encoding, PictureMessage::BC1);
+    EXPECT_EQ(image->mipmaps, 3);
+    ASSERT_EQ(image->rgba.size(), 18u * 8);
+    // In the file face by face, of each its three levels.
+    for (std::size_t level = 0; level < 3; ++level)
+        for (std::size_t face = 0; face < 6; ++face)
+            EXPECT_EQ(std::to_integer<std::size_t>(image->rgba[8 * (6 * level + face)]), 3 * face + level) << level << ' ' << face;
+}
+
+TEST(PictureFormats, ShapesAreTheFilesOwn) {
+    const auto all = shapedSamples();
+    const auto of = [&](const char* name) {
+        const Expected<DecodedImage> image = pictureIn(all.at(name));
+        EXPECT_TRUE(image) << name << ": " << (image ? "" : image.error().message);
+        return image ? *image : DecodedImage();
+    };
+    EXPECT_EQ(of("dds bc1").mipmaps, 4);
+    EXPECT_EQ(of("dds bc1").rgba.size(), 7u * 8);
+    EXPECT_EQ(of("dds solid").depthPx, 4);
+    EXPECT_EQ(of("dds solid").encoding, PictureMessage::BC7);
+    EXPECT_EQ(of("ktx2 cube").shape, PictureMessage::CUBE);
+    EXPECT_EQ(of("ktx2 line").shape, PictureMessage::LINE);
+    EXPECT_EQ(of("ktx2 line").heightPx, 1);
+    // 1, 1, 1 and 0.5, 2, 1 with the exponent that they share.
+    EXPECT_EQ(of("dds floats").rgba, (Bytes{std::byte{128}, std::byte{128}, std::byte{128}, std::byte{129}, std::byte{32}, std::byte{128}, std::byte{64}, std::byte{130}}));
+    EXPECT_EQ(of("dds floats").encoding, PictureMessage::RGBE);
+}
+
+TEST(PictureFormats, WhatIsTooLargeLosesItsLargestMipmaps) {
+    DecodedImage image = pictureIn(shapedSamples().at("dds bc1")).value();
+    ASSERT_TRUE(halve(image));
+    EXPECT_EQ(image.widthPx, 4);
+    EXPECT_EQ(image.mipmaps, 3);
+    EXPECT_EQ(std::to_integer<int>(image.rgba[0]), 4) << "the block behind the four of the largest";
+    ASSERT_TRUE(halve(image));
+    ASSERT_TRUE(halve(image));
+    EXPECT_FALSE(halve(image));
+    EXPECT_EQ(image.rgba.size(), 8u);
+}
+
+TEST(PictureFormats, WhatIsNotReadIsNamed) {
+    const auto message = [](const std::string& file) {
+        const Expected<DecodedImage> image = pictureIn(file);
+        return image ? std::string("decoded") : image.error().message;
+    };
+    EXPECT_NE(message(ktxFile({.format = 0, .scheme = 1}, {"x"})).find("BasisLZ"), std::string::npos);
+    EXPECT_NE(message(ktxFile({.format = 0, .model = 166}, {"x"})).find("UASTC"), std::string::npos);
+    EXPECT_NE(message(ktxFile({.format = 157}, {"x"})).find("ASTC"), std::string::npos);
+    EXPECT_NE(message(ktxFile({.layers = 3}, {texels("rgba")})).find("array of 3"), std::string::npos);
+    EXPECT_NE(message(ddsFile({.format = fourCcFormat("UYVY")}, "")).find("'UYVY'"), std::string::npos);
+    EXPECT_NE(message(ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(84)}, "")).find("signed"), std::string::npos);
+    EXPECT_NE(message("RIFF\1\2\3\4WEBPVP8 ").find("WebP"), std::string::npos);
+    EXPECT_NE(message("nothing of the kind").find("cannot be decoded"), std::string::npos);
+}
+
+TEST(PictureFormats, SizesThatAreNotThereTakeNoMemory) {
+    // Of a few bytes each that say gigabytes; the child has less.
+    for (const std::string& file : {ddsFile({.width = 16384, .height = 16384, .format = fourCcFormat("DXT1")}, ""), ktxFile({.width = 16384, .height = 16384, .scheme = 2}, {"x"}),
+                                    std::string("P6 32768 4096 255\nx"), std::string("P3 32768 4096 255\nx"), ddsFile({.width = -1, .height = -1, .format = fourCcFormat("DXT1")}, ""),
+                                    ktxFile({.width = 0xffffffff, .height = 0xffffffff}, {"x"}), ddsFile({.width = 2048, .height = 2048, .depth = 2048, .format = fourCcFormat("DX10"), .later = dxgi(28, 4)}, "")})
+        EXPECT_FALSE(pictureIn(file));
+}
+
+/// Reads that go astray show with AddressSanitizer (tests/README.md), those that end the process without as well.
+TEST(PictureFormats, AnyDamageLeadsToAPictureOrAnError) {
+    auto all = samples();
+    for (const auto& [name, file] : shapedSamples()) all[name] = file;
+    const char* given = std::getenv("TESSERA_SEED");
+    const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : 1;
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " unit_import --gtest_filter=PictureFormats.AnyDamage*");
+    std::mt19937 random(seed);
+    const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
+    std::size_t decodedOnes = 0, refused = 0;
+    for (const auto& [name, file] : all) {
+        for (std::size_t length = 0; length < file.size(); ++length) (pictureIn(file.substr(0, length), 64) ? decodedOnes : refused)++;
+        for (int i = 0; i < 1500; ++i) {
+            std::string damaged = file;
+            for (std::size_t k = 1 + below(4); k > 0; --k) {
+                // Headers say most.
+                const std::size_t at = below(2) ? below(damaged.size()) : below(std::min<std::size_t>(damaged.size(), 160));
+                static constexpr std::array<char, 6> kExtremes = {0, 1, '\x7f', '\xff', '\x80', '\x40'};
+                damaged[at] = below(2) ? kExtremes[below(6)] : static_cast<char>(random());
+            }
+            const Expected<DecodedImage> image = pictureIn(damaged, 64);
+            (image ? decodedOnes : refused)++;
+            if (!image) {
+                EXPECT_FALSE(image.error().message.empty());
+                continue;
+            }
+            ASSERT_GT(image->widthPx, 0);
+            ASSERT_GT(image->heightPx, 0);
+            ASSERT_FALSE(image->rgba.empty());
+            if (!image->compressed())
+                ASSERT_EQ(image->rgba.size(), std::size_t{4} * static_cast<std::size_t>(image->widthPx) * static_cast<std::size_t>(image->heightPx) *
+                                                  static_cast<std::size_t>(image->shape == PictureMessage::CUBE ? 6 : image->depthPx))
+                    << name;
+        }
+    }
+    // Both happen, or nothing was tried.
+    EXPECT_GT(decodedOnes, 1000u);
+    EXPECT_GT(refused, 1000u);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,168 @@
+// Where textures are found, which of a glTF's images is shown, and images of other shapes in scene texts.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "tests/unit/import/GltfText.h"
+#include "tests/unit/import/Picture.h"
+
+namespace tessera {
+namespace {
+
+constexpr const char* kPaintedTriangle = "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n";
+
+/// The first number of the image that an OBJ's material shows, whose file it names so; -1: none.
+int shownBy(const Scratch& scratch, const std::string& name, std::vector<std::string>* notes = nullptr) {
+    scratch.write("model/paint.mtl", "newmtl paint\nKd 1 1 1\nmap_Kd " + name + "\n");
+    Expected<ImportedScene> scene = importScene(scratch.write("model/model.obj", kPaintedTriangle), kRootNode, importOptions());
+    EXPECT_TRUE(scene) << messageOf(scene);
+    if (!scene) return -2;
+    if (notes) *notes = scene->notes;
+    const ImportedAspect aspect(std::move(*scene));
+    const std::vector<const Image*> images = allOf<Image>(aspect);
+    return images.empty() ? -1 : int{images[0]->pixels.as<std::uint8_t>()[0]};
+}
+std::string ofValue(std::uint8_t value) {
+    return pictureOf({{value, value, value, 255}});
+}
+
+TEST(FoundTextures, ByTheirLastPartInAnyCaseBelowTheModelsFolder) {
+    const Scratch scratch;
+    scratch.write("model/textures/Wood.PNG", ofValue(7));
+    std::vector<std::string> notes;
+    for (const char* name : {"C:\\maps\\wood.png", "..\\..\\maps\\WOOD.png", "wood.PNG", "/home/somebody/wood.png", "textures\\wood.png"}) {
+        EXPECT_EQ(shownBy(scratch, name, &notes), 7) << name;
+        EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) { return note.find("was found as 'textures/Wood.PNG'") != std::string::npos; }), 1) << name;
+    }
+    EXPECT_EQ(shownBy(scratch, "textures/Wood.PNG", &notes), 7);
+    EXPECT_TRUE(notes.empty()) << "it stands where the file says";
+    EXPECT_EQ(shownBy(scratch, "stone.png", &notes), -1);
+    EXPECT_FALSE(notes.empty());
+}
+
+TEST(FoundTextures, TheOneWhoseFoldersAgreeAndElseTheNearest) {
+    const Scratch scratch;
+    scratch.write("model/a/deep/wood.png", ofValue(1));
+    scratch.write("model/b/wood.png", ofValue(2));
+    scratch.write("model/c/maps/wood.png", ofValue(3));
+    EXPECT_EQ(shownBy(scratch, "D:\\job\\MAPS\\wood.png"), 3);
+    EXPECT_EQ(shownBy(scratch, "D:\\job\\elsewhere\\wood.png"), 2);
+}
+
+TEST(FoundTextures, NothingOutsideOfTheModelsFolder) {
+    const Scratch scratch;
+    scratch.write("wood.png", ofValue(9));
+    std::filesystem::create_directories(scratch.path("model/maps"));
+    std::filesystem::create_symlink(scratch.path("wood.png"), scratch.path("model/maps/wood.png"));
+    for (const char* name : {"../wood.png", "..\\wood.png", "wood.png", "maps/wood.png"}) EXPECT_EQ(shownBy(scratch, name), -1) << name;
+}
+
+/// A texture of these sources, whose images are the files a.tga, b.ktx2, c.dds.
+Expected<ImportedScene> texturedGltf(const Scratch& scratch, const std::string& texture, const std::string& more = "") {
+    GltfText gltf;
+    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3), coordinates = gltf.floats({0, 0, 1, 0, 0, 1}, "VEC2", 2);
+    scratch.write("a.tga", ofValue(7));
+    scratch.write("b.ktx2", std::string("\xABKTX 20\xBB\r\n\x1A\n", 12) + std::string(32, '\0') + '\1' + std::string(100, '\0'));
+    std::string dds(128, '\0');
+    const auto put = [&dds](std::size_t at, const std::string& bytes) { dds.replace(at, bytes.size(), bytes); };
+    put(0, "DDS ");
+    dds[4] = 124, dds[12] = 4, dds[16] = 4, dds[80] = 4;
+    put(84, "DXT1");
+    scratch.write("c.dds", dds + std::string(8, '\x11'));
+    const std::string rest = fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{}}},"material":0}}]}}],
+        "textures":[{}],"images":[{{"uri":"a.tga"}},{{"uri":"b.ktx2"}},{{"uri":"c.dds"}}]{})",
+        positions, coordinates, texture, more);
+    return importScene(scratch.write("model.gltf", gltf.text(rest)), kRootNode, importOptions());
+}
+
+TEST(GltfTextures, DdsComesBeforeTheOtherImage) {
+    const Scratch scratch;
+    Expected<ImportedScene> scene = texturedGltf(scratch, R"({"source":0,"extensions":{"MSFT_texture_dds":{"source":2}}})", R"(,"extensionsUsed":["MSFT_texture_dds"])");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    ASSERT_EQ(allOf<Image>(aspect).size(), 1u);
+    EXPECT_EQ(allOf<Image>(aspect)[0]->encoding, Image::kBc1);
+}
+
+TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
+    const Scratch scratch;
+    const std::string required = R"(,"extensionsUsed":["KHR_texture_basisu"],"extensionsRequired":["KHR_texture_basisu"])";
+    Expected<ImportedScene> scene = texturedGltf(scratch, R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(hasNote(*scene, "image 1 is left out: a KTX2 texture of BasisLZ, which is not read"));
+    {
+        const ImportedAspect aspect(std::move(*scene));
+        ASSERT_EQ(allOf<Image>(aspect).size(), 1u);
+        EXPECT_EQ(allOf<Image>(aspect)[0]->pixels.as<std::uint8_t>()[0], 7);
+    }
+    scene = texturedGltf(scratch, R"({"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
+    ASSERT_TRUE(scene) << messageOf(scene) << ": the rest is there all the same";
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_TRUE(allOf<Image>(aspect).empty());
+    EXPECT_EQ(allOf<Geometry>(aspect).size(), 1u);
+}
+
+/// A scene whose surroundings are the image: images that nothing shows are left out.
+Expected<ImportedScene> withImage(const Scratch& scratch, const std::string& image, bool surroundings = true) {
+    const std::string use = surroundings ? "node { environment { image: \"i\" } }"
+                                         : "material { name: \"m\" base_color_image: \"i\" } node { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }";
+    return importScene(scratch.write("scene.tsct", "image { name: \"i\" " + image + " }\n" + use + "\n"), kRootNode, importOptions());
+}
+
+TEST(ImageShapes, ACubeIsSixFilesOrOneOfSixBelowEachOther) {
+    const Scratch scratch;
+    for (int i = 0; i < 6; ++i) scratch.write(fmt::format("{}.tga", i), ofValue(static_cast<std::uint8_t>(10 * i)));
+    std::string below("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\6\0\40\50", 18);
+    for (int i = 0; i < 6; ++i) below += std::string(3, static_cast<char>(10 * i)) + '\xff';
+    scratch.write("below.tga", below);
+    for (const std::string& said : {std::string(R"(face: ["0.tga", "1.tga", "2.tga", "3.tga", "4.tga", "5.tga"])"), std::string(R"(uri: "below.tga" shape: CUBE)")}) {
+        Expected<ImportedScene> scene = withImage(scratch, said);
+        ASSERT_TRUE(scene) << messageOf(scene);
+        const ImportedAspect aspect(std::move(*scene));
+        ASSERT_EQ(allOf<Image>(aspect).size(), 1u);
+        const Image& cube = *allOf<Image>(aspect)[0];
+        EXPECT_EQ(cube.shape, Image::kCube);
+        EXPECT_EQ(cube.widthPx, 1);
+        EXPECT_EQ(cube.heightPx, 1);
+        ASSERT_EQ(cube.pixels.sizeBytes(), 24u);
+        for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(cube.pixels.as<std::uint8_t>()[4 * i], 10 * i);
+    }
+}
+
+TEST(ImageShapes, ASolidIsCutAndALineIsOneRow) {
+    const Scratch scratch;
+    std::string below("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\6\0\40\50", 18);
+    below += std::string(24, '\x20');
+    scratch.write("below.tga", below);
+    scratch.write("row.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
+    Expected<ImportedScene> solid = withImage(scratch, R"(uri: "below.tga" shape: SOLID depth_px: 3 wrap_w: MIRROR)", false);
+    ASSERT_TRUE(solid) << messageOf(solid);
+    const ImportedAspect aspect(std::move(*solid));
+    const Image& image = *allOf<Image>(aspect).at(0);
+    EXPECT_EQ(image.shape, Image::kSolid);
+    EXPECT_EQ(image.depthPx, 3);
+    EXPECT_EQ(image.heightPx, 2);
+    EXPECT_EQ(image.wrapW, Image::kMirror);
+    Expected<ImportedScene> line = withImage(scratch, R"(uri: "row.tga" shape: LINE)", false);
+    ASSERT_TRUE(line) << messageOf(line);
+    EXPECT_EQ(allOf<Image>(ImportedAspect(std::move(*line))).at(0)->shape, Image::kLine);
+}
+
+TEST(ImageShapes, WhatDoesNotFitIsRefusedInWords) {
+    const Scratch scratch;
+    scratch.write("one.tga", ofValue(1));
+    scratch.write("two.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
+    const auto refusal = [&](const std::string& said, bool surroundings = true) { return messageOf(withImage(scratch, said, surroundings)); };
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("six faces"), std::string::npos);
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])").find("'two.tga' is not of the size"), std::string::npos);
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])").find("one.tga"), std::string::npos);
+    EXPECT_NE(refusal(R"(uri: "two.tga" shape: CUBE)").find("not 6 pictures below each other"), std::string::npos);
+    EXPECT_NE(refusal(R"(uri: "one.tga" shape: LINE)").find("neither flat nor a cube"), std::string::npos);
+    EXPECT_NE(refusal(R"(uri: "two.tga" shape: SOLID depth_px: 2)", false).find("not 2 pictures below each other"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
