@@ -88,11 +88,14 @@ bool isHolder(Content content) {
     return content == Content::kMaterialGroup || content == Content::kBillboard;
 }
 
-/// The name of the node that a light stands at; empty: its own.
-std::string_view beaconOf(const proto::scene::Node& node) {
-    if (node.has_directional_light()) return node.directional_light().beacon();
-    if (node.has_point_light()) return node.point_light().beacon();
-    return node.has_spot_light() ? std::string_view(node.spot_light().beacon()) : std::string_view();
+/// The names of the nodes that a light stands at, and that it lights; empty: its own, and everything.
+struct LightNames {
+    std::string_view beacon, scope;
+};
+LightNames lightNamesOf(const proto::scene::Node& node) {
+    if (node.has_directional_light()) return {node.directional_light().beacon(), node.directional_light().scope()};
+    if (node.has_point_light()) return {node.point_light().beacon(), node.point_light().scope()};
+    return node.has_spot_light() ? LightNames{node.spot_light().beacon(), node.spot_light().scope()} : LightNames();
 }
 
 /// Where the content says it stands; of contents that do not, line 0.
@@ -312,8 +315,9 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         else if (object.mass() > 0 && object.division() != proto::scene::CollisionObject::WHOLE)
             note(where + ": it is divided into several objects, so its mass means nothing");
     }
-    if (const std::string_view beacon = beaconOf(node); !beacon.empty())
-        pending_.push_back({PendingRef::Kind::kBeacon, *core, holder, spot.top, std::string(beacon), placeText(file.label, placeOfNode(node)), false, tableTypeOf(node)->type});
+    const LightNames names = lightNamesOf(node);
+    for (const auto& [kind, name] : {std::pair(PendingRef::Kind::kBeacon, names.beacon), {PendingRef::Kind::kScope, names.scope}})
+        if (!name.empty()) pending_.push_back({kind, *core, holder, spot.top, std::string(name), placeText(file.label, placeOfNode(node)), false, tableTypeOf(node)->type});
     if (content == Content::kImport)
         if (Expected<void> done = placeImport(file, node, below); !done) return done;
     if (content == Content::kInstance)

@@ -61,7 +61,7 @@ private:
     };
     /// A name to be looked up once everything has its place.
     struct PendingRef {
-        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode, kBeacon };
+        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode, kBeacon, kScope };
         Kind kind;
         ObjectId core;
         Placed* from;

@@ -12,6 +12,7 @@
 #include "common/drawable/ImageLayout.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/ChildChoice.h"
+#include "common/scene/MaterialParts.h"
 #include "common/scene/Text.h"
 #include "server/import/CollisionCores.h"
 #include "server/import/NurbsCores.h"
@@ -33,6 +34,12 @@ using MaterialMessage = proto::scene::Material;
 static_assert(MaterialMessage::AUTO_ALPHA == Material::kAutoAlpha && MaterialMessage::OPAQUE == Material::kOpaque &&
               MaterialMessage::MASK == Material::kMask && MaterialMessage::BLEND == Material::kBlend);
 static_assert(MaterialMessage::FILLED == Material::kFilled && MaterialMessage::EDGES == Material::kEdges && MaterialMessage::CORNERS == Material::kCorners);
+static_assert(MaterialMessage::METAL_ROUGHNESS == Material::kMetalRoughness && MaterialMessage::PHONG == Material::kPhong);
+using LayerMessage = proto::scene::TextureLayer;
+static_assert(LayerMessage::MODULATE == TextureLayer::kModulate && LayerMessage::ADD == TextureLayer::kAdd && LayerMessage::DECAL == TextureLayer::kDecal &&
+              LayerMessage::REPLACE == TextureLayer::kReplace);
+static_assert(LayerMessage::TEXCOORDS == TextureLayer::kTexcoords && LayerMessage::SPHERE == TextureLayer::kSphere &&
+              LayerMessage::REFLECTION == TextureLayer::kReflection && LayerMessage::POSITION == TextureLayer::kPosition);
 static_assert(MeshMessage::TRIANGLES == Geometry::kTriangles && MeshMessage::POINTS == Geometry::kPoints && MeshMessage::LINES == Geometry::kLines &&
               MeshMessage::LINE_STRIPS == Geometry::kLineStrip && MeshMessage::LINE_LOOPS == Geometry::kLineLoop &&
               MeshMessage::TRIANGLE_STRIPS == Geometry::kTriangleStrip && MeshMessage::TRIANGLE_FANS == Geometry::kTriangleFan &&
@@ -480,6 +487,17 @@ Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::stri
         if (!core) return core;
         field.store(&*material, *core);
     }
+    for (const proto::scene::TextureLayer& layer : found->second->layer()) {
+        Expected<TextureLayer> made = readTableObject<TextureLayer>(layer);
+        if (!made) return failWith(fmt::format("material '{}', layer {}", readName(name, ""), material->layers.size()), made.error());
+        if (!layer.image().empty()) {
+            const Expected<ObjectId> image = imageCore(file, layer.image());
+            if (!image) return image;
+            made->image = *image;
+        }
+        material->layers.push_back(create(*made));
+    }
+    if (const Expected<void> sound = checkLayers(*material); !sound) return failWith(fmt::format("material '{}'", readName(name, "")), sound.error());
     // Known from here on: materials may name one another in circles.
     const ObjectId id = file.materialCores[name] = create(*material);
     if (Expected<void> named = materialParts(file, *found->second, id); !named) return failWith(fmt::format("material '{}'", readName(name, "")), named.error());

@@ -101,11 +101,11 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
             builder_.set(ref.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(found->id));
             if (ref.free) noteUnfree(ref, *found);
             return {};
-        case PendingRef::Kind::kBeacon: {
-            if (found == nullptr) return wrong(fmt::format("there is no node '{}' for this light to stand at", shown));
-            const TypeInfo* type = findType(ref.type);
-            const auto beacon = std::find_if(type->fields.begin(), type->fields.end(), [](const FieldEntry& field) { return field.name == "beacon"; });
-            builder_.set(ref.core, ref.type, beacon->id, toValue(found->id));
+        case PendingRef::Kind::kBeacon:
+        case PendingRef::Kind::kScope: {
+            const bool scope = ref.kind == PendingRef::Kind::kScope;
+            if (found == nullptr) return wrong(fmt::format("there is no node '{}' for this light to {}", shown, scope ? "light" : "stand at"));
+            builder_.set(ref.core, ref.type, findField(*findType(ref.type), scope ? "scope" : "beacon")->id, toValue(found->id));
             return {};
         }
         case PendingRef::Kind::kInterestObject:

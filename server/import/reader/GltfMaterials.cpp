@@ -93,6 +93,22 @@ void GltfReader::setCoatAndTransmission(const tinygltf::Material& material, prot
     }
 }
 
+void GltfReader::setSpecular(const tinygltf::Material& material, proto::scene::Material& message) {
+    if (const tinygltf::Value* specular = extension(material, "KHR_materials_specular")) {
+        message.set_specular(share(number(*specular, "specularFactor", 1)));
+        std::array<double, 4> color{1, 1, 1, 1};
+        for (std::size_t i = 0; i < 3; ++i) color[i] = std::clamp(gltfElement(*specular, "specularColorFactor", static_cast<int>(i), 1.0), 0.0, 1e3);
+        setColor(color, *message.mutable_specular_color());
+        for (const char* texture : {"specularTexture", "specularColorTexture"})
+            if (hasTexture(*specular, texture)) scene_.note(fmt::format("{} is left out", texture));
+    }
+    if (const tinygltf::Value* ior = extension(material, "KHR_materials_ior")) {
+        // 0 stands for one beyond all bounds: everything is reflected.
+        const double said = gltfNumber(*ior, "ior", 1.5);
+        message.set_ior(static_cast<float>(said == 0 ? 100.0 : std::clamp(said, 1.0, 100.0)));
+    }
+}
+
 Expected<std::string> GltfReader::materialName(int index) {
     if (index < 0) return std::string();
     if (static_cast<std::size_t>(index) >= model_.materials.size())
@@ -118,6 +134,7 @@ Expected<std::string> GltfReader::materialName(int index) {
     setEmissive(material, *message.mutable_emissive());
     message.set_unlit(material.extensions.count("KHR_materials_unlit") > 0);
     setCoatAndTransmission(material, message);
+    setSpecular(material, message);
     *scene_.file.add_material() = std::move(message);
     return name;
 }

@@ -23,7 +23,7 @@ float coneDegrees(double radians) {
 }
 
 /// Extensions that a file may insist on and still be shown well enough.
-constexpr std::array<std::string_view, 9> kUnderstood = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 11> kUnderstood = {"KHR_lights_punctual",
                                                          "KHR_mesh_quantization",
                                                          "KHR_texture_transform",
                                                          "MSFT_texture_dds",
@@ -31,6 +31,8 @@ constexpr std::array<std::string_view, 9> kUnderstood = {"KHR_lights_punctual",
                                                          "KHR_materials_emissive_strength",
                                                          "KHR_materials_clearcoat",
                                                          "KHR_materials_transmission",
+                                                         "KHR_materials_specular",
+                                                         "KHR_materials_ior",
                                                          "KHR_materials_pbrSpecularGlossiness"};
 /// Of these a file may insist on any: without it a surface looks otherwise, but is there.
 constexpr std::string_view kMaterialExtensions = "KHR_materials_";

@@ -93,6 +93,7 @@ private:
     void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, proto::scene::Material& message);
     void setSpecularGlossiness(const tinygltf::Value& old, proto::scene::Material& message);
     void setCoatAndTransmission(const tinygltf::Material& material, proto::scene::Material& message);
+    void setSpecular(const tinygltf::Material& material, proto::scene::Material& message);
 
     // GltfTextures.cpp
     /// The name of the image of a texture, or empty with a note where it can't be had.

@@ -191,6 +191,9 @@ Expected<void> SceneExpander::checkNames(const proto::scene::Material& material)
         if (Expected<void> known = checkName(materials_, material.coarser(), "material"); !known) return known;
     for (const proto::scene::Uniform& uniform : material.uniform())
         if (Expected<void> known = uniform.image().empty() ? Expected<void>() : checkName(images_, uniform.image(), "image"); !known) return known;
+    for (const proto::scene::TextureLayer& layer : material.layer())
+        if (!layer.image().empty())
+            if (Expected<void> known = checkName(images_, layer.image(), "image"); !known) return known;
     return {};
 }
 

@@ -13,6 +13,7 @@
 #include "common/drawable/Drawable.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/MaterialParts.h"
 #include "server/sim/commit/ImageCheck.h"
 #include "server/sim/commit/KeyFramesCheck.h"
 #include "server/sim/commit/MaterialCheck.h"
@@ -117,7 +118,7 @@ namespace {
 
 /// Cores whose arrays have to fit together, or make sense.
 bool isChecked(ObjectType type) {
-    return isDrawable(type) || type == typeOf<DistanceLOD>();
+    return isDrawable(type) || type == typeOf<DistanceLOD>() || type == typeOf<Material>();
 }
 
 /// Such a core as a list leaves it behind.
@@ -175,8 +176,9 @@ Expected<void> Committer::checkDrawables(const ChangeList& list) const {
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, draft] : touched) {
         const DistanceLOD* lod = draft.object().as<DistanceLOD>();
+        const Material* material = draft.object().as<Material>();
         const Drawable present = drawableOf(scene_, id);  // sound: it was committed
-        const Expected<void> sound = lod ? checkRanges(*lod) : drawableOf(draft.object()).check(present && !present.derived() ? present.key() : MeshKey());
+        const Expected<void> sound = lod ? checkRanges(*lod) : material ? checkLayers(*material) : drawableOf(draft.object()).check(present && !present.derived() ? present.key() : MeshKey());
         if (!sound)
             return failWith(fmt::format("{} #{}", draft.typeName(), id.value), sound.error());
     }

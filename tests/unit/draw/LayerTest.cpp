@@ -196,7 +196,7 @@ TEST_F(LayerTest, WhatSaysNothingIsNothing) {
 
 // Lit, below glass, with normal maps and all maps beside them: tiles are parts of the one picture, and nothing is compiled for other lights.
 TEST_F(LayerTest, TilesArePartsOfThePictureAndOtherLightsCompileNothing) {
-    for (const int samples : {1, 4}) {
+    for (const int samples : {4}) {
         restart({.samples = samples});
         TestScene scene;
         Material material;

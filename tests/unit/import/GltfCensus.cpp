@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 /// What is read is shown as it is; of what is not in this list a note must speak.
 const std::set<std::string> kShown = {"KHR_lights_punctual",    "KHR_mesh_quantization",           "KHR_texture_transform",
                                       "KHR_materials_unlit",    "KHR_materials_emissive_strength", "KHR_materials_clearcoat",
-                                      "KHR_materials_transmission"};
+                                      "KHR_materials_transmission", "KHR_materials_specular",         "KHR_materials_ior"};
 const std::set<std::string> kShownAttributes = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
                                                 "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0", "JOINTS_1", "WEIGHTS_1"};
 
@@ -72,6 +72,14 @@ std::string lineOf(const Json& file, const Json& material) {
     line.clearcoatRoughness = coat.value("clearcoatRoughnessFactor", 0.0);
     line.transmission = at(extensions, "KHR_materials_transmission").value("transmissionFactor", 0.0);
     line.doubleSided = material.value("doubleSided", false);
+    const Json& specular = at(extensions, "KHR_materials_specular");
+    line.specular = specular.value("specularFactor", 1.0);
+    const auto color = specular.value("specularColorFactor", std::vector<double>{1, 1, 1});
+    line.specularRed = color.at(0);
+    line.specularGreen = color.at(1);
+    line.specularBlue = color.at(2);
+    line.ior = at(extensions, "KHR_materials_ior").value("ior", 1.5);
+    if (line.ior == 0) line.ior = 100;
     line.unlit = extensions.contains("KHR_materials_unlit");
     const std::pair<const char*, const Json*> slots[] = {
         {"base color", old.empty() ? &at(pbr, "baseColorTexture") : &at(old, "diffuseTexture")},
@@ -174,9 +182,9 @@ private:
 }  // namespace
 
 std::string materialLine(const MaterialLine& m) {
-    std::string line = fmt::format("{} {:.4g}, normal {:.4g}, occlusion {:.4g}, coat {:.4g} {:.4g}, transmission {:.4g}{}{}",
+    std::string line = fmt::format("{} {:.4g}, normal {:.4g}, occlusion {:.4g}, coat {:.4g} {:.4g}, transmission {:.4g}, reflects {:.4g} {:.4g} {:.4g} {:.4g} {:.4g}{}{}",
                                    m.alphaMode, m.alphaCutoff, m.normalScale, m.occlusionStrength, m.clearcoat,
-                                   m.clearcoatRoughness, m.transmission, m.doubleSided ? ", double-sided" : "", m.unlit ? ", unlit" : "");
+                                   m.clearcoatRoughness, m.transmission, m.specular, m.specularRed, m.specularGreen, m.specularBlue, m.ior, m.doubleSided ? ", double-sided" : "", m.unlit ? ", unlit" : "");
     for (const auto& [slot, t] : m.textures)
         line += fmt::format("; {}: set {}, {} {}, {} {}, at {:.4g} {:.4g}, times {:.4g} {:.4g}, turned {:.4g}", slot, t.texcoordSet,
                             t.wrapU, t.wrapV, t.magnification, t.minification, t.offsetU, t.offsetV, t.scaleU, t.scaleV, t.rotation);

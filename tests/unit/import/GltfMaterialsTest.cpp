@@ -155,6 +155,22 @@ TEST_F(GltfMaterials, HaveLacquerAndLetLightThrough) {
     EXPECT_EQ(scene_.notes.size(), 2u);
 }
 
+TEST_F(GltfMaterials, SayHowTheyReflect) {
+    const Material* material = import(R"({"extensions":{
+        "KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,1,2],"specularTexture":{"index":0},"specularColorTexture":{"index":0}},
+        "KHR_materials_ior":{"ior":1.75}}})");
+    EXPECT_FLOAT_EQ(material->specular, 0.5f);
+    EXPECT_EQ(material->specularColor, Vec3f(0.25f, 1, 2));
+    EXPECT_FLOAT_EQ(material->ior, 1.75f);
+    EXPECT_TRUE(hasNote(scene_, "specularTexture is left out"));
+    EXPECT_TRUE(hasNote(scene_, "specularColorTexture is left out"));
+    EXPECT_EQ(scene_.notes.size(), 2u);
+    // 0 reflects everything; what makes no sense is brought back.
+    EXPECT_FLOAT_EQ(import(R"({"extensions":{"KHR_materials_ior":{"ior":0}}})")->ior, 100);
+    EXPECT_FLOAT_EQ(import(R"({"extensions":{"KHR_materials_ior":{"ior":0.5}}})")->ior, 1);
+    EXPECT_FLOAT_EQ(import(R"({"extensions":{"KHR_materials_specular":{}}})")->specular, 1);
+}
+
 TEST_F(GltfMaterials, OfSpecularAndGlossinessAreConverted) {
     const Material* material = import(R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{
         "diffuseFactor":[0.1,0.2,0.3,0.4],"glossinessFactor":0.75,"diffuseTexture":{"index":0,"texCoord":1}}},

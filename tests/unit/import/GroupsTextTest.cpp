@@ -70,6 +70,24 @@ TEST(GroupsText, LightsStandAtBeaconsFallOffAndAreOff) {
     const auto* bulb = aspect.core<PointLight>("/bulb");
     EXPECT_TRUE(bulb->on && !bulb->beacon);
     EXPECT_EQ(bulb->attenuation, Vec3f(0, 0, 1));
+    EXPECT_TRUE(!bulb->scope && !bulb->outside);
+}
+
+TEST(GroupsText, LightsLightWhatIsBelowANodeOrAllTheRest) {
+    Expected<ImportedScene> scene = importGroups(R"(
+        node { name: "room" node { name: "table" } node { name: "lamp" point_light { scope: "table" beacon: "/room" } } }
+        node { name: "beam" spot_light { scope: "/room" outside: true } }
+        node { name: "sun" directional_light { scope: "/room/table" } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* lamp = aspect.core<PointLight>("/room/lamp");
+    EXPECT_EQ(lamp->scope, *findNode(*aspect, "/room/table"));
+    EXPECT_EQ(lamp->beacon, *findNode(*aspect, "/room"));
+    EXPECT_FALSE(lamp->outside);
+    EXPECT_EQ(aspect.core<SpotLight>("/beam")->scope, *findNode(*aspect, "/room"));
+    EXPECT_TRUE(aspect.core<SpotLight>("/beam")->outside);
+    EXPECT_EQ(aspect.core<DirectionalLight>("/sun")->scope, *findNode(*aspect, "/room/table"));
+    EXPECT_NE(groupsTrouble("\nnode { directional_light { scope: \"nowhere\" } }").find("there is no node 'nowhere' for this light to light"), std::string::npos);
 }
 
 TEST(GroupsText, SaysWhatIsWrong) {

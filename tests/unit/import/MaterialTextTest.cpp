@@ -19,7 +19,9 @@ constexpr const char* kEverything = R"(
     material { name: "m" base_color { r: 1 g: 0.5 b: 0.25 a: 0.75 } metallic: 0.5 roughness: 0.25 emissive { r: 3 }
                base_color_image: "a" double_sided: true alpha_mode: MASK alpha_cutoff: 0.125
                metallic_roughness_image: "b" normal_image: "b" normal_scale: -2 occlusion_image: "b" occlusion_strength: 0.5
-               emissive_image: "a" unlit: true clearcoat: 0.5 clearcoat_roughness: 0.25 transmission: 0.75 }
+               emissive_image: "a" unlit: true clearcoat: 0.5 clearcoat_roughness: 0.25 transmission: 0.75
+               shading: PHONG specular: 0.625 specular_color { r: 0.5 g: 2 b: 1 } shininess: 12 ior: 1.25
+               layer { image: "b" mode: DECAL strength: 0.25 source: REFLECTION } layer {} }
     mesh { name: "t" position: [0, 0, 0, 1, 0, 0, 0, 1, 0] index: [0, 1, 2]
            texcoord: [0, 0, 1, 0, 0, 1] texcoord1: [0, 0, 2, 0, 0, 2] }
     node { name: "n" geometry { mesh: "t" material: "m" } })";
@@ -46,8 +48,19 @@ TEST(MaterialText, SaysEveryField) {
     EXPECT_EQ(m->alphaMode, Material::kMask);
     const std::pair<float, float> numbers[] = {
         {m->metallic, 0.5f},    {m->roughness, 0.25f},         {m->alphaCutoff, 0.125f}, {m->normalScale, -2},
+        {m->specular, 0.625f},  {m->shininess, 12},            {m->ior, 1.25f},
         {m->clearcoat, 0.5f},   {m->clearcoatRoughness, 0.25f}, {m->transmission, 0.75f}, {m->occlusionStrength, 0.5f}};
     for (const auto& [is, said] : numbers) EXPECT_EQ(is, said);
+    EXPECT_EQ(m->shading, Material::kPhong);
+    EXPECT_EQ(m->specularColor, Vec3f(0.5f, 2, 1));
+    ASSERT_EQ(m->layers.size(), 2u);
+    const auto* layer = aspect->get<TextureLayer>(m->layers[0]);
+    ASSERT_NE(layer, nullptr);
+    EXPECT_EQ(layer->image, m->normalImage);
+    EXPECT_EQ(layer->mode, TextureLayer::kDecal);
+    EXPECT_EQ(layer->strength, 0.25f);
+    EXPECT_EQ(layer->source, TextureLayer::kReflection);
+    EXPECT_FALSE(aspect->get<TextureLayer>(m->layers[1])->image);
     EXPECT_EQ(m->emissiveImage, m->baseColorImage);
     EXPECT_EQ(m->normalImage, m->metallicRoughnessImage);
     EXPECT_EQ(m->normalImage, m->occlusionImage);
@@ -132,6 +145,12 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"material { name: \"m\" alpha_mode: CUT }", "scene.tsct:1:38: "},
         Wrong{"material { name: \"m\" alpha_cutoff: -1 }", "material 'm': "},
         Wrong{"material { name: \"m\" clearcoat: 2 }", "material 'm': "},
+        Wrong{"material { name: \"m\" ior: 0.5 }", "material 'm': ior"},
+        Wrong{"material { name: \"m\" shininess: -1 }", "material 'm': shininess"},
+        Wrong{"material { name: \"m\" specular_color { r: -1 } }", "material 'm': specularColor must be"},
+        Wrong{"material { name: \"m\" layer { strength: 2 } }", "material 'm', layer 0: strength"},
+        Wrong{"material { name: \"m\" layer { image: \"none\" } }", "scene.tsct:1:1: there is no image 'none'"},
+        Wrong{"material { name: \"m\" layer {} layer {} layer {} layer {} layer {} }", "material 'm': 5 texture layers; a material has at most 4"},
         Wrong{"material { name: \"m\" occlusion_strength: nan }", "material 'm': "},
         Wrong{"image { name: \"a\" uri: \"a.tga\" texcoord_set: 2 } material { name: \"m\" base_color_image: \"a\" }",
               "image 'a': "},

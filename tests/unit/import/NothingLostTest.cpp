@@ -60,6 +60,11 @@ std::string shownMaterial(const ImportedAspect& aspect, const Material& material
                       .clearcoat = material.clearcoat,
                       .clearcoatRoughness = material.clearcoatRoughness,
                       .transmission = material.transmission,
+                      .specular = material.specular,
+                      .specularRed = material.specularColor.x(),
+                      .specularGreen = material.specularColor.y(),
+                      .specularBlue = material.specularColor.z(),
+                      .ior = material.ior,
                       .doubleSided = material.doubleSided,
                       .unlit = material.unlit};
     const std::pair<const char*, ObjectId> slots[] = {{"base color", material.baseColorImage},

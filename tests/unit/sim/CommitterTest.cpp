@@ -115,6 +115,34 @@ TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
     })) << "it goes in the same list";
 }
 
+// What a material names may not be more than it can have, and the scene stays as it was.
+TEST(Committer, AMaterialHasAtMostFourLayers) {
+    Committer committer;
+    const auto layersOf = [](ListMaker& make, std::size_t count) {
+        RefList layers;
+        for (std::size_t i = 0; i < count; ++i) layers.push_back(make.create<TextureLayer>());
+        return layers;
+    };
+    ListMaker make;
+    const ObjectId placeholder = make.create<Material>();
+    setField<&Material::layers>(make.builder, placeholder, layersOf(make, Material::kMostLayers));
+    const Committer::Applied applied = committer.apply(make.builder.take()).value();
+    const auto numbered = std::ranges::find(applied.ids, placeholder, [](const auto& pair) { return pair.first; });
+    ASSERT_NE(numbered, applied.ids.end());
+    const ObjectId material = numbered->second;
+    const auto hash = committer.scene().stateHash();
+    ListMaker more;
+    setField<&Material::layers>(more.builder, material, layersOf(more, Material::kMostLayers + 1));
+    const auto refused = committer.apply(more.builder.take());
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("5 texture layers; a material has at most 4"), std::string::npos) << refused.error().message;
+    EXPECT_EQ(committer.scene().stateHash(), hash);
+    ListMaker fewer;
+    setField<&Material::layers>(fewer.builder, material, RefList());
+    setField<&Material::shininess>(fewer.builder, material, 3.0f);
+    EXPECT_TRUE(committer.apply(fewer.builder.take()));
+}
+
 TEST(Committer, PointsAreJudgedByWhatTheListLeavesBehind) {
     Committer committer;
     ListMaker make;
