@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "server/sim/Report.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
