@@ -13,6 +13,10 @@
 namespace tessera {
 namespace {
 
+/// In place of a width, of lines whose ends are one place and are drawn as squares: as no drawable has it.
+constexpr float kSquares = -1;
+
+
 /// What is made of arrays on its way to GL: so many units at a time.
 constexpr std::uint64_t kUnitsAtOnce = 65536;
 
@@ -108,7 +112,7 @@ void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& unit
             for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) to.push_back(static_cast<std::uint32_t>(4 * line) + corner);
         });
     const VertexArrays vertices(arrays);
-    const bool asSquares = arrays.pointRadius > 0;
+    const bool asSquares = arrays.lineWidth == kSquares;
     const std::span<const std::uint32_t> ends = arrays.lines.as<std::uint32_t>();
     tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t line) {
         for (const std::size_t end : {2 * line, 2 * line + 1})
@@ -299,7 +303,8 @@ MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
     MeshArrays outline = arrays;
     outline.indices = Blob();
     outline.primitive = Primitive::kLines;
-    outline.pointRadius = fill == Material::kCorners ? 1 : 0;
+    outline.pointRadius = 0;
+    outline.lineWidth = fill == Material::kCorners ? kSquares : 0;
     const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
     const std::span<const float> positions = arrays.positions.as<float>();
     // Of vertices at one place the first: where a surface is cut for its normals or textures, its edges are not twice there.

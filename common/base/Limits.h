@@ -10,7 +10,7 @@ namespace tessera::limits {
 inline constexpr std::size_t kMaxObjects = 4'000'000;
 inline constexpr std::size_t kMaxTextBytes = 4096;  ///< one text value
 /// Of one type, inherited ones counted; no type has as many (unit_codec).
-inline constexpr std::size_t kMaxFieldsOfType = 30;
+inline constexpr std::size_t kMaxFieldsOfType = 40;
 
 // ---- of the list that makes a whole scene from nothing (common/codec: ChangeLimits)
 /// Each object is created, placed, and each of its fields is set.

@@ -54,6 +54,7 @@ Expected<ObjectId> SceneAssembly::inlineCore(LoadedFile& file, const proto::scen
         if (!core) return tl::unexpected(core.error());
         return create(*core);
     }
+    ++result_.geometries;  // its box is drawn
     const Expected<ProxyGroup> core = readNamed<ProxyGroup>(node.proxy_group(), file, importing_);
     if (!core) return tl::unexpected(core.error());
     if (const Expected<void> sound = drawableOf(Object::of(*core)).check(); !sound) return tl::unexpected(sound.error());

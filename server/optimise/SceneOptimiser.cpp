@@ -68,6 +68,7 @@ struct StaticMesh {
     ObjectId node, core;
     Affine3d top_T_mesh;
     std::size_t transforms = 0;  ///< between the two
+    bool alone = true;           ///< nothing else hangs below what is between
 };
 
 /// Translation, rotation and scales, where the map has no shear.
@@ -141,7 +142,7 @@ private:
         return true;
     }
 
-    void collect(ObjectId id, const Affine3d& top_T_parent, std::size_t transforms, std::vector<StaticMesh>& to) {
+    void collect(ObjectId id, const Affine3d& top_T_parent, std::size_t transforms, bool alone, std::vector<StaticMesh>& to) {
         const Node& node = *scene_.get<Node>(id);
         const Object core = node.core ? scene_.find(node.core) : Object();
         Affine3d top_T_node = top_T_parent;
@@ -149,8 +150,8 @@ private:
             core.info().place(core.data(), top_T_parent, top_T_node);
             ++transforms;
         }
-        if (core.is<Geometry>()) to.push_back({id, node.core, top_T_node, transforms});
-        for (const ObjectId child : node.children) collect(child, top_T_node, transforms, to);
+        if (core.is<Geometry>()) to.push_back({id, node.core, top_T_node, transforms, alone});
+        for (const ObjectId child : node.children) collect(child, top_T_node, transforms, alone && node.children.size() == 1, to);
     }
 
     void mergeBelow(ObjectId top) {
@@ -159,13 +160,13 @@ private:
         for (const ObjectId child : scene_.get<Node>(top)->children)
             if (going_.contains(child)) {
                 roots.push_back(child);
-                collect(child, Affine3d::Identity(), 0, meshes);
+                collect(child, Affine3d::Identity(), 0, true, meshes);
             }
         std::unordered_set<ObjectId> leaving;  // nodes of meshes that are elsewhere now
         if (options_.merge) mergeLike(top, meshes, leaving);
         if (options_.flatten)
             for (const StaticMesh& mesh : meshes)
-                if (!leaving.contains(mesh.node) && mesh.transforms > 1 && scene_.get<Node>(mesh.node)->children.empty()) flatten(top, mesh, leaving);
+                if (!leaving.contains(mesh.node) && mesh.transforms > 1 && mesh.alone && scene_.get<Node>(mesh.node)->children.empty()) flatten(top, mesh, leaving);
         for (const ObjectId root : roots) (void)prune(root, leaving);
     }
 
@@ -441,6 +442,11 @@ Expected<OptimiseCounts> optimiseScene(Aspect& scene, const OptimiseOptions& opt
     if (Expected<void> dropped = dropUnused(scene, used); !dropped) return tl::unexpected(dropped.error());
     if (options.order)
         if (Expected<void> done = orderMeshes(scene, counts); !done) return tl::unexpected(done.error());
+    if (options.share && options.order) {  // what was equal but for its order
+        Expected<std::size_t> shared = shareEqualObjects(scene);
+        if (!shared) return tl::unexpected(shared.error());
+        counts.shared += *shared;
+    }
     if (options.levels)
         if (Expected<void> done = addLevels(scene, frozen, counts); !done) return tl::unexpected(done.error());
     std::tie(counts.nodesAfter, counts.objectsAfter) = countOf(scene);

@@ -36,8 +36,8 @@ public:
     [[nodiscard]] ChangeList verdicts(const Aspect& scene, TimePoint now, Duration patience = {});
     /// Of bad ones, for a person, since the last call.
     [[nodiscard]] std::vector<std::string> takeRemarks() { return std::exchange(remarks_, {}); }
-    /// Programs to be tried, the one under way counted.
-    [[nodiscard]] std::size_t pending() const { return due_.size(); }
+    /// Programs to be tried, the one under way counted; none where nothing can be tried.
+    [[nodiscard]] std::size_t pending() const { return cannot_ ? 0 : due_.size(); }
     [[nodiscard]] std::uint64_t tried() const { return tried_; }
 
 private:

@@ -112,7 +112,7 @@ struct FrameLoop::Impl {
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
-    bool sceneReady = false;
+    bool sceneReady = false, programsTried = false;
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
 
@@ -289,6 +289,7 @@ void FrameLoop::Impl::openGate() {
 /// applications and strangers say is for the time that is left, one message of each in turn, and at least one a frame.
 Expected<void> FrameLoop::Impl::turn() {
     await(nextWake(Clock::now()));
+    if (sceneReady && !programsTried) programsTried = maker.programsTried(Clock::now());
     const TimePoint until = std::min(Clock::now() + kLongestInARow, peers.session().nextDeadline());
     for (;;) {
         for (std::size_t count = 0; count < kMostInARow; ++count) {
@@ -391,7 +392,7 @@ void FrameLoop::Impl::sceneIsThere() {
 }
 
 bool FrameLoop::Impl::mayBegin(TimePoint now) const {
-    return sceneReady && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
+    return sceneReady && programsTried && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
 }
 
 bool FrameLoop::Impl::lastFrameShown() const {

@@ -47,12 +47,7 @@ Expected<void> FrameMaker::sceneIsThere() {
                                  counts.triangles, counts.trianglesStored));
     around_.view.update(around_.simulation.scene(), nullptr);
     if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
-    // Before anybody draws: the first frame shows programs as the last one does.
-    constexpr Duration kPatience = std::chrono::seconds(10);
-    if (around_.programs) {
-        around_.programs->update(around_.simulation.scene(), nullptr);
-        addVerdicts(firstVerdicts_, kPatience);
-    }
+    if (around_.programs) around_.programs->update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
@@ -66,7 +61,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.levels)
         if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
-    addVerdicts(edits, {});
+    addVerdicts(edits);
     for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
     if (around_.inlines)
         if (ChangeList states = around_.inlines->advance(around_.simulation.scene(), around_.simulation.inlines(), lastView_); !states.empty())
@@ -102,9 +97,17 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     return {.result = std::move(frame), .content = std::move(content), .view = lastView_};
 }
 
-void FrameMaker::addVerdicts(std::vector<Edit>& edits, Duration patience) {
+bool FrameMaker::programsTried(TimePoint now) {
+    if (!around_.programs) return true;
+    constexpr Duration kPatience = std::chrono::seconds(10);
+    if (!triedUntil_) triedUntil_ = now + kPatience;
+    addVerdicts(firstVerdicts_);
+    return around_.programs->pending() == 0 || now >= *triedUntil_;
+}
+
+void FrameMaker::addVerdicts(std::vector<Edit>& edits) {
     if (!around_.programs) return;
-    ChangeList verdicts = around_.programs->verdicts(around_.simulation.scene(), clockNow(), patience);
+    ChangeList verdicts = around_.programs->verdicts(around_.simulation.scene(), clockNow());
     for (const std::string& remark : around_.programs->takeRemarks()) around_.log.warning(remark);
     if (!verdicts.empty()) edits.insert(edits.begin(), Edit{.ticket = ProgramTrials::kTicket, .list = std::move(verdicts), .undoable = false});
 }

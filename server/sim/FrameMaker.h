@@ -53,6 +53,10 @@ public:
     /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera is not there.
     [[nodiscard]] Expected<CommittedFrame> goOnFrom(JournalState state);
 
+    /// Once the scene is there, before the first frame: whether the programs that it brings have been tried, so that the first frame shows them as the last
+    /// one does. Never waits: asked again and again, it says yes after 10 s whatever is left.
+    [[nodiscard]] bool programsTried(TimePoint now);
+
     struct Made {
         FrameResult result;
         FrameContent content;
@@ -64,7 +68,7 @@ public:
 private:
     [[nodiscard]] Expected<void> sceneIsThere();
     /// What has come out of programs goes into the frame as an edit of the server's own.
-    void addVerdicts(std::vector<Edit>& edits, Duration patience);
+    void addVerdicts(std::vector<Edit>& edits);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
     void hold(FrameNumber frame, const ChangeList& list);
@@ -81,6 +85,7 @@ private:
     View lastView_;
     bool cameraComplaint_ = false;
     std::vector<Edit> firstVerdicts_;  ///< of what the scene brings, for the first frame
+    std::optional<TimePoint> triedUntil_;
 };
 
 }  // namespace tessera

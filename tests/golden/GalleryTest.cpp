@@ -12,7 +12,7 @@
 namespace tessera::test {
 namespace {
 
-constexpr int kWidthPx = 320, kHeightPx = 180;
+constexpr int kRoomWidthPx = 320, kRoomHeightPx = 180;
 
 std::vector<std::string> rooms() {
     std::vector<std::string> names;
@@ -47,16 +47,16 @@ TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {
         SCOPED_TRACE(names[room]);
         const View view = viewOfRoom(*gallery, room);
         if (room > 0) EXPECT_NE(view.position, viewOfRoom(*gallery, room - 1).position) << "make-gallery.py has not been run for this room";
-        const ScreenCamera camera = screenCamera(flatScreen(1, 1, kWidthPx, kHeightPx), User(), Eye::kCenter, view);
-        const PixelRect all{.x = 0, .y = 0, .width = kWidthPx, .height = kHeightPx};
+        const ScreenCamera camera = screenCamera(flatScreen(1, 1, kRoomWidthPx, kRoomHeightPx), User(), Eye::kCenter, view);
+        const PixelRect all{.x = 0, .y = 0, .width = kRoomWidthPx, .height = kRoomHeightPx};
         const Picture whole = drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, all);
         EXPECT_GT(lookOf(whole).spread, 20) << "a picture of nothing";
-        Picture tiled = Picture::filled(kWidthPx, kHeightPx, 255, 0, 255);
+        Picture tiled = Picture::filled(kRoomWidthPx, kRoomHeightPx, 255, 0, 255);
         for (int y = 0; y < 2; ++y)
             for (int x = 0; x < 2; ++x) {
-                const PixelRect part{.x = x * kWidthPx / 2, .y = y * kHeightPx / 2, .width = kWidthPx / 2, .height = kHeightPx / 2};
+                const PixelRect part{.x = x * kRoomWidthPx / 2, .y = y * kRoomHeightPx / 2, .width = kRoomWidthPx / 2, .height = kRoomHeightPx / 2};
                 // Rectangles count from below, pictures from above.
-                paste(tiled, drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, part), part.x, kHeightPx - part.y - part.height);
+                paste(tiled, drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, part), part.x, kRoomHeightPx - part.y - part.height);
             }
         EXPECT_EQ(tiled.rgb, whole.rgb) << "2x2 and 1x1";
 

@@ -19,8 +19,8 @@ def main():
     out = ["# A room for each thing that a scene can show: gallery/make-gallery.py writes this file, each room's content is a file beside it.",
            "# The camera walks along them; `tessera-ctl … seek /tour 12` leads it to room 3.",
            "",
-           'material { name: "wall"  base_color { r: 0.34 g: 0.36 b: 0.40 } roughness: 0.95 }',
-           'material { name: "stone" base_color { r: 0.20 g: 0.21 b: 0.23 } roughness: 0.8 }',
+           'material { name: "wall"  base_color { r: 0.13 g: 0.15 b: 0.19 } roughness: 0.95 }',
+           'material { name: "stone" base_color { r: 0.09 g: 0.09 b: 0.10 } roughness: 0.8 }',
            'material { name: "label" base_color { r: 0.95 g: 0.93 b: 0.88 } unlit: true }',
            "",
            'definition { name: "room"',
@@ -29,8 +29,8 @@ def main():
            '  node { material: "stone" transform { translation { y: 0.35 z: -0.5 } } box { size { x: 3.9 y: 0.7 z: 1.6 } } }',
            "}",
            "",
-           'node { name: "air" environment { sky { r: 0.34 g: 0.36 b: 0.40 } ground { r: 0.15 g: 0.14 b: 0.12 } background { r: 0.03 g: 0.03 b: 0.04 } } }',
-           'node { name: "sun" transform { rotation { axis { x: -0.85 y: 0.5 } angle_deg: 42 } } directional_light { color { r: 1 g: 0.95 b: 0.88 } intensity: 1.1 } }',
+           'node { name: "air" environment { sky { r: 0.30 g: 0.32 b: 0.36 } ground { r: 0.12 g: 0.11 b: 0.10 } background { r: 0.03 g: 0.03 b: 0.04 } } }',
+           'node { name: "sun" transform { rotation { axis { x: -0.85 y: 0.5 } angle_deg: 42 } } directional_light { color { r: 1 g: 0.95 b: 0.88 } intensity: 1.2 shadows: true } }',
            "",
            'node { name: "tour" transform {}',
            "  node { camera {} }",
@@ -48,7 +48,7 @@ def main():
         name = path.stem.split("-", 1)[1]
         out.append(f'node {{ name: "{name}" transform {{ translation {{ x: {APART * i:g} }} }}')
         out.append('  node { instance: "room" }')
-        out.append(f'  node {{ transform {{ translation {{ y: 0.66 z: 0.305 }} }} material: "label" text {{ text: "{whole}" font: "DejaVu Sans" size: 0.06 alignment: CENTER }} }}')
+        out.append(f'  node {{ transform {{ translation {{ y: 2.56 z: -1.39 }} }} material: "label" text {{ text: "{whole}" font: "DejaVu Sans" size: 0.085 alignment: CENTER }} }}')
         out.append(f'  node {{ import {{ uri: "gallery/{path.name}" }} }}')
         out.append("}")
     out.append(f'node {{ name: "end" transform {{ translation {{ x: {APART * len(exhibits) - 2:g} y: 1.6 z: -0.5 }} }} material: "wall" box {{ size {{ x: 0.1 y: 3.2 z: 2 }} }} }}')

@@ -16,7 +16,7 @@ struct MostRefs {
     const char* what;
     std::size_t most;
 };
-constexpr std::array kMostRefs = {MostRefs{fieldId<&Material::passes>, "passes", Material::kMostPasses}, MostRefs{fieldId<&Material::layers>, "layers", Material::kMostLayers},
+constexpr std::array kMostRefs = {MostRefs{fieldId<&Material::passes>, "passes", Material::kMostPasses},
                                   MostRefs{fieldId<&Material::uniforms>, "uniforms", Material::kMostUniforms}};
 
 }  // namespace

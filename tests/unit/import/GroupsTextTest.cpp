@@ -16,6 +16,16 @@ std::string groupsTrouble(const std::string& text) {
     return scene ? "" : scene.error().message;
 }
 
+TEST(GroupsText, ASwitchShowsSeveral) {
+    Expected<ImportedScene> scene = importGroups(R"(node { name: "some" switch { shown: [0, 2, 62] } node { name: "a" } node { name: "b" } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<Switch>("/some")->choice, Switch::kMask);
+    EXPECT_EQ(aspect.core<Switch>("/some")->mask, (std::int64_t{1} << 62) + 5);
+    for (const char* wrong : {"node { switch { shown: [63] } }", "node { switch { choice: 1 shown: [2] } }", "node { switch { choice: -3 } }"})
+        EXPECT_FALSE(importGroups(wrong)) << wrong;
+}
+
 TEST(GroupsText, HoldsMaterialGroupsLevelsAndBillboards) {
     Expected<ImportedScene> scene = importGroups(R"(
         material { name: "gilt" metallic: 1 }

@@ -69,7 +69,7 @@ TEST(Lines, OfSceneTextWithTheirWidth) {
                                      {"index: [0,3]", "index 3 of 3 vertices"},
                                      {"index: [0,1] line_width: 65", "line_width is 65"},
                                      {"index: [0,1] line_width: -1", "line_width is -1"},
-                                     {"", "two numbers per line"}}) {
+                                     {"", "no whole number of lines"}}) {
         const auto scene = text(wrong);
         ASSERT_FALSE(scene) << wrong;
         EXPECT_NE(scene.error().message.find(why), std::string::npos) << scene.error().message;

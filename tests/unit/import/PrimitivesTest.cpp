@@ -64,11 +64,24 @@ TEST(PrimitiveText, IsWhatItSays) {
                                      {"primitive: TRIANGLE_STRIPS length: [4]", "add up to 4 corners, but there are 5"},
                                      {"primitive: TRIANGLE_FANS index: [0,1,5]", "index 5 of 5 vertices"},
                                      {"primitive: LINE_STRIPS line_width: 65", "line_width is 65"},
-                                     {"primitive: TRIANGLES", "three numbers per triangle"}}) {
+                                     {"primitive: TRIANGLES", "no whole number of triangles"}}) {
         const auto scene = text(wrong);
         ASSERT_FALSE(scene) << wrong;
         EXPECT_NE(scene.error().message.find(why), std::string::npos) << scene.error().message;
     }
+}
+
+TEST(PrimitiveText, MeshesWithoutAnIndexTakeTheVerticesAsTheyStand) {
+    Expected<ImportedScene> scene = importedWords("p.tsct", R"(
+        mesh { name: "two" position: [0,0,0, 1,0,0, 0,1,0, 0,0,1, 1,0,1, 0,1,1] }
+        mesh { name: "line" primitive: LINES position: [0,0,0, 1,0,0] }
+        node { name: "two" geometry { mesh: "two" } } node { name: "line" geometry { mesh: "line" } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(drawableOf(Object::of(*aspect.core<Geometry>("/two"))).triangleCount(), 2u);
+    scene = importedWords("p.tsct", R"(mesh { name: "odd" position: [0,0,0, 1,0,0] } node { geometry { mesh: "odd" } })");
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find("2 vertices are no whole number of triangles"), std::string::npos) << scene.error().message;
 }
 
 /// A star of so many corners, every second one inwards: its area by the formula of a polygon, not by triangles.

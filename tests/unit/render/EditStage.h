@@ -39,6 +39,8 @@ struct EditStage {
         }
         image = scene.create(typeOf<Image>());
         setPixels(255);
+        scene.edit.set(image, typeOf<Image>(), fieldId<&Image::widthPx>, toValue(std::int64_t{2}));
+        scene.edit.set(image, typeOf<Image>(), fieldId<&Image::heightPx>, toValue(std::int64_t{2}));
         material = scene.material(1.0f);
         scene.edit.set(material, typeOf<Material>(), fieldId<&Material::baseColorImage>, toValue(image));
         otherMaterial = scene.material(0.5f);

@@ -158,7 +158,9 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
                                 .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
                                 .pointRadius = geometry.pointRadius};
         const auto found = items.find(id);
-        const bool drawable = checkMesh(arrays) && !(points ? geometry.positions : geometry.indices).empty();
+        // Without indices the vertices as they stand: three make a triangle.
+        const bool enough = points ? !geometry.positions.empty() : !geometry.indices.empty() || geometry.positions.sizeBytes() >= 3 * 12;
+        const bool drawable = checkMesh(arrays) && enough;
         EXPECT_EQ(found != items.end(), drawable) << "node " << id;
         if (found == items.end()) continue;
         ++drawn;
@@ -332,7 +334,11 @@ private:
         if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::transmission>, toValue(static_cast<float>(pick(2))));
     }
     void setPixels(ObjectId id) {
-        if (id) scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(images_[pick(images_.size())]));
+        if (!id) return;
+        const Blob& pixels = images_[pick(images_.size())];
+        scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(pixels));
+        scene.edit.set(id, typeOf<Image>(), fieldId<&Image::widthPx>, toValue(static_cast<std::int64_t>(pixels.sizeBytes() / 4)));
+        scene.edit.set(id, typeOf<Image>(), fieldId<&Image::heightPx>, toValue(std::int64_t{1}));
     }
     void setChoice(ObjectId id) {
         if (!id) return;
