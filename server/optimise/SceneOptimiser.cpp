@@ -437,8 +437,12 @@ Expected<OptimiseCounts> optimiseScene(Aspect& scene, const OptimiseOptions& opt
         if (!shared) return tl::unexpected(shared.error());
         counts.shared = *shared;
     }
-    if (options.merge || options.flatten)
-        if (Expected<void> applied = scene.apply(StaticMerging(scene, options, keep, counts).run()); !applied) return tl::unexpected(applied.error());
+    // Where something has gone, a chain of transforms may hold one mesh alone now. Each round has fewer nodes than the one before.
+    for (bool more = options.merge || options.flatten; more;) {
+        const ChangeList list = StaticMerging(scene, options, keep, counts).run();
+        more = !list.empty();
+        if (Expected<void> applied = scene.apply(list); !applied) return tl::unexpected(applied.error());
+    }
     if (Expected<void> dropped = dropUnused(scene, used); !dropped) return tl::unexpected(dropped.error());
     if (options.order)
         if (Expected<void> done = orderMeshes(scene, counts); !done) return tl::unexpected(done.error());
