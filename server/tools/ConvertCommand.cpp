@@ -74,8 +74,8 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     bool optimise = false;
     std::vector<std::string> steps, keep;
-    app.add_flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, what stands still merged by\nmaterial, its transforms flattened, meshes\nin an order that draws faster");
-    app.add_option("--steps", steps, "These steps of it alone: share, merge,\nflatten, order, levels (coarser meshes for\nfar away; only where it is named)")->type_name("STEP,…")->delimiter(',');
+    app.add_flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, chains of transforms that\nstand still flattened, meshes in an order\nthat draws faster");
+    app.add_option("--steps", steps, "These steps of it alone: share, flatten,\norder; merge (meshes of one material) and\nlevels (coarser ones for far away) are done\nonly where they are named")->type_name("STEP,…")->delimiter(',');
     app.add_option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated")->type_name("PATH")->allow_extra_args(false);
     try {
         std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them

@@ -225,7 +225,7 @@ TEST(Optimiser, TheWorldsTrianglesAreTheSame) {
 TEST(Optimiser, WhatMotionsMoveMovesAllThatItDid) {
     for (std::uint64_t seed = firstSeed(); seed < firstSeed() + 20; ++seed) {
         SceneOfChance plain(seed), optimised(seed);
-        ASSERT_TRUE(optimiseScene(optimised.scene, {}));
+        ASSERT_TRUE(optimiseScene(optimised.scene, {.merge = true}));
         for (Aspect* scene : {&plain.scene, &optimised.scene}) {
             ChangeListBuilder list;
             for (const ObjectId core : plain.moved_) list.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(7, -5, 2)));
@@ -292,7 +292,7 @@ TEST(Optimiser, KeepsWhatItIsTold) {
         kept = pathOf(scene, child);
         top = child;
     }
-    ASSERT_TRUE(optimiseScene(scene, {.share = false, .order = false, .levels = false, .keep = {kept}}));
+    ASSERT_TRUE(optimiseScene(scene, {.share = false, .merge = true, .order = false, .levels = false, .keep = {kept}}));
     std::size_t count = 0;
     std::vector<ObjectId> open{top};
     while (!open.empty()) {
