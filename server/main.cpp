@@ -27,6 +27,7 @@ struct Arguments {
     double rate = -1;
     std::string size;
     int samples = 0;
+    double budget = -1;
     std::string camera;
     std::string report;
     std::string record;
@@ -44,6 +45,7 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
     Expected<Wall> wall = loadWall(*path);
     if (!wall) return wall;
     if (arguments.samples != 0) wall->samples = arguments.samples;
+    if (arguments.budget >= 0) wall->budgetMs = arguments.budget;
     if (!arguments.size.empty()) {
         int width = 0, height = 0, used = 0;
         if (std::sscanf(arguments.size.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
@@ -128,10 +130,18 @@ int main(int argc, char** argv) {
         ->type_name("HZ")
         ->check(CLI::Range(0.0, 1000.0))
         ->check([](const std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : ""; });
+    const CLI::Validator budgetFault([](const std::string& text) {
+        char* end = nullptr;
+        const double number = std::strtod(text.c_str(), &end);
+        return end != text.c_str() && *end == '\0' && isBudget(number) ? "" : "0, or 0.1 to 60000 milliseconds";
+    }, "");
     app.add_option("--size", arguments.size, "Visible pixels of the whole wall")->type_name("WxH");
     app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
         ->type_name("N")
         ->check(CLI::IsMember({1, 4}));
+    app.add_option("--budget", arguments.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
+        ->type_name("MS")
+        ->check(budgetFault);
     app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
     app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
     app.add_option("--record", arguments.record, "Write what happens here, for tessera-replay")->type_name("FILE");

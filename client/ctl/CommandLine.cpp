@@ -13,6 +13,7 @@
 #include "client/ctl/TypesText.h"
 #include "common/base/Version.h"
 #include "common/scenefile/SceneFile.h"
+#include "common/wall/Wall.h"
 
 namespace tessera {
 
@@ -28,6 +29,7 @@ struct Words {
     double loadScale = 0, loadFit = 0;
     std::string loadUp;
     verb::Set set;
+    verb::Get get;
     verb::Remove remove;
     verb::Clone clone;
     verb::Find find;
@@ -47,7 +49,7 @@ struct Words {
     std::uint32_t bookmark = 0;
     bool keep = false;
     verb::Contacts contacts;
-    std::string show, picture;
+    std::string show, picture, budget;
     bool count = false;
     verb::Respond respond;
     std::string decision;
@@ -185,6 +187,16 @@ Expected<Verb> showVerb(const Words& words) {
     return verb::Show{};
 }
 
+Expected<Verb> budgetVerb(const Words& words) {
+    if (words.budget.empty()) return verb::Budget{};
+    if (words.budget == "off") return verb::Budget{0.0};
+    double number = 0;
+    const auto [end, error] = std::from_chars(words.budget.data(), words.budget.data() + words.budget.size(), number);
+    if (error != std::errc() || end != words.budget.data() + words.budget.size() || !isBudget(number))
+        return fail(ErrorCode::kUsage, fmt::format("budget: \"{}\" is none; write off, or 0.1 to 60000 milliseconds", words.budget));
+    return verb::Budget{number};
+}
+
 Expected<Verb> respondVerb(const Words& words) {
     using Decision = request::Respond::Decision;
     verb::Respond respond = words.respond;
@@ -264,6 +276,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     set->add_option("NODE", in.set.node, "/path/of/names, or #id of any object")->required();
     set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity;\npoints@17: of an array of numbers, from\nelement 17 on")->required();
     set->add_option("VALUE", in.set.values, "Numbers, a text, a node or none")->required();
+
+    CLI::App* get = app.add_subcommand("get", "The fields of an object, and of a node's core");
+    get->add_option("NODE", in.get.node, "/path/of/names, or #id of any object")->required();
+    get->add_option("FIELD", in.get.field, "One of them alone, e.g. problem");
 
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();
@@ -368,6 +384,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     picture->add_option("WHAT", in.picture, "scene or test-picture")->required()->check(CLI::IsMember({"scene", "test-picture"}).description(""));
     picture->add_flag("--count", in.count, "With test-picture: the number of each frame");
 
+    CLI::App* budget = app.add_subcommand("budget", "Milliseconds that a frame may take before detail goes");
+    budget->add_option("MS", in.budget, "A number, or off; without it what there is is told");
+
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
 
@@ -409,6 +428,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         }
         if (move->parsed()) return moveVerb(in);
         if (set->parsed()) return in.set;
+        if (get->parsed()) return in.get;
         if (remove->parsed()) return in.remove;
         if (clone->parsed()) {
             if (!in.clone.deep && !in.clone.share.empty())
@@ -444,6 +464,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         if (questions->parsed()) return verb::Questions{};
         if (respond->parsed()) return respondVerb(in);
         if (picture->parsed()) return showVerb(in);
+        if (budget->parsed()) return budgetVerb(in);
         if (save->parsed()) {
             // Before the scene is fetched, not after it.
             const Expected<SceneEncoding> encoding = sceneEncodingOf(in.save.file);

@@ -32,6 +32,9 @@ struct Set {
     std::string node, field;
     std::vector<std::string> values;
 };
+struct Get {
+    std::string node, field;  ///< no field: all
+};
 struct Remove {
     std::string node;
 };
@@ -103,6 +106,10 @@ struct Respond {
 struct Show {
     Showing showing = Showing::kScene;
 };
+/// Without a number it is told.
+struct Budget {
+    std::optional<double> milliseconds;
+};
 struct Snapshot {
     std::string file;
 };
@@ -113,9 +120,9 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Remove, verb::Undo, verb::Redo,
+using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo,
                            verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show,
+                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget,
                            verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {

@@ -190,4 +190,10 @@ const FieldInfo& showField() {
     return *findField(*findType(typeOf<Interest>()), fieldId<&Interest::show>);
 }
 
+std::string wordOf(const FieldInfo& field, const FieldValue& value) {
+    if (const auto* number = std::get_if<std::int64_t>(&value))
+        if (const std::optional<std::string> word = wordOfNumber(field, *number)) return *word;
+    return textOf(value);
+}
+
 }  // namespace tessera

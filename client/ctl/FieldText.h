@@ -43,6 +43,9 @@ struct ArrayPart {
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);
 
+/// The same by its word, where its number has one: "loop".
+[[nodiscard]] std::string wordOf(const FieldInfo& field, const FieldValue& value);
+
 /// Which of an interest's contacts are drawn: the field whose words `contacts --show` takes.
 [[nodiscard]] const FieldInfo& showField();
 

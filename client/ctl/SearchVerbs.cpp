@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <optional>
+#include <span>
 
+#include "client/ctl/FieldText.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -40,6 +43,36 @@ Expected<Answer> run(Application& application, const verb::Find& find, bool json
         if (page->next.empty()) break;
         wanted.after = std::move(page->next);
     }
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Get& get) {
+    const Expected<ObjectInfo> object = application.describe(get.node);
+    if (!object) return tl::unexpected(object.error());
+    std::optional<FieldPlace> one;
+    if (!get.field.empty()) {
+        const Expected<FieldPlace> place = findFieldOf(*object, get.field);
+        if (!place) return tl::unexpected(place.error());
+        one = *place;
+    }
+    const Expected<SceneExcerpt> told = application.fetch(std::span(&object->id, 1));
+    if (!told) return tl::unexpected(told.error());
+    Answer answer;
+    answer.json = {{"path", object->path}};
+    for (const ObjectId id : {object->id, object->core}) {
+        const Object here = id ? told->find(id) : Object();
+        if (!here) continue;
+        nlohmann::ordered_json fields = {{"id", id.value}, {"type", here.info().name}};
+        if (!one) answer.text += fmt::format("{} #{}\n", here.info().name, id.value);
+        for (const FieldEntry& field : here.info().fields) {
+            if (one && (one->object != id || one->field != &field)) continue;
+            const FieldValue value = field.load(here);
+            fields[std::string(field.name)] = valueJson(value);
+            answer.text += one ? fmt::format("{}\n", wordOf(field, value)) : fmt::format("  {:<20} {}\n", field.name, wordOf(field, value));
+        }
+        if (!one || one->object == id) answer.json[id == object->id ? "object" : "core"] = std::move(fields);
+    }
+    if (answer.text.empty()) return fail(ErrorCode::kNotFound, fmt::format("{} is gone", object->path));
     return answer;
 }
 

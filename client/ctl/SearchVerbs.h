@@ -9,6 +9,9 @@ namespace tessera {
 /// Paths are printed page by page, as they come; as JSON they are one answer.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Find& find, bool json, const Print& print);
 
+/// All fields of an object, and of its core where it is a node; or one of them.
+[[nodiscard]] Expected<Answer> run(Application& application, const verb::Get& get);
+
 /// Names to numbers: a word of the share list is a type where there is one of that name, else a node's path or an object's "#17".
 [[nodiscard]] Expected<request::Clone> cloneWish(Application& application, const verb::Clone& clone);
 

@@ -18,6 +18,7 @@
 #include "client/ctl/TrackingVerbs.h"
 #include "client/image/Picture.h"
 #include "common/scenefile/SceneFile.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 
@@ -54,6 +55,11 @@ Answer committedAnswer(Application& application, const answer::Committed& commit
     answer.text += met.text;
     answer.json["stopped_by"] = std::move(met.json);
     return answer;
+}
+
+std::string budgetText(const answer::Status& status) {
+    if (status.budgetMs == 0) return "none: all of the scene's detail is drawn";
+    return fmt::format("{} ms a frame, step {} of {} of detail left away", status.budgetMs, status.detail, kDetailSteps.size() - 1);
 }
 
 Expected<Answer> run(Application& application, const verb::Status&) {
@@ -93,6 +99,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     answer.text += status->navigation.empty() ? std::string("flown   not here: the server takes no input\n")
                                               : fmt::format("flown   {}{}{}\n", status->navigation, status->steering.empty() ? "" : ", by ",
                                                             fmt::join(status->steering, ", "));
+    if (status->budgetMs > 0) answer.text += fmt::format("budget  {}\n", budgetText(*status));
     if (!status->journal.empty())
         answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
                                    status->journalTrouble);
@@ -113,6 +120,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"applications", status->applications},
                    {"navigation", status->navigation},
                    {"steering", status->steering},
+                   {"budget_ms", status->budgetMs},
+                   {"detail", status->detail},
                    {"journal", status->journal},
                    {"journal_trouble", status->journalTrouble},
                    {"trackers", status->trackers}};
@@ -198,13 +207,6 @@ Expected<Answer> setElements(Application& application, const ObjectInfo& object,
                                        words.size() / place.field->numbersEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
 }
 
-/// As people say it: a word where the number has one.
-std::string wordOf(const FieldInfo& field, const FieldValue& value) {
-    if (const auto* number = std::get_if<std::int64_t>(&value))
-        if (const std::optional<std::string> word = wordOfNumber(field, *number)) return *word;
-    return textOf(value);
-}
-
 Expected<Answer> run(Application& application, const verb::Set& set) {
     const Expected<ObjectInfo> object = application.describe(set.node);
     if (!object) return tl::unexpected(object.error());
@@ -283,6 +285,14 @@ Expected<Answer> run(Application& application, const verb::Show& show) {
     if (!done) return tl::unexpected(done.error());
     const std::string what = show.showing == Showing::kScene ? "scene" : "test-picture";
     return Answer{fmt::format("all tiles show the {}\n", show.showing == Showing::kScene ? "scene" : "test picture"), {{"shown", what}}, {}};
+}
+
+Expected<Answer> run(Application& application, const verb::Budget& budget) {
+    if (budget.milliseconds)
+        if (const Expected<void> done = application.setBudget(*budget.milliseconds); !done) return tl::unexpected(done.error());
+    const Expected<answer::Status> status = application.status();
+    if (!status) return tl::unexpected(status.error());
+    return Answer{fmt::format("budget  {}\n", budgetText(*status)), {{"budget_ms", status->budgetMs}, {"detail", status->detail}}, {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Navigate& navigate) {

@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "client/draw/ScreenCells.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 
 DepthQueries::DepthQueries(Surface& surface, const GlFunctions& gl, MeshBuffers& meshes, GLuint meshArray, int samples)
-    : surface_(surface), gl_(gl), meshes_(meshes), meshArray_(meshArray), samples_(samples) {
+    : surface_(surface), gl_(gl), meshes_(meshes), meshArray_(meshArray), mostSamples_(samples), samples_(samples) {
     gl_.CreateVertexArrays(1, &plateArray_);
     gl_.CreateVertexArrays(1, &emptyArray_);
     for (GLuint* buffer : {&plateBuffer_, &itemBuffer_, &frameBuffer_}) gl_.CreateBuffers(1, buffer);
@@ -43,6 +45,10 @@ Expected<void> DepthQueries::begin(const Part& part) {
     if (auto current = surface_.makeCurrent(); !current) return current;
     meshes_.beginDraw();
     const PixelRect& pixels = part.pixels;
+    if (const int samples = std::min(mostSamples_, detailStep(part.camera.detail).mostSamples); std::exchange(samples_, samples) != samples) {
+        destroyBuffers();
+        widthPx_ = heightPx_ = 0;
+    }
     if (auto room = reach(pixels.x + pixels.width, pixels.y + pixels.height); !room) return room;
     part_ = part;
     asked_ = 0;

@@ -47,7 +47,7 @@ private:
     MeshBuffers& meshes_;
     GLuint meshArray_, plateArray_ = 0, emptyArray_ = 0;
     GLuint plateBuffer_ = 0, itemBuffer_ = 0, frameBuffer_ = 0;
-    int samples_;
+    int mostSamples_, samples_;  ///< of pictures; of the part, whose camera may want fewer
     const Aspect* aspect_ = nullptr;
     std::map<ProgramKind, Program> programs_;
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/wall/Detail.h"
+
 namespace tessera {
 namespace {
 
@@ -168,7 +170,7 @@ const DrawItem& DrawCalls::shownOf(const Aspect& aspect, const DrawItem& item, c
     if (!(distance > item.radius)) return item;
     const Mat4d& clip = camera.clip_T_eye;
     const double perUnit = std::max(0.5 * clip(0, 0) * camera.pixels.width, 0.5 * clip(1, 1) * camera.pixels.height);
-    const double across = 2 * item.radius * perUnit / distance;
+    const double across = 2 * item.radius * perUnit / (distance * detailStep(camera.detail).coarser);
     ObjectId shown = item.material;
     for (const ObjectId next : coarserOf(aspect, *material)) {
         if (!(across < material->coarserBelow)) break;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "client/draw/RendererImpl.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
@@ -61,10 +62,12 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
                                      const PixelRect& rect) {
     if (auto good = checkRect(camera, rect); !good) return good;
     if (auto current = surface.makeCurrent(); !current) return current;
+    samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
+    tile.useSamples(samples);
     scene = {.detail = list.detailed,
              .coated = list.coated,
              .glossy = list.glossy,
-             .samples = options.samples};
+             .samples = samples};
     const auto stale = shadows.begin(list.casters);
     if (!stale) return tl::unexpected(stale.error());
     for (const std::size_t view : *stale)
@@ -230,7 +233,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
         use != Use::kCopy && use != Use::kClear)
-        kind.samples = options.samples;
+        kind.samples = samples;
     return kind;
 }
 
@@ -254,7 +257,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
     kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
     kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || use == Use::kBlend;
-    if (use == Use::kSurface && kind.masked) kind.samples = options.samples;
+    if (use == Use::kSurface && kind.masked) kind.samples = samples;
     return kind;
 }
 

@@ -98,6 +98,7 @@ struct Renderer::Impl {
     Surface& surface;
     GlFunctions gl;
     RendererOptions options;
+    int samples = 4;  ///< per pixel, of the list being drawn: the options', or fewer where the camera's detail says so
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     using Drawn = std::pair<Pass, ProgramKind>;
     std::set<Drawn> drawnWith;                ///< compiled to the last

@@ -45,7 +45,7 @@ Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera
 }
 
 Expected<void> Renderer::Impl::enter(Pass pass) {
-    const bool severalSamples = options.samples > 1;
+    const bool severalSamples = samples > 1;
     Expected<GLuint> framebuffer = GLuint{0};
     switch (pass) {
         case Pass::kSurfaces:
@@ -131,9 +131,9 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
     std::int64_t covered = 0;
     for (const PixelRect& part : shown) covered += std::int64_t{part.width} * part.height;
-    const bool depthAlone = options.samples == 1 && !surroundings.seen();
+    const bool depthAlone = samples == 1 && !surroundings.seen();
     const Pass wanted = depthAlone ? Pass::kClearDepth : Pass::kClear;
-    if (options.samples == 1)
+    if (samples == 1)
         if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;
     if (3 * covered < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(wanted, shown);
     if (auto expected = drawOver(wanted, {}); !expected) return expected;
@@ -155,7 +155,7 @@ Expected<void> Renderer::Impl::lightSurfaces() {
     gl.Disable(GL_SCISSOR_TEST);
     gl.ClearNamedFramebufferfv(*picture, GL_COLOR, 0, background.data());
     gl.Enable(GL_SCISSOR_TEST);
-    if (options.samples == 1) return drawOver(Pass::kLightOne, shown);
+    if (samples == 1) return drawOver(Pass::kLightOne, shown);
     for (const Pass pass : {Pass::kClassify, Pass::kLightOne, Pass::kLight})
         if (auto lit = drawOver(pass, shown); !lit) return lit;
     if (auto copied = drawOver(Pass::kCopy, blending); !copied) return copied;
@@ -182,7 +182,7 @@ void Renderer::Impl::bindSurfaces() {
 }
 
 Expected<void> Renderer::Impl::blendTransparent() {
-    const bool severalSamples = options.samples > 1;
+    const bool severalSamples = samples > 1;
     if (severalSamples)
         if (auto spread = drawOver(Pass::kSpread, blending); !spread) return spread;
     if (!blending.empty()) {

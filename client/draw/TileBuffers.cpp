@@ -4,11 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace tessera {
 
 TileBuffers::~TileBuffers() {
     destroy();
+}
+
+void TileBuffers::useSamples(int samples) {
+    if (std::exchange(samples_, samples) == samples) return;
+    destroy();
+    widthPx_ = heightPx_ = 0;
 }
 
 Expected<void> TileBuffers::reach(int widthPx, int heightPx) {

@@ -16,6 +16,8 @@ public:
     TileBuffers(const TileBuffers&) = delete;
     TileBuffers& operator=(const TileBuffers&) = delete;
 
+    /// As above. Where they are others than before, all is made anew.
+    void useSamples(int samples);
     /// Room for the pixels [0, widthPx) x [0, heightPx).
     [[nodiscard]] Expected<void> reach(int widthPx, int heightPx);
 

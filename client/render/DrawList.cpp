@@ -45,7 +45,7 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
-           a.pixels.height == b.pixels.height && a.user == b.user && sameBits(a.headWorld, b.headWorld);
+           a.pixels.height == b.pixels.height && a.user == b.user && a.detail == b.detail && sameBits(a.headWorld, b.headWorld);
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include "client/render/PartCuller.h"
 #include "client/render/SceneItems.h"
 #include "client/render/TransparentOrder.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 
@@ -214,10 +215,13 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     }
     transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
+    const bool shadows = detailStep(camera.detail).shadows;
+    if (!shadows)
+        for (LightItem& light : result.lights) light.shadows = false;
     result.lightsLeftOut = scene.lightsLeftOut;
     result.shadowsLeftOut = scene.shadowsLeftOut;
     result.scopesLeftOut = scene.scopesLeftOut;
-    result.casters = scene.shadowCasters(camera);
+    if (shadows) result.casters = scene.shadowCasters(camera);
     result.environment = scene.environment;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

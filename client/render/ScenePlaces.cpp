@@ -98,9 +98,9 @@ void RenderScene::Impl::settle(std::uint32_t top) {
             const GroupMaterials materials = materialsBelow(place);
             relooked = materials != place.materials;
             place.materials = materials;
-            const std::uint32_t scopes = (parent ? parent->scopes : 0) | scopeBit(place.id);
-            rescoped = scopes != place.scopes;
-            place.scopes = scopes;
+            const std::uint32_t lies = (parent ? parent->scopes : 0) | scopeBit(place.id);
+            rescoped = lies != place.scopes;
+            place.scopes = lies;
         }
         place.seenBy = seenBy;
         keepTurn(slot);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "client/render/SceneItems.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
@@ -116,7 +117,7 @@ ScreenMeasure::ScreenMeasure(const ScreenCamera& camera) : eyeWorld_(camera.eyeW
         }
     const double perMetre = std::max(0.5 * clip(0, 0) * camera.pixels.width, 0.5 * clip(1, 1) * camera.pixels.height);
     slant_ = std::sqrt(1 + slope2);
-    pixelsAtOne_ = perMetre * slant_;
+    pixelsAtOne_ = perMetre * slant_ / detailStep(camera.detail).coarser;
 }
 
 double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine3d& world_T_item, double apart) const {

@@ -46,7 +46,7 @@ private:
     Affine3d eye_T_world_;
     double nearest_ = 0;      ///< of the clip planes, metres
     double slant_ = 1;        ///< of a line of sight's length to its depth, at most
-    double pixelsAtOne_ = 0;  ///< of a metre across the line of sight, a metre away; however it lies there
+    double pixelsAtOne_ = 0;  ///< of a metre across the line of sight, a metre away; however it lies there; as many times fewer as the camera's detail is coarser
 };
 
 /// At most so much longer becomes what a matrix is applied to. No more than that where it is a turn and one scale.

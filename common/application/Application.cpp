@@ -541,6 +541,12 @@ Expected<void> Application::show(Showing showing) {
     return {};
 }
 
+Expected<void> Application::setBudget(double milliseconds) {
+    const Expected<answer::Done> done = impl_->askFor<answer::Done>(request::SetBudget{milliseconds});
+    if (!done) return tl::unexpected(done.error());
+    return {};
+}
+
 Expected<void> Application::navigate(const request::Navigate& wish) {
     const Expected<answer::Done> done = impl_->askFor<answer::Done>(wish);
     if (!done) return tl::unexpected(done.error());

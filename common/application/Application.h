@@ -153,6 +153,8 @@ public:
     [[nodiscard]] Expected<void> setView(const request::SetView& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);
+    /// Milliseconds that hosts may take for a frame before detail is left away (common/wall/Detail.h); 0: none is.
+    [[nodiscard]] Expected<void> setBudget(double milliseconds);
     /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held until
     /// another one is said, or this application leaves. kRefused: the server takes no input.
     [[nodiscard]] Expected<void> navigate(const request::Navigate& wish);

@@ -6,6 +6,7 @@
 #include "common/codec/ApplicationSceneHeads.h"
 #include "common/codec/ApplicationTrackingParts.h"
 #include "common/codec/ApplicationUnpacker.h"
+#include "common/wall/Wall.h"
 #include "proto/application.pb.h"
 
 namespace tessera {
@@ -165,6 +166,9 @@ void pack(const request::Show& r, pb::RequestHead& head, Parts&) {
     head.mutable_show()->set_showing(static_cast<std::uint32_t>(r.showing));
 }
 
+void pack(const request::SetBudget& r, pb::RequestHead& head, Parts&) {
+    head.mutable_set_budget()->set_milliseconds(r.milliseconds);
+}
 void pack(const request::Navigate& r, pb::RequestHead& head, Parts& parts) {
     putNavigate(*head.mutable_navigate(), r);
     parts = {r.input ? std::as_bytes(std::span(&*r.input, 1)) : ByteSpan()};
@@ -275,6 +279,9 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kShow:
             if (head.show().showing() > kLastShowing) in.refuse(ErrorCode::kUnsupported, "something to show that this version does not know");
             return request::Show{static_cast<Showing>(head.show().showing())};
+        case pb::RequestHead::kSetBudget:
+            if (!isBudget(head.set_budget().milliseconds())) in.refuse(ErrorCode::kBadInput, fmt::format("a budget of {} ms for a frame: 0, which is none, and 0.1 to 60000 are possible", head.set_budget().milliseconds()));
+            return request::SetBudget{head.set_budget().milliseconds()};
         case pb::RequestHead::kNavigate:
             return readNavigate(head.navigate(), in);
         case pb::RequestHead::WHAT_NOT_SET:
@@ -363,6 +370,8 @@ Bytes join(const answer::Status& a, pb::AnswerHead& head) {
     for (const std::string& line : a.trackers) out.add_trackers(line);
     out.set_navigation(a.navigation);
     for (const std::string& name : a.steering) out.add_steering(name);
+    out.set_budget_ms(a.budgetMs);
+    out.set_detail(a.detail);
     return joinParts(head, {});
 }
 Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
@@ -452,6 +461,8 @@ answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
     out.trackers = in.texts(head.trackers(), in.limits().maxHosts);
     out.navigation = in.text(head.navigation());
     out.steering = in.texts(head.steering(), in.limits().maxHosts);
+    out.budgetMs = in.finite(head.budget_ms());
+    out.detail = head.detail();
     return out;
 }
 

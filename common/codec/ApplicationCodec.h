@@ -127,6 +127,10 @@ struct GetTrackers {};
 struct Show {
     Showing showing = Showing::kScene;
 };
+/// That hosts may take for a frame from the next one on before detail is left away (common/wall/Detail.h). 0: none is.
+struct SetBudget {
+    double milliseconds = 0;
+};
 
 }  // namespace request
 
@@ -135,7 +139,7 @@ using ApplicationRequest =
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
                  request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
                  request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate,
-                 request::Clone, request::Find>;
+                 request::Clone, request::Find, request::SetBudget>;
 
 namespace answer {
 
@@ -176,6 +180,8 @@ struct Status {
     std::vector<std::string> trackers;  ///< a line for each
     std::string navigation;        ///< the mode in which people move: "fly", "orbit", "walk"; empty: the server takes no input
     std::vector<std::string> steering;  ///< who moves the wall now, or has in the last second: hosts and applications
+    double budgetMs = 0;                ///< for a frame; 0: none
+    unsigned detail = 0;                ///< step of kDetailSteps that the next frame is drawn at
 };
 struct Loaded {
     static constexpr std::size_t kMostNotes = 100;

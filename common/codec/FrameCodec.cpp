@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/codec/Parts.h"
+#include "common/wall/Detail.h"
 #include "proto/frame.pb.h"
 
 namespace tessera {
@@ -94,6 +95,7 @@ Bytes encodeFrame(const FramePayload& payload) {
     }
     if (payload.collision != FrameCollision()) write(*head.mutable_collision(), payload.collision);
     head.set_showing(static_cast<std::uint32_t>(payload.showing));
+    head.set_detail(payload.view.detail);
     return joinParts(head, {});
 }
 
@@ -126,6 +128,8 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     payload.collision = *collision;
     if (head.showing() > kLastShowing) return badFrame(fmt::format("frame: it shows {}, which nobody knows", head.showing()));
     payload.showing = static_cast<Showing>(head.showing());
+    if (head.detail() >= kDetailSteps.size()) return badFrame(fmt::format("frame: step {} of detail, of {}", head.detail(), kDetailSteps.size()));
+    payload.view.detail = head.detail();
     return payload;
 }
 

@@ -117,6 +117,7 @@ proto::Wall messageOf(const Wall& wall) {
     proto::Wall message;
     message.set_name(wall.name);
     message.set_samples(wall.samples);
+    message.set_budget_ms(wall.budgetMs);
     message.set_culler(std::string(nameOf(wall.culler)));
     for (const Screen& screen : wall.screens) {
         proto::Wall::Screen& to = *message.add_screens();
@@ -184,6 +185,7 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles
     Wall wall;
     wall.name = message.name();
     if (message.has_samples()) wall.samples = message.samples();
+    wall.budgetMs = message.budget_ms();
     const auto fault = [](WallFault::Part part, int index, std::string text) {
         return tl::unexpected(
             WallFault{.part = part, .index = static_cast<std::size_t>(index), .tile = 0, .message = std::move(text)});

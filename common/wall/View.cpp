@@ -67,6 +67,7 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     const Affine3d world_T_wall = view.world_T_wall();
     camera.eyeWorld = world_T_wall * eyeWall;
     camera.headWorld = world_T_wall * user.eye(Eye::kCenter);
+    camera.detail = view.detail;
 
     // wall_T_world = scale^-1 · rotation^T · (p - position); then onto the screen's axes from the eye.
     Mat3d screen_R_wall;

@@ -17,6 +17,7 @@ struct View {
     Quatd orientation = Quatd::Identity();
     double worldUnitsPerMetre = 1.0;
     std::vector<User> users;  ///< as in the wall, moved by head tracking or `tessera-ctl view`
+    unsigned detail = 0;      ///< of kDetailSteps (Detail.h)
 
     [[nodiscard]] Affine3d world_T_wall() const;
     [[nodiscard]] const User* findUser(std::string_view name) const;
@@ -38,6 +39,7 @@ struct ScreenCamera {
     // Who looks: the same for all screens and both eyes of a user. Matters where a scene shows users different things.
     unsigned user = 0;                   ///< their place among the wall's users
     Vec3d headWorld = Vec3d::Zero();     ///< between the eyes, where it is, in front of the screen or not; world units
+    unsigned detail = 0;                 ///< the view's
 };
 
 /// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre, so

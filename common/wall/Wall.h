@@ -74,6 +74,8 @@ struct Wall {
     std::vector<WallHost> hosts;
     SyncPolicy sync;
     int samples = 4;                         ///< per pixel: 1 or 4
+    /// That hosts may take for a frame: where they take longer, detail is left away until they do not (Detail.h). 0: none is ever left away.
+    double budgetMs = 0;
     CullerKind culler = CullerKind::kAuto;  ///< of hosts that are not told another one
     WallTracking tracking;
     Navigation navigation;
@@ -81,6 +83,11 @@ struct Wall {
     [[nodiscard]] const Screen* findScreen(std::string_view name) const;
     [[nodiscard]] const User* findUser(std::string_view name) const;
 };
+
+/// 0, or what a frame may be wanted in: 0.1 ms to a minute.
+[[nodiscard]] inline bool isBudget(double milliseconds) {
+    return milliseconds == 0 || (milliseconds >= 0.1 && milliseconds <= 60'000);
+}
 
 /// Rectangle in the pixels of a whole screen, origin at the lower left.
 struct PixelRect {

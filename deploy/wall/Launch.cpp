@@ -112,6 +112,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     for (const std::string& folder : allowed) add("--allow", folder);
     add("--size", options.size);
     add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");
+    add("--budget", options.budget);
     add("--camera", options.camera);
     add("--record", options.record);
     add("--journal", options.journal);

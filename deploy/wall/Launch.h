@@ -18,6 +18,7 @@ struct LaunchOptions {
     std::uint64_t frames = 120;  ///< 0: until it is stopped
     std::string size;    ///< empty: the wall's own
     int samples = 0;     ///< 0: the wall's own
+    std::string budget;  ///< the server's --budget; empty: the wall's own
     std::string camera;  ///< empty: the scene's, else the default one
     std::string culler;  ///< empty: the clients' default
     std::string surface;  ///< of the clients; empty: their default

@@ -28,6 +28,8 @@ int main(int argc, char** argv) {
     app.add_option("--samples", options.samples, "Samples per pixel: 1 or 4")
         ->type_name("N")
         ->check(CLI::IsMember({1, 4}));
+    app.add_option("--budget", options.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
+        ->type_name("MS");
     app.add_option("--camera", options.camera, "Node of the camera to use")->type_name("C");
     app.add_option("--culler", options.culler, tessera::cullerNames() + " (the wall's, else auto)")
         ->type_name("K")

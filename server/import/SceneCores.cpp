@@ -153,7 +153,9 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             if (!lod) return tl::unexpected(lod.error());
             lod->ranges = Blob::of(std::span<const double>(message.range().data(), static_cast<std::size_t>(message.range_size())));
             if (const Expected<void> sound = checkRanges(*lod); !sound) return tl::unexpected(sound.error());
-            if (node.node_size() != 0 && node.node_size() <= message.range_size())
+            if (node.node_size() == 0)
+                note(fmt::format("{}: a distance_lod without levels: nothing below it is shown until nodes hang there", file.label));
+            else if (node.node_size() <= message.range_size())
                 note(fmt::format("{}: a distance_lod with {} ranges and {} below it: beyond the ranges that count the last of these is shown", file.label,
                                  message.range_size(), node.node_size()));
             return create(*lod);

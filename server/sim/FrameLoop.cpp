@@ -109,6 +109,7 @@ struct FrameLoop::Impl {
     LevelChoice levels;
     ProgramTrials programs;
     InlineLoading inlines;
+    FrameBudget budget;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
@@ -148,6 +149,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       poses(tracking.poses(FrameNumber(0), View())),
       levels(options.wall),
       inlines(options.wall),
+      budget(options.wall.budgetMs),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -159,7 +161,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .steering = &steering,
              .levels = &levels,
              .programs = &programs,
-             .inlines = &inlines}),
+             .inlines = &inlines,
+             .budget = &budget}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,
@@ -190,7 +193,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .poses = [this] { return poses; },
             .showing = &options.showing,
             .steering = &steering,
-            .inlines = &inlines}),
+            .inlines = &inlines,
+            .budget = &budget}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
@@ -198,6 +202,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .steering = steering,
                .simulation = simulation,
                .report = report,
+               .budget = budget,
                .log = log,
                .onReleased = [this](std::uint64_t frames) {
                    if (options.onProgress) options.onProgress(frames, options.frames);
@@ -346,7 +351,7 @@ Expected<void> FrameLoop::Impl::end() {
         report.journal(journal()->folder(), journal()->writtenBytes(), trouble());
     }
     if (!options.reportPath.empty())
-        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene())); !written)
+        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene(), budget)); !written)
             return written;
     if (options.frames > 0 && report.framesShown() == 0) {
         const std::vector<std::string> missing = peers.session().missing();

@@ -89,6 +89,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
         around_.log.warning(view.error().message + "; the view stays where it was");
     }
     if (around_.journal) around_.journal->viewIs(around_.view);
+    lastView_.detail = around_.budget ? around_.budget->step() : 0;
     FrameContent content{.frame = number,
                          .payload = encodeFrame({.view = lastView_,
                                                  .collision = numbersOf(frame.collision),
@@ -102,7 +103,10 @@ bool FrameMaker::programsTried(TimePoint now) {
     constexpr Duration kPatience = std::chrono::seconds(10);
     if (!triedUntil_) triedUntil_ = now + kPatience;
     addVerdicts(firstVerdicts_);
-    return around_.programs->pending() == 0 || now >= *triedUntil_;
+    const std::size_t pending = around_.programs->pending();
+    if (pending > 0 && now >= *triedUntil_)
+        around_.log.warning(fmt::format("{} of the scene's programs are not tried yet; the first frames are drawn without them", pending));
+    return pending == 0 || now >= *triedUntil_;
 }
 
 void FrameMaker::addVerdicts(std::vector<Edit>& edits) {

@@ -12,6 +12,7 @@
 #include "common/session/ServerSession.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
+#include "server/sim/frame/FrameBudget.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
@@ -41,6 +42,7 @@ public:
         LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
         ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
         InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines
+        const FrameBudget* budget = nullptr;  ///< null: frames have all of their detail
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 

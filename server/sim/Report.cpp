@@ -93,16 +93,14 @@ void Report::released(const server_action::FrameReleased& action) {
     if (!action.lastHost.empty()) ++waitedFor_[action.lastHost];
 }
 
-void Report::stats(const server_action::FrameStats& action) {
-    const Expected<HostStats> decoded = decodeStats(action.stats);
-    if (!decoded) return;
-    waits_.ready(action.host, action.frame, *decoded);
-    if (decoded->helpedParts > 0) {
+void Report::stats(const server_action::FrameStats& action, const HostStats& stats) {
+    waits_.ready(action.host, action.frame, stats);
+    if (stats.helpedParts > 0) {
         Help& help = helped_[action.host];
-        help.parts += decoded->helpedParts;
-        help.ms += decoded->helpMs;
+        help.parts += stats.helpedParts;
+        help.ms += stats.helpMs;
     }
-    for (const TileStats& tile : decoded->tiles) {
+    for (const TileStats& tile : stats.tiles) {
         const auto row = std::ranges::find_if(
             tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
         if (row == tiles_.end()) continue;
@@ -188,7 +186,7 @@ void Report::describeWaits(answer::Status& status) const {
     }
 }
 
-std::string Report::toJson(const Aspect& scene) const {
+std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const {
     const SceneCounts counts = countScene(scene);
     Series spread = swapSpreadMs_;
     for (const auto& [frame, instants] : swapInstants_)
@@ -210,6 +208,11 @@ std::string Report::toJson(const Aspect& scene) const {
                       {"worst_skew_frames", worstSkew_},
                       {"waited_for", waitedFor_},
                       {"waits", tessera::toJson(waits_.all())}};
+    report["detail"] = {{"budget_ms", budget.milliseconds()},
+                        {"step", budget.step()},
+                        {"frames_at", budget.framesAt()},
+                        {"changes", budget.changes()},
+                        {"late", budget.late()}};
     report["helped"] = Json::object();
     for (const auto& [host, help] : helped_) report["helped"][host] = {{"parts", help.parts}, {"ms", help.ms}};
     report["replication"] = {{"lists", lists_},

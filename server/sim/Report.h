@@ -10,6 +10,7 @@
 #include "common/codec/FrameCodec.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/CollisionReport.h"
+#include "server/sim/frame/FrameBudget.h"
 #include "server/sim/WaitStatistics.h"
 #include "server/sim/frame/Simulation.h"
 
@@ -49,7 +50,7 @@ public:
     void frameCommitted(const FrameResult& frame);
     /// `dueHosts`: hosts of the wall, whether there or not.
     void released(const server_action::FrameReleased& action);
-    void stats(const server_action::FrameStats& action);
+    void stats(const server_action::FrameStats& action, const HostStats& stats);
     void shown(const server_action::FrameShown& action);
     void frameBegins();
     void fault(const server_action::Fault& action);
@@ -62,7 +63,7 @@ public:
     [[nodiscard]] std::uint64_t framesShown() const { return framesShown_; }
     /// The newest frames' waits, for who asks while the wall runs.
     void describeWaits(answer::Status& status) const;
-    [[nodiscard]] std::string toJson(const Aspect& scene) const;
+    [[nodiscard]] std::string toJson(const Aspect& scene, const FrameBudget& budget) const;
 
 private:
     struct TileRow {

@@ -46,12 +46,16 @@ ServerActions SessionActions::on(const server_action::Fault& fault) {
 ServerActions SessionActions::on(const server_action::FrameReleased& released) {
     around_.pacing.released(Clock::now(), released.shown.empty());
     around_.report.released(released);
+    around_.budget.released();
     if (around_.onReleased) around_.onReleased(around_.pacing.framesReleased());
     return around_.desk.frameReleased(released);
 }
 
 ServerActions SessionActions::on(const server_action::FrameStats& stats) {
-    around_.report.stats(stats);
+    if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
+        around_.report.stats(stats, *decoded);
+        around_.budget.drawn(*decoded);
+    }
     return {};
 }
 

@@ -25,6 +25,7 @@ public:
         Steering& steering;
         const Simulation& simulation;
         Report& report;
+        FrameBudget& budget;
         Log& log;
         const std::function<void(std::uint64_t framesReleased)> onReleased;
         /// What the desk says to a request passes through it on its way out; may be empty.

@@ -119,6 +119,13 @@ int runConvert(const std::vector<std::string>& words) {
             importAsScene(arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
         if (!file) return tl::unexpected(file.error());
         for (const std::string& note : file->imported.notes) fmt::print(stderr, "tessera-convert: note: {}\n", note);
+        for (const ObjectId id : file->scene.ids()) {
+            const Object object = file->scene.find(id);
+            const auto* content = object.as<Inline>();
+            const auto* proxy = object.as<ProxyGroup>();
+            if (const std::string* named = content ? &content->file : proxy ? &proxy->file : nullptr; named && !named->empty())
+                fmt::print(stderr, "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n", *named);
+        }
         OptimiseCounts counts{.nodesAfter = file->imported.nodes, .objectsAfter = file->imported.nodes + file->imported.cores};
         if (arguments.optimise) {
             if (!file->imported.later.empty())

@@ -115,6 +115,50 @@ TEST(FinenessByScreen, HasNoSeams) {
     }
 }
 
+/// Each step of detail that a wall leaves away is one picture however it is cut, culled, and whatever step a host drew before.
+TEST(StepsOfDetail, HaveNoSeamsAndEachIsItsOwnPicture) {
+    const Aspect aspect = makeSoftScene(0.5);
+    const Screen screen = softScreen({.columns = 2, .rows = 1, .tileWidthPx = 322, .tileHeightPx = 361});
+    RenderScene shared;
+    shared.update(aspect, nullptr);
+    Stage old(4);
+    std::vector<Picture> pictures;
+    std::size_t k = 0;
+    // There and back: what a step leaves behind is nothing to the next.
+    for (const unsigned step : {0u, 1u, 2u, 3u, 4u, 5u, 6u, 3u, 0u}) {
+        SCOPED_TRACE(::testing::Message() << "step " << step);
+        ScreenCamera camera = softCamera(screen, kSoftViews[1], Eye::kCenter);
+        camera.detail = step;
+        RenderScene own;
+        own.update(aspect, nullptr);
+        Stage alone(4);
+        const Picture whole = drawPart(alone, aspect, own, CullerKind::kNone, camera, wholeOf(camera));
+        EXPECT_GT(lookOf(whole).spread, 15) << "a picture without content proves nothing";
+        if (pictures.size() == step) {
+            keepPicture(whole, "detail-" + std::to_string(step));
+            pictures.push_back(whole);
+        }
+        EXPECT_EQ(differingPixels(whole, pictures[step]), 0u);
+        for (const int column : {0, 1}) {
+            const PixelRect tile{column * 322, 0, 322, 361};
+            const CullerKind kind = kAllCullers[k++ % kAllCullers.size()];
+            EXPECT_EQ(differingPixels(drawPart(old, aspect, shared, kind, camera, tile), cropOf(whole, tile)), 0u) << column;
+        }
+    }
+    // Between the others there may be nothing to be coarser with: each step makes four triangles of one.
+    for (const std::size_t step : {1u, 3u, 5u}) EXPECT_GT(differingPixels(pictures[step - 1], pictures[step]), 100u) << step;
+    // Whoever may have one sample alone has it at each step.
+    Stage one(1);
+    ScreenCamera camera = softCamera(screen, kSoftViews[1], Eye::kCenter);
+    RenderScene own;
+    own.update(aspect, nullptr);
+    const Picture before = drawPart(one, aspect, own, CullerKind::kMasked, camera, wholeOf(camera));
+    camera.detail = 3;
+    const Picture after = drawPart(one, aspect, own, CullerKind::kMasked, camera, wholeOf(camera));
+    EXPECT_EQ(differingPixels(after, pictures[3]), 0u);
+    EXPECT_GT(differingPixels(before, after), 0u);
+}
+
 TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
     const Aspect aspect = makeSoftScene(0.5);
     // Two walls of a cave, one host for all tiles, that draws them in turn; beside it one that knows no other screen.

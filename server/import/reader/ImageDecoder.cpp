@@ -73,6 +73,38 @@ std::string_view unreadFormat(ByteSpan bytes) {
     return {};
 }
 
+/// A file's bytes as stb_image asks for them. Of TGA, BMP and GIF it takes what it has asked for as read, whether there were so many bytes or not: what
+/// was in that memory before would be shown.
+class AskedBytes {
+public:
+    explicit AskedBytes(ByteSpan bytes) : bytes_(bytes) {}
+    [[nodiscard]] bool askedBeyond() const { return beyond_; }
+
+    static int read(void* self, char* to, int size) { return static_cast<AskedBytes*>(self)->give(to, static_cast<std::size_t>(std::max(size, 0))); }
+    static void skip(void* self, int count) {
+        AskedBytes& of = *static_cast<AskedBytes*>(self);
+        const auto at = static_cast<std::int64_t>(of.at_) + count;
+        of.at_ = static_cast<std::size_t>(std::clamp<std::int64_t>(at, 0, static_cast<std::int64_t>(of.bytes_.size())));
+    }
+    static int atEnd(void* self) { return static_cast<AskedBytes*>(self)->at_ == static_cast<AskedBytes*>(self)->bytes_.size(); }
+
+private:
+    int give(char* to, std::size_t size) {
+        // The first that it fills is its buffer, which may be filled in part; everything else is wanted whole.
+        if (!buffer_) buffer_ = to;
+        const std::size_t count = std::min(size, bytes_.size() - at_);
+        beyond_ = beyond_ || (to == buffer_ ? count == 0 && size > 0 : count < size);
+        std::memcpy(to, bytes_.data() + at_, count);
+        at_ += count;
+        return static_cast<int>(count);
+    }
+
+    ByteSpan bytes_;
+    std::size_t at_ = 0;
+    const char* buffer_ = nullptr;
+    bool beyond_ = false;
+};
+
 Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
     constexpr const char* kNone = "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, .hdr, DDS and KTX2 can)";
     // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory for others would be for nothing.
@@ -85,7 +117,12 @@ Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
     if (std::max<std::size_t>(static_cast<std::size_t>(width), static_cast<std::size_t>(height)) > kMaxPictureSide || pixels > kMaxPicturePixels ||
         pixels > kFew + encoded.size() * kMostPixelsPerByte)
         return fail(ErrorCode::kBadInput, fmt::format("an image of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read", width, height, size, kMaxPictureSide, kMaxPicturePixels));
-    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(stbi_load_from_memory(bytes, size, &width, &height, &channels, 4), &stbi_image_free);
+    AskedBytes asked(encoded);
+    const stbi_io_callbacks callbacks{.read = &AskedBytes::read, .skip = &AskedBytes::skip, .eof = &AskedBytes::atEnd};
+    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(stbi_load_from_callbacks(&callbacks, &asked, &width, &height, &channels, 4), &stbi_image_free);
+    // JPEG and PNG say themselves what they miss; a JPEG may lack its end alone.
+    const bool saysItself = bytes[0] == 0xff || bytes[0] == 0x89;
+    if (loaded && asked.askedBeyond() && !saysItself) return fail(ErrorCode::kBadInput, "an image that is cut off");
     // What it says first and then might differ in a file that means harm.
     if (!loaded || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) != pixels) return fail(ErrorCode::kBadInput, kNone);
     DecodedImage image{.widthPx = width, .heightPx = height, .rgba = Bytes(4 * pixels)};

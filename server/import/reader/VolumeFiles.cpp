@@ -235,6 +235,7 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
     if (of("elementdatafile").empty()) return badVolumeFile("a MetaImage says where its data are (ElementDataFile), this one does not");
     if (said.contains("ndims") && of("ndims") != "3") return packedVolume(fmt::format("it has {} dimensions: three are read", printable(of("ndims"))));
     if (isTrue("compresseddata")) return packedVolume("its data are compressed: only plain data are read");
+    if (said.contains("binarydata") && !isTrue("binarydata")) return packedVolume("its data are numbers as text: bytes are read");
     if (said.contains("elementnumberofchannels") && of("elementnumberofchannels") != "1") return packedVolume("it has several numbers a voxel: one is read");
     if (!readThree(of("dimsize"), header.size, countOf)) return badVolumeFile(fmt::format("DimSize is '{}': three whole numbers are wanted", printable(of("dimsize"))));
     for (const char* key : {"elementsize", "elementspacing"})  // the spacing where both are there

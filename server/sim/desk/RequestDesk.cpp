@@ -151,6 +151,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.journal = around_.journal;
     if (const std::optional<Error> why = editsRefused()) status.journalTrouble = why->message;
     if (around_.describeWaits) around_.describeWaits(status);
+    if (around_.budget) {
+        status.budgetMs = around_.budget->milliseconds();
+        status.detail = around_.budget->step();
+    }
     const answer::Trackers told = around_.describeTrackers ? around_.describeTrackers() : answer::Trackers();
     for (const TrackerInfo& tracker : told.trackers) status.trackers.push_back(lineOf(tracker));
     if (around_.steering && around_.steering->takesInput()) {
@@ -170,6 +174,12 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, 
 ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
     if (!around_.showing) return refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
     *around_.showing = wish.showing;
+    return answer(asker, answer::Done{});
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::SetBudget& wish, TimePoint) {
+    if (!around_.budget) return refuse(asker, {ErrorCode::kUnsupported, "this server draws all frames with all of their detail"});
+    around_.budget->set(wish.milliseconds);
     return answer(asker, answer::Done{});
 }
 

@@ -12,6 +12,7 @@
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
+#include "server/sim/frame/FrameBudget.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/Steering.h"
 
@@ -57,6 +58,7 @@ public:
         Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed
         Steering* steering = nullptr;  ///< null: nobody can be asked to fly
         InlineLoading* inlines = nullptr;  ///< is told what comes of its orders
+        FrameBudget* budget = nullptr;     ///< null: frames have all of their detail, and nobody can change that
     };
 
     RequestDesk(const Surroundings& around, const Limits& limits);
@@ -130,6 +132,7 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::Find&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
 
     /// Of a pick: through a pixel, or along a wand.

@@ -5,6 +5,7 @@
 
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
@@ -139,13 +140,13 @@ bool LevelChoice::lookFrom(const View& view) {
     for (std::size_t user = 0; user < lookers_.size(); ++user) {
         if (screensOf_[user].empty()) continue;
         const User* known = view.findUser(wall_.users[user].name);
-        Looker now;
+        Looker now{.coarser = detailStep(view.detail).coarser};
         for (const std::size_t screen : screensOf_[user]) {
             const ScreenCamera camera = screenCamera(wall_.screens[screen], known ? *known : wall_.users[user], Eye::kCenter, view);
             now.head = camera.headWorld;
             now.pixels = std::max({now.pixels, 0.5 * camera.clip_T_eye(0, 0) * camera.pixels.width, 0.5 * camera.clip_T_eye(1, 1) * camera.pixels.height});
         }
-        moved = moved || now.head != lookers_[user].head || now.pixels != lookers_[user].pixels;
+        moved = moved || now.head != lookers_[user].head || now.pixels != lookers_[user].pixels || now.coarser != lookers_[user].coarser;
         lookers_[user] = now;
     }
     return moved;
@@ -183,8 +184,8 @@ std::int64_t LevelChoice::levelsOf(const DistanceLOD& lod, const Node& node, con
         double measure = size ? 0.0 : std::numeric_limits<double>::infinity();
         for (const std::size_t user : usersOf_[byte]) {
             const Looker& looker = lookers_[user];
-            const double distance = (bearer.center - looker.head).norm();
-            const double across = distance > bearer.radius ? 2 * bearer.radius * looker.pixels / distance : std::numeric_limits<double>::infinity();
+            const double away = (bearer.center - looker.head).norm(), distance = looker.coarser * away;
+            const double across = away > bearer.radius ? 2 * bearer.radius * looker.pixels / distance : std::numeric_limits<double>::infinity();
             measure = size ? std::max(measure, across) : std::min(measure, distance);
             // What stands nowhere leaves everything as it is.
             if (!(distance < std::numeric_limits<double>::infinity())) measure = std::numeric_limits<double>::quiet_NaN();

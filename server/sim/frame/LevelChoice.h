@@ -20,6 +20,7 @@ namespace tessera {
 
 /// Chooses the children of DistanceLODs by where heads are, and says so in `Node::levels`.
 ///
+/// A view with less detail (common/wall/Detail.h) sees everything as if it were as many times as far away.
 /// Distances are from a head (between the eyes) to the core's center, in the world. Sizes are what the core's sphere has across on the finest
 /// of the user's screens, as if it stood straight before the eye; a head within it sees the finest level. Only users that tiles are drawn for
 /// count; of those that share a byte the one who sees most. A node that hangs nowhere is left as it is.
@@ -52,6 +53,7 @@ private:
     struct Looker {
         Vec3d head = Vec3d::Zero();  ///< world
         double pixels = 0;           ///< of what is as large as it is far away
+        double coarser = 1;          ///< DetailStep::coarser
     };
 
     [[nodiscard]] bool noteBearers(const Aspect& scene, const ChangeList& list);

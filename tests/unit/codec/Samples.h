@@ -177,7 +177,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
                           .node = ObjectId{3},
                           .coreType = ObjectType{4},
                           .pageSize = 17,
-                          .after = {ObjectId{3}, ObjectId{9}}}};
+                          .after = {ObjectId{3}, ObjectId{9}}},
+            request::SetBudget{16.5}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -200,6 +201,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.waitFrames = 120;
     status.navigation = "walk";
     status.steering = {"lower-left", "application 7"};
+    status.budgetMs = 16.5;
+    status.detail = 3;
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},

@@ -67,6 +67,22 @@ TEST(Ctl, SetsAnyFieldByItsName) {
         << "the scene's own rules hold";
 }
 
+TEST(Ctl, GetsWhatIsSet) {
+    const ScriptedServer server;
+    EXPECT_EQ(ctl(server, {"get", "/hall/crane", "translation"}).out, "1 2 3\n");
+    EXPECT_EQ(ctl(server, {"set", "#7", "alphaMode", "blend"}).exitCode, 0);
+    EXPECT_EQ(ctl(server, {"get", "#7", "alphaMode"}).out, "blend\n") << "by its word";
+    const auto json = askJson(server, {"get", "/hall/crane"});
+    EXPECT_EQ(json["object"]["type"], "Node");
+    EXPECT_EQ(json["object"]["name"], "crane");
+    EXPECT_EQ(json["core"]["translation"], nlohmann::json::array({1, 2, 3}));
+    const std::string text = ctl(server, {"get", "/hall/crane"}).out;
+    EXPECT_TRUE(text.starts_with("Node #3\n  name ")) << text;
+    EXPECT_NE(text.find("\nTransform #"), std::string::npos) << text;
+    EXPECT_EQ(ctl(server, {"get", "/hall/crane", "colour"}).exitCode, 3);
+    EXPECT_EQ(ctl(server, {"get", "#4711"}).exitCode, 3);
+}
+
 TEST(Ctl, FindsPageByPage) {
     const ScriptedServer server;
     EXPECT_EQ(ctl(server, {"find", "/hall/**"}).out, "/hall/crane  Transform\n/hall/crane/hook  Geometry\n");

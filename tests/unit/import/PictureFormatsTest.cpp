@@ -305,6 +305,32 @@ TEST(PictureFormats, SizesThatAreNotThereTakeNoMemory) {
         EXPECT_FALSE(pictureIn(file));
 }
 
+/// Of a file that is cut off nothing is shown that is not in it: not what memory held before. (Numbers that are texts may end anywhere, in a smaller one.)
+TEST(PictureFormats, CutOffTheyAreWholeOrRefused) {
+    auto all = samples();
+    std::string tga = std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(100, 2) + little(61, 2) + std::string("\x18\0", 2);
+    std::string bmp = "BM" + little(54 + 300 * 61, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(100, 4) + little(61, 4) + little(1, 2) + little(24, 2) + little(0, 24);
+    for (int i = 0; i < 300 * 61; ++i) {
+        tga += static_cast<char>(i * 7);
+        bmp += static_cast<char>(i * 7);
+    }
+    std::erase_if(all, [](const auto& named) { return named.first.starts_with("P3"); });
+    all["large tga"] = tga;
+    all["large bmp"] = bmp;
+    for (const auto& [name, file] : all) {
+        const Expected<DecodedImage> whole = pictureIn(file);
+        ASSERT_TRUE(whole) << name << ": " << whole.error().message;
+        const std::size_t step = file.size() > 4096 ? 61 : 1;
+        for (std::size_t length = 0; length < file.size(); length += step) {
+            const Expected<DecodedImage> image = pictureIn(file.substr(0, length));
+            if (!image) continue;
+            EXPECT_EQ(image->rgba, whole->rgba) << name << ", the first " << length << " bytes of " << file.size();
+        }
+        if (!name.starts_with("large")) continue;
+        EXPECT_FALSE(pictureIn(file.substr(0, file.size() - 1))) << name;
+    }
+}
+
 /// Reads that go astray show with AddressSanitizer (tests/README.md), those that end the process without as well.
 TEST(PictureFormats, AnyDamageLeadsToAPictureOrAnError) {
     auto all = samples();

@@ -91,6 +91,7 @@ TEST(VolumeFiles, ThatLieAreRefusedInWords) {
     meta(metaHeader("MET_UCHAR", "ElementSpacing = 0 1 1"), "no places");
     meta(metaHeader("MET_UCHAR", "ElementSpacing = nan 1 1"), "elementspacing");
     meta(metaHeader("MET_UCHAR", "CompressedData = True"), "compressed", ErrorCode::kUnsupported);
+    meta(metaHeader("MET_UCHAR", "BinaryData = False"), "as text", ErrorCode::kUnsupported);
     meta(metaHeader("MET_UCHAR", "ElementNumberOfChannels = 3"), "several numbers", ErrorCode::kUnsupported);
     meta(metaHeader("MET_UCHAR", "HeaderSize = 9"), "HeaderSize");
     meta(metaHeader("MET_CHARS", ""), "MET_CHARS", ErrorCode::kUnsupported);

@@ -141,7 +141,7 @@ TEST(Report, OfManyFaultsTheFirstAndTheLastAreListedAndTheOthersCounted) {
         report.fault({.host = "left", .kind = FaultKind::kDisconnected, .frame = FrameNumber(i), .detectedAfter = {}, .detail = {}});
         report.entered({.host = "left", .frame = FrameNumber(i), .rejoined = true, .awayFor = std::chrono::milliseconds(i)});
     }
-    const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect()));
+    const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget(0)));
     const nlohmann::json& faults = json["faults"];
     ASSERT_EQ(faults.size(), Report::kFirstFaults + Report::kLastFaults);
     EXPECT_EQ(json["faults_left_out"], kFaults - faults.size());
@@ -158,7 +158,7 @@ TEST(CollisionReport, StandsInReportJsonWithItsTimes) {
     frame.collision = eventful();
     frame.collisionMs = 1.5;
     report.frameCommitted(frame);
-    const auto json = nlohmann::json::parse(report.toJson(hall()));
+    const auto json = nlohmann::json::parse(report.toJson(hall(), FrameBudget(0)));
     EXPECT_EQ(json["collision"]["ms"]["p99"], 1.5);
     EXPECT_EQ(json["collision"]["contacts"], 2);
     EXPECT_EQ(json["collision"]["not_looked_at"]["count"], 2);

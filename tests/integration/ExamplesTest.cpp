@@ -1,0 +1,46 @@
+/// The examples do what they say, on a real wall.
+#include <gtest/gtest.h>
+
+#include "tests/integration/AskedWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kCarousel = std::string(TESSERA_SOURCE_DIR) + "/deploy/examples/carousel/carousel.tsct";
+const std::string kProgram = std::string(TESSERA_BIN_DIR) + "/example-carousel";
+
+TEST(Examples, TheCarouselTurnsAboutWhereItTouches) {
+    const TemporaryFolder folder;
+    AskedWall wall({.wall = "2x2", .scene = kCarousel});
+    ASSERT_TRUE(wall.start()) << wall.logs();
+    Process ride(folder.path(), "carousel", {kProgram, wall.wall().address(), "/fair/hub", "0.75"});
+    // A quarter on, red would stand where the post is.
+    ASSERT_TRUE(ride.waitForText("/fair/hub touches /fair/post", 60s)) << ride.output();
+    ASSERT_TRUE(ride.waitForText("/fair/hub leaves /fair/post", 60s)) << ride.output();
+    wall.tell({"remove", "/fair/hub/blue"});
+    ASSERT_TRUE(ride.waitForText("is gone after", 60s)) << ride.output();
+    EXPECT_EQ(ride.waitForExit(120s).value_or(-1), 0) << ride.output();
+    // It rode on a circle: the radius is what it was.
+    const Vec3d red = wall.placeOf("/fair/hub/red");
+    EXPECT_NEAR(red.norm(), 2, 1e-9);
+    const nlohmann::json report = wall.finish();
+    ASSERT_FALSE(report.is_null()) << wall.logs();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
+    EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
+}
+
+TEST(Examples, SaysWhatIsWrong) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(run(folder.path(), {kProgram}, 30s).exitCode, exitCode(ErrorCode::kUsage));
+    AskedWall wall({.wall = "1x1", .scene = kCarousel});
+    ASSERT_TRUE(wall.start()) << wall.logs();
+    const Outcome lost = run(folder.path(), {kProgram, wall.wall().address(), "/fair/wheel"}, 30s);
+    EXPECT_NE(lost.exitCode, 0);
+    EXPECT_NE(lost.output.find("wheel"), std::string::npos) << lost.output;
+    EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
+}
+
+}  // namespace
+}  // namespace tessera::test
