@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/cores/Animation.h"
+#include "common/cores/ApplicationData.h"
 #include "common/cores/Billboard.h"
 #include "common/cores/Camera.h"
 #include "common/cores/CollisionObject.h"
@@ -51,7 +52,7 @@ using ShippedTypes = TypeList<Node, Group, Transform, Geometry, Material, Image,
                               Motion, Environment, Interest, CollisionObject, SpotLight, ComponentTransform,
                               InverseTransform, SubdivisionSurface, NurbsSurfaceCore, Deformation, MaterialGroup,
                               DistanceLOD, Billboard, KeyFrames, Animation, Skin, Text, Inline, ProxyGroup,
-                              Particles, Volume, TextureLayer, SurfaceProgram, Uniform, Movie, Manipulator>;
+                              Particles, Volume, TextureLayer, SurfaceProgram, Uniform, Movie, Manipulator, ApplicationData>;
 using SceneTypes = JoinedTypes<ShippedTypes, ExtraTypes>;
 
 }  // namespace tessera

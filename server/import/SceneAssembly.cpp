@@ -78,6 +78,8 @@ std::string_view contentName(Content content) {
             return "inline";
         case Content::kProxyGroup:
             return "proxy_group";
+        case Content::kApplicationData:
+            return "application_data";
         default:
             return "node";
     }

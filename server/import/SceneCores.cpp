@@ -192,6 +192,14 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
         case Content::kInline:
         case Content::kProxyGroup:
             return inlineCore(file, node);
+        case Content::kApplicationData: {
+            Expected<ApplicationData> data = readTableObject<ApplicationData>(node.application_data());
+            if (!data) return tl::unexpected(data.error());
+            if (data->key.empty()) return fail(ErrorCode::kBadInput, "application_data without a key, which says what it is");
+            const std::string& bytes = node.application_data().data();
+            data->data = Blob::of(std::span<const char>(bytes.data(), bytes.size()));
+            return create(*data);
+        }
         case Content::kEnvironment: {
             Expected<Environment> environment = readEnvironment(node.environment());
             if (!environment) return tl::unexpected(environment.error());
