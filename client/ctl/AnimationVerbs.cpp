@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "client/ctl/SceneNames.h"
@@ -21,6 +22,9 @@ struct PlayerLine {
     std::size_t channels = 1;
     double time = 0, speed = 1;
     bool playing = false;
+    std::vector<ObjectId> tracks = {};  ///< its key frames
+    std::size_t keys = 0;               ///< of the longest of them
+    std::string problem = {};           ///< of a film
 };
 
 /// Nothing of other objects.
@@ -28,12 +32,19 @@ std::optional<PlayerLine> lineOf(const Object& core) {
     PlayerLine line;
     if (const auto* animation = core.as<Animation>()) {
         line.channels = animation->channels.size();
+        line.tracks = animation->channels;
         line.time = animation->time;
         line.speed = animation->speed;
         line.playing = animation->playing;
     } else if (const auto* motion = core.as<Motion>()) {
         line.time = motion->time;
         line.playing = motion->playing;
+        line.keys = motion->keys.sizeBytes() / (11 * sizeof(double));
+    } else if (const auto* movie = core.as<Movie>()) {
+        line.time = movie->time;
+        line.speed = movie->speed;
+        line.playing = movie->playing;
+        line.problem = movie->problem;
     } else {
         return std::nullopt;
     }
@@ -42,11 +53,23 @@ std::optional<PlayerLine> lineOf(const Object& core) {
     return line;
 }
 
+/// How many keys the longest track of each has, where it is told: arrays themselves are not.
+void countKeys(Application& application, std::vector<PlayerLine>& lines) {
+    std::vector<ObjectId> all;
+    for (const PlayerLine& line : lines) all.insert(all.end(), line.tracks.begin(), line.tracks.end());
+    if (all.empty()) return;
+    const Expected<SceneExcerpt> told = application.fetch(all);
+    if (!told) return;
+    for (PlayerLine& line : lines)
+        for (const ObjectId track : line.tracks)
+            if (const KeyFrames* frames = told->get<KeyFrames>(track)) line.keys = std::max<std::size_t>(line.keys, frames->times.sizeBytes() / sizeof(double));
+}
+
 }  // namespace
 
 Expected<Answer> run(Application& application, const verb::Animations&) {
     std::vector<PlayerLine> lines;
-    for (const ObjectType type : {typeOf<Animation>(), typeOf<Motion>()}) {
+    for (const ObjectType type : {typeOf<Animation>(), typeOf<Motion>(), typeOf<Movie>()}) {
         const Expected<SceneExcerpt> told = application.fetchTree({.coreType = type});
         if (!told) return tl::unexpected(told.error());
         for (const TreeNode& node : told->nodes()) {
@@ -62,11 +85,12 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
     std::vector<ObjectId> nodes;
     for (const PlayerLine& line : lines) nodes.push_back(line.node);
     names.learn(nodes);
-    TextTable table({"node", "kind", "channels", "mode", "time s", "speed", ""});
+    countKeys(application, lines);
+    TextTable table({"node", "kind", "channels", "keys", "mode", "time s", "speed", ""});
     nlohmann::ordered_json entries = nlohmann::ordered_json::array();
     for (const PlayerLine& line : lines) {
-        table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.mode, fmt::format("{:.3f}", line.time), fmt::format("{:g}", line.speed), line.playing ? "plays" : "stands"});
-        entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"mode", line.mode}, {"time", line.time}, {"speed", line.speed}, {"playing", line.playing}});
+        table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode, fmt::format("{:.3f}", line.time), fmt::format("{:g}", line.speed), !line.problem.empty() ? "fails: " + line.problem : line.playing ? "plays" : "stands"});
+        entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys}, {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"speed", line.speed}, {"playing", line.playing}});
     }
     return Answer{table.text(), {{"animations", std::move(entries)}}, {}};
 }
@@ -74,21 +98,28 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
 Expected<Answer> run(Application& application, const verb::Play& wanted) {
     const Expected<ObjectInfo> node = application.describeNode(wanted.node);
     if (!node) return tl::unexpected(node.error());
-    const bool animation = node->core && node->coreType == typeOf<Animation>(), motion = node->core && node->coreType == typeOf<Motion>();
-    if (!animation && !motion) return fail(ErrorCode::kNotFound, fmt::format("{} is no animation; see animations for those there are", wanted.node));
+    const ObjectType type = node->core ? node->coreType : ObjectType{};
+    const bool motion = type == typeOf<Motion>();
+    if (!motion && type != typeOf<Animation>() && type != typeOf<Movie>())
+        return fail(ErrorCode::kNotFound, fmt::format("{} is no animation; see animations for those there are", wanted.node));
     if (wanted.speed && motion) return fail(ErrorCode::kRefused, fmt::format("{} is a Motion, which has no speed", wanted.node));
     ChangeListBuilder edits;
     std::string said;
+    const auto set = [&]<auto kOfAnimation, auto kOfMotion, auto kOfMovie>(const auto& value) {
+        if (motion) setField<kOfMotion>(edits, node->core, value);
+        else if (type == typeOf<Movie>()) setField<kOfMovie>(edits, node->core, value);
+        else setField<kOfAnimation>(edits, node->core, value);
+    };
     if (wanted.playing) {
-        animation ? setField<&Animation::playing>(edits, node->core, *wanted.playing) : setField<&Motion::playing>(edits, node->core, *wanted.playing);
+        set.template operator()<&Animation::playing, &Motion::playing, &Movie::playing>(*wanted.playing);
         said = *wanted.playing ? "plays" : "stands";
     }
     if (wanted.time) {
-        animation ? setField<&Animation::time>(edits, node->core, *wanted.time) : setField<&Motion::time>(edits, node->core, *wanted.time);
+        set.template operator()<&Animation::time, &Motion::time, &Movie::time>(*wanted.time);
         said = fmt::format("is at {:g} s", *wanted.time);
     }
     if (wanted.speed) {
-        setField<&Animation::speed>(edits, node->core, *wanted.speed);
+        type == typeOf<Movie>() ? setField<&Movie::speed>(edits, node->core, *wanted.speed) : setField<&Animation::speed>(edits, node->core, *wanted.speed);
         said = fmt::format("has the speed {:g}", *wanted.speed);
     }
     const Expected<answer::Committed> committed = application.propose(edits.take());

@@ -6,9 +6,9 @@
 
 namespace tessera {
 
-/// All animations and motions that stand in the tree: where, how many channels, mode, time, speed, whether each plays.
+/// All animations, motions and films that stand in the tree: where, how many channels and keys, mode, time, speed, whether each plays, or why it cannot.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Animations&);
-/// Edits of fields, as `set` makes them. Of a node that bears an Animation (or, but for its speed, a Motion).
+/// Edits of fields, as `set` makes them. Of a node that bears an Animation or a Movie (or, but for its speed, a Motion).
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Play& wanted);
 
 }  // namespace tessera

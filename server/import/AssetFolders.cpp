@@ -13,6 +13,8 @@
 #include <memory>
 #include <optional>
 
+#include "server/import/LoadedFile.h"
+
 namespace tessera {
 namespace {
 
@@ -106,6 +108,31 @@ Expected<std::string> readableFile(const std::string& path, const ReadableFolder
             if (const auto root = canonicalPath(folder); root && isBelow(resolved.string(), *root))
                 return resolved.string();
     return refuse();
+}
+
+Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where) {
+    if (name.starts_with(kAssetScheme)) return findAsset(std::string_view(name).substr(kAssetScheme.size()), where.assets);
+    if (!name.starts_with('/')) return fail(ErrorCode::kBadInput, name + ": an edit names a file by its whole path, or as asset://NAME");
+    return readableFile(name, where);
+}
+
+std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes) {
+    std::vector<std::string> folders;
+    for (const std::string& scene : scenes) {
+        if (scene.starts_with(kAssetScheme)) continue;
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::weakly_canonical(scene, error);
+        if (!error && path.is_absolute()) folders.push_back(path.parent_path().string());
+    }
+    return folders;
+}
+
+Expected<std::string> pathBeside(const std::string& name, const std::string& folder) {
+    if (name.starts_with(kAssetScheme)) return name;
+    const std::filesystem::path said(name);
+    if (name.find('\0') != std::string::npos || said.is_absolute() || std::ranges::find(said, std::filesystem::path("..")) != said.end())
+        return fail(ErrorCode::kBadInput, fmt::format("'{}' is not in the scene file's own folder or below", readName(name, "")));
+    return (std::filesystem::path(folder) / said).lexically_normal().string();
 }
 
 std::string folderOf(const std::string& path) {

@@ -33,6 +33,14 @@ struct ReadableFolders {
 /// `asset://NAME` as it is. kRefused where it lies elsewhere, whether there is such a file or not; names the option.
 [[nodiscard]] Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where);
 
+/// The file itself of what is loaded into a running scene by a name that the scene says, whatever it is called: through links, "." and "..", or as an asset. A whole
+/// path, or `asset://NAME`.
+[[nodiscard]] Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where);
+/// The folders of the scenes that are no assets: what they name beside them may be read too.
+[[nodiscard]] std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes);
+/// The whole path of a name in a scene file in `folder`, whether there is such a file or not: whoever reads it looks, and where links lead is looked at then.
+[[nodiscard]] Expected<std::string> pathBeside(const std::string& name, const std::string& folder);
+
 /// The folder part of an absolute path.
 [[nodiscard]] std::string folderOf(const std::string& path);
 /// "engine" of "/models/engine.glb".

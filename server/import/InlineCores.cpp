@@ -17,15 +17,6 @@ namespace {
 using InlineMessage = proto::scene::Inline;
 static_assert(InlineMessage::AT_ONCE == LoadWords::kAtOnce && InlineMessage::NEAR == LoadWords::kNear && InlineMessage::BY_HAND == LoadWords::kByHand);
 
-/// The whole path of a name in a scene file, whether there is such a file or not: whoever reads it looks. Where links lead is looked at then.
-Expected<std::string> pathBeside(const std::string& name, const std::string& folder) {
-    if (name.starts_with(kAssetScheme)) return name;
-    const std::filesystem::path said(name);
-    if (name.find('\0') != std::string::npos || said.is_absolute() || std::ranges::find(said, std::filesystem::path("..")) != said.end())
-        return fail(ErrorCode::kBadInput, fmt::format("'{}' is not in the scene file's own folder or below", readName(name, "")));
-    return (std::filesystem::path(folder) / said).lexically_normal().string();
-}
-
 template <typename T>
 Expected<T> readNamed(const google::protobuf::Message& message, const LoadedFile& file, std::span<const std::string> importing) {
     if (!file.isScene) return fail(ErrorCode::kBadInput, "a model file may not inline others");

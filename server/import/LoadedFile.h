@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -39,6 +41,8 @@ struct LoadedFile {
     std::map<std::tuple<Hash128, std::string, ObjectId>, GeometryCore> surfaceCores;
     std::map<std::string, Geometry> checkedMeshes;
     std::map<std::string, ObjectId> materialCores, imageCores;
+    std::map<const proto::scene::Movie*, ObjectId> movieCores;  ///< where it is placed again, the same film plays
+    std::optional<std::set<std::string>> films;  ///< names of images that Movies write, once somebody has asked
 
     /// The array with this number, counted from 1; 0: an empty handle.
     [[nodiscard]] Expected<Blob> blob(std::uint32_t number) const;

@@ -80,6 +80,8 @@ std::string_view contentName(Content content) {
             return "proxy_group";
         case Content::kApplicationData:
             return "application_data";
+        case Content::kMovie:
+            return "movie";
         default:
             return "node";
     }

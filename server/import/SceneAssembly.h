@@ -99,6 +99,9 @@ private:
     Expected<ObjectId> deformationCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     /// Names its file so that it is found from anywhere; what would inline itself has failed already.
     Expected<ObjectId> inlineCore(LoadedFile& file, const proto::scene::Node& node);
+    Expected<ObjectId> movieCore(LoadedFile& file, const proto::scene::Movie& movie);
+    /// Whether a Movie of the file writes the image of that name.
+    [[nodiscard]] static bool isFilm(LoadedFile& file, const std::string& name);
     Expected<ObjectId> skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -200,6 +201,8 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             data->data = Blob::of(std::span<const char>(bytes.data(), bytes.size()));
             return create(*data);
         }
+        case Content::kMovie:
+            return movieCore(file, node.movie());
         case Content::kEnvironment: {
             Expected<Environment> environment = readEnvironment(node.environment());
             if (!environment) return tl::unexpected(environment.error());
@@ -573,6 +576,13 @@ Expected<ObjectId> SceneAssembly::imageCore(LoadedFile& file, const std::string&
     Expected<Image> image = readTableObject<Image>(message);
     if (!image) return failWith(fmt::format("image '{}'", readName(name, "")), image.error());
     image->pixels = *pixels;
+    if (pixels->empty() && message.width_px() == 0 && message.height_px() == 0 && isFilm(file, name)) {
+        // Black, until the film is there.
+        static constexpr std::array<std::uint8_t, 4> kBlack = {0, 0, 0, 255};
+        image->pixels = Blob::of(std::span<const std::uint8_t>(kBlack));
+        image->widthPx = image->heightPx = 1;
+        return file.imageCores[name] = create(*image);
+    }
     if (message.width_px() == 0 || message.height_px() == 0 || message.width_px() > kMaxImageSide || message.height_px() > kMaxImageSide || pixels->sizeBytes() == 0)
         return fail(ErrorCode::kBadInput, fmt::format("image '{}': {} bytes are not {} × {} pixels", readName(name, ""),
                                                       pixels->sizeBytes(), message.width_px(), message.height_px()));

@@ -8,6 +8,7 @@
 
 #include "common/base/FairQueue.h"
 #include "server/sim/AnswerGate.h"
+#include "server/sim/FilmFiles.h"
 #include "server/sim/FrameMaker.h"
 #include "server/sim/MarkArrays.h"
 #include "server/sim/ReportFile.h"
@@ -110,10 +111,11 @@ struct FrameLoop::Impl {
     ProgramTrials programs;
     InlineLoading inlines;
     FrameBudget budget;
+    Movies movies;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
-    bool sceneReady = false, programsTried = false;
+    bool sceneReady = false, programsTried = false, filmsBegun = false;
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
 
@@ -150,6 +152,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       levels(options.wall),
       inlines(options.wall),
       budget(options.wall.budgetMs),
+      movies(filmOpener(options.allowed, options.import.assetFolders, options.scenes)),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -162,7 +165,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .levels = &levels,
              .programs = &programs,
              .inlines = &inlines,
-             .budget = &budget}),
+             .budget = &budget,
+             .movies = &movies}),
       pacing(options.rateHz),
       startScene(options.scenes),
       peers(sessionConfig(), blobs,
@@ -295,6 +299,7 @@ void FrameLoop::Impl::openGate() {
 Expected<void> FrameLoop::Impl::turn() {
     await(nextWake(Clock::now()));
     if (sceneReady && !programsTried) programsTried = maker.programsTried(Clock::now());
+    if (sceneReady && !filmsBegun) filmsBegun = maker.filmsBegun(Clock::now());
     const TimePoint until = std::min(Clock::now() + kLongestInARow, peers.session().nextDeadline());
     for (;;) {
         for (std::size_t count = 0; count < kMostInARow; ++count) {
@@ -397,7 +402,7 @@ void FrameLoop::Impl::sceneIsThere() {
 }
 
 bool FrameLoop::Impl::mayBegin(TimePoint now) const {
-    return sceneReady && programsTried && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
+    return sceneReady && programsTried && filmsBegun && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
 }
 
 bool FrameLoop::Impl::lastFrameShown() const {

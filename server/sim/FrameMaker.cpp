@@ -48,6 +48,7 @@ Expected<void> FrameMaker::sceneIsThere() {
     around_.view.update(around_.simulation.scene(), nullptr);
     if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
     if (around_.programs) around_.programs->update(around_.simulation.scene(), nullptr);
+    if (around_.movies) around_.movies->update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
@@ -61,6 +62,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.levels)
         if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
+    addPictures(first, edits, now);
     addVerdicts(edits);
     for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
     if (around_.inlines)
@@ -81,6 +83,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.movies) around_.movies->update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
@@ -107,6 +110,22 @@ bool FrameMaker::programsTried(TimePoint now) {
     if (pending > 0 && now >= *triedUntil_)
         around_.log.warning(fmt::format("{} of the scene's programs are not tried yet; the first frames are drawn without them", pending));
     return pending == 0 || now >= *triedUntil_;
+}
+
+bool FrameMaker::filmsBegun(TimePoint now) {
+    if (!around_.movies) return true;
+    constexpr Duration kPatience = std::chrono::seconds(10);
+    if (!begunUntil_) begunUntil_ = now + kPatience;
+    around_.movies->attend(around_.simulation.scene(), now);
+    return around_.movies->awaited() == 0 || now >= *begunUntil_;
+}
+
+void FrameMaker::addPictures(bool first, std::vector<Edit>& edits, TimePoint now) {
+    if (!around_.movies) return;
+    // One each: what is refused of one leaves the others.
+    for (ChangeList& list : around_.movies->advance(around_.simulation.scene(), first ? 0.0 : kSecondsPerFrame, now))
+        edits.insert(edits.begin(), Edit{.ticket = Movies::kTicket, .list = std::move(list), .undoable = false});
+    for (const std::string& remark : around_.movies->takeRemarks()) around_.log.warning(remark);
 }
 
 void FrameMaker::addVerdicts(std::vector<Edit>& edits) {

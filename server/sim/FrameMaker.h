@@ -10,6 +10,7 @@
 #include "common/base/Log.h"
 #include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
+#include "server/movies/Movies.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/FrameBudget.h"
@@ -43,6 +44,7 @@ public:
         ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
         InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines
         const FrameBudget* budget = nullptr;  ///< null: frames have all of their detail
+        Movies* movies = nullptr;  ///< null: no film plays
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
@@ -59,6 +61,9 @@ public:
     /// one does. Never waits: asked again and again, it says yes after 10 s whatever is left.
     [[nodiscard]] bool programsTried(TimePoint now);
 
+    /// The same of the films that it brings: whether each has a first picture, or a problem.
+    [[nodiscard]] bool filmsBegun(TimePoint now);
+
     struct Made {
         FrameResult result;
         FrameContent content;
@@ -71,6 +76,8 @@ private:
     [[nodiscard]] Expected<void> sceneIsThere();
     /// What has come out of programs goes into the frame as an edit of the server's own.
     void addVerdicts(std::vector<Edit>& edits);
+    /// What films show next, likewise.
+    void addPictures(bool first, std::vector<Edit>& edits, TimePoint now);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
     void hold(FrameNumber frame, const ChangeList& list);
@@ -87,7 +94,7 @@ private:
     View lastView_;
     bool cameraComplaint_ = false;
     std::vector<Edit> firstVerdicts_;  ///< of what the scene brings, for the first frame
-    std::optional<TimePoint> triedUntil_;
+    std::optional<TimePoint> triedUntil_, begunUntil_;
 };
 
 }  // namespace tessera

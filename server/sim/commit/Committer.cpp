@@ -17,6 +17,7 @@
 #include "server/sim/commit/ImageCheck.h"
 #include "server/sim/commit/KeyFramesCheck.h"
 #include "server/sim/commit/MaterialCheck.h"
+#include "server/sim/commit/MovieCheck.h"
 
 namespace tessera {
 namespace {
@@ -59,6 +60,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
     if (const Expected<void> looks = checkMaterials(list); !looks) return tl::unexpected(looks.error());
     if (const Expected<void> shown = checkImages(scene_, list); !shown) return tl::unexpected(shown.error());
+    if (const Expected<void> alone = checkMovies(scene_, list); !alone) return tl::unexpected(alone.error());
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 

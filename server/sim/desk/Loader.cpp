@@ -6,25 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
-
-/// The folders of the scenes that are no assets.
-std::vector<std::string> foldersOf(const std::vector<std::string>& scenes) {
-    std::vector<std::string> folders;
-    for (const std::string& scene : scenes) {
-        if (scene.starts_with(kAssetScheme)) continue;
-        std::error_code error;
-        const std::filesystem::path path = std::filesystem::weakly_canonical(scene, error);
-        if (!error && path.is_absolute()) folders.push_back(path.parent_path().string());
-    }
-    return folders;
-}
 
 /// Says that what an Inline holds is there, in the list that brings it.
 void addState(ChangeList& list, const InlineOrder& content) {
@@ -48,7 +35,7 @@ Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::fun
       readable_{.folders = std::move(allowed), .assets = options_.assetFolders},
       readableContent_(readable_),
       onFinished_(std::move(onFinished)),
-      thread_([this, folders = foldersOf(scenes)] {
+      thread_([this, folders = foldersOfScenes(scenes)] {
           std::ranges::copy(folders, std::back_inserter(readableContent_.folders));
           while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
       }) {}
@@ -87,16 +74,10 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
 }
 
 Expected<ImportedScene> Loader::readContent(const InlineOrder& content) const {
-    // The file itself, whatever it is called: through links, "." and "..", or as an asset.
-    const auto fileOf = [&](const std::string& name) -> Expected<std::string> {
-        if (name.starts_with(kAssetScheme)) return findAsset(std::string_view(name).substr(kAssetScheme.size()), options_.assetFolders);
-        if (!name.starts_with('/')) return fail(ErrorCode::kBadInput, name + ": an edit names a file by its whole path, or as asset://NAME");
-        return readableFile(name, readableContent_);
-    };
-    const Expected<std::string> path = fileOf(content.file);
+    const Expected<std::string> path = contentFile(content.file, readableContent_);
     if (!path) return tl::unexpected(path.error());
     for (const std::string& outer : content.chain) {
-        const Expected<std::string> known = fileOf(outer);
+        const Expected<std::string> known = contentFile(outer, readableContent_);
         if (known && *known == *path)
             return fail(ErrorCode::kBadInput, fmt::format("it inlines itself: {} → {}", fmt::join(content.chain, " → "), content.file));
     }

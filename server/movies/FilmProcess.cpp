@@ -1,0 +1,220 @@
+#include "server/movies/FilmProcess.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+#include "common/cores/Image.h"
+#include "common/drawable/ImageLayout.h"
+
+namespace tessera {
+namespace {
+
+std::string decoderBesideThisProgram() {
+    std::array<char, 4096> self{};
+    const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
+    const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
+    return path.substr(0, path.rfind('/') + 1) + "tessera-decode-film";
+}
+
+/// The same file under a number that none of the child's own has.
+FileHandle outOfTheWay(const FileHandle& file) { return FileHandle(::fcntl(file.get(), F_DUPFD_CLOEXEC, 16)); }
+
+Error noDecoder(std::string_view step) { return {ErrorCode::kFailed, fmt::format("films cannot be decoded: {} ({})", step, std::strerror(errno))}; }
+
+}  // namespace
+
+Expected<FilmProcess> FilmProcess::start(FileHandle film, const std::string& program) {
+    // Its size is sealed: a child that shrinks it would take the server with it.
+    const FileHandle memory(::memfd_create("film", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    constexpr std::size_t kBytes = kFilmSlots * kFilmSlotBytes;
+    if (memory.get() < 0 || ::ftruncate(memory.get(), static_cast<off_t>(kBytes)) != 0 || ::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+        return tl::unexpected(noDecoder("no memory for pictures"));
+    void* const mapped = ::mmap(nullptr, kBytes, PROT_READ, MAP_SHARED, memory.get(), 0);
+    if (mapped == MAP_FAILED) return tl::unexpected(noDecoder("no memory for pictures"));
+    FilmProcess process;
+    process.memory_ = {static_cast<const std::byte*>(mapped), [](const std::byte* all) { ::munmap(const_cast<std::byte*>(all), kBytes); }};
+
+    std::array<int, 2> up{}, down{};
+    if (::pipe2(up.data(), O_CLOEXEC) != 0) return tl::unexpected(noDecoder("pipe"));
+    process.answers_ = FileHandle(up[0]);
+    const FileHandle answersOut(up[1]);
+    // A socket, as a child that has gone must not end who asks it (SIGPIPE).
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, down.data()) != 0) return tl::unexpected(noDecoder("socketpair"));
+    const FileHandle requestsIn(down[0]);
+    process.requests_ = FileHandle(down[1]);
+    ::fcntl(requestsIn.get(), F_SETFL, 0);
+    ::fcntl(process.answers_.get(), F_SETFL, O_NONBLOCK);
+    const std::array<FileHandle, 4> given = {outOfTheWay(film), outOfTheWay(answersOut), outOfTheWay(requestsIn), outOfTheWay(memory)};
+
+    const std::string path = program.empty() ? decoderBesideThisProgram() : program;
+    std::vector<std::string> arguments = {path, "--parent", std::to_string(::getpid())};
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    // A clean environment: no variable steers a library.
+    std::string locale = "LC_ALL=C";
+    std::array<char*, 2> environment = {locale.data(), nullptr};
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    constexpr std::array<int, 4> kAs = {0, 1, kFilmRequestsFd, kFilmMemoryFd};
+    for (std::size_t i = 0; i < given.size(); ++i) posix_spawn_file_actions_adddup2(&files, given[i].get(), kAs[i]);
+    posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&files, kFilmMemoryFd + 1);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t none, all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    // An own process group: Ctrl-C at a terminal reaches the parent, which then ends this child.
+    posix_spawnattr_setpgroup(&attributes, 0);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+    pid_t pid = -1;
+    const int failure = ::posix_spawn(&pid, path.c_str(), &files, &attributes, argv.data(), environment.data());
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    if (failure != 0)
+        return fail(ErrorCode::kFailed, fmt::format("films cannot be decoded: '{}' cannot be started ({}); it belongs beside the running program", path, std::strerror(failure)));
+    process.child_ = pid;
+    return process;
+}
+
+FilmProcess::FilmProcess(FilmProcess&& other) noexcept { *this = std::move(other); }
+
+FilmProcess& FilmProcess::operator=(FilmProcess&& other) noexcept {
+    std::swap(child_, other.child_);
+    std::swap(requests_, other.requests_);
+    std::swap(answers_, other.answers_);
+    std::swap(memory_, other.memory_);
+    std::swap(pending_, other.pending_);
+    std::swap(lastSerial_, other.lastSerial_);
+    std::swap(nextSlot_, other.nextSlot_);
+    std::swap(part_, other.part_);
+    std::swap(have_, other.have_);
+    return *this;
+}
+
+FilmProcess::~FilmProcess() { end(); }
+
+void FilmProcess::end() {
+    if (child_ <= 0) return;
+    ::kill(child_, SIGKILL);
+    int status = 0;
+    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+    }
+    child_ = -1;
+}
+
+std::uint64_t FilmProcess::ask(FilmRequest request, TimePoint now) {
+    request.slot = nextSlot_;
+    request.serial = ++lastSerial_;
+    nextSlot_ = static_cast<std::uint32_t>((nextSlot_ + 1) % kFilmSlots);
+    // There is room for all that may be under way; where the child has gone, `poll` says so.
+    (void)::send(requests_.get(), &request, sizeof request, MSG_NOSIGNAL | MSG_DONTWAIT);
+    pending_.push_back({request.serial, request.slot, now + std::chrono::seconds(kSeconds)});
+    return request.serial;
+}
+
+Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now) {
+    std::vector<FilmFrame> frames;
+    for (;;) {
+        const ssize_t got = ::read(answers_.get(), part_.data() + have_, part_.size() - have_);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+        if (got <= 0) return tl::unexpected(ended());
+        have_ += static_cast<std::size_t>(got);
+        if (have_ < part_.size()) continue;
+        have_ = 0;
+        FilmAnswer answer;
+        std::memcpy(&answer, part_.data(), sizeof answer);
+        Expected<FilmFrame> frame = take(answer);
+        if (!frame) {
+            end();
+            return tl::unexpected(frame.error());
+        }
+        frames.push_back(std::move(*frame));
+    }
+    if (!pending_.empty() && now > pending_.front().deadline) {
+        end();
+        return fail(ErrorCode::kLimit, fmt::format("a picture of it takes longer than {} s", kSeconds));
+    }
+    return frames;
+}
+
+Expected<FilmFrame> FilmProcess::take(const FilmAnswer& answer) {
+    const auto nonsense = fail(ErrorCode::kBadInput, "who decodes it says nonsense");
+    if (answer.magic != FilmAnswer::kMagic) return nonsense;
+    if (answer.kind == FilmAnswer::Kind::kTrouble) {
+        std::string text(answer.text.data(), ::strnlen(answer.text.data(), answer.text.size()));
+        // A stranger's words go to a terminal.
+        for (char& c : text)
+            if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = ' ';
+        return fail(ErrorCode::kBadInput, text.empty() ? "it cannot be decoded" : std::move(text));
+    }
+    if (answer.kind != FilmAnswer::Kind::kPicture || pending_.empty() || answer.serial != pending_.front().serial || answer.slot != pending_.front().slot) return nonsense;
+    pending_.pop_front();
+    const auto sane = [](double seconds) { return seconds >= 0 && seconds <= 2e9; };
+    if (!sane(answer.begin) || !sane(answer.end) || !sane(answer.seconds) || answer.sizeBytes == 0 || answer.sizeBytes > kFilmSlotBytes) return nonsense;
+    if (answer.widthPx == 0 || answer.heightPx == 0 || answer.widthPx > kMostFilmSidePx || answer.heightPx > kMostFilmSidePx) return nonsense;
+    if (answer.encoding != Image::kSrgb && answer.encoding != Image::kBc1 && answer.encoding != Image::kBc3) return nonsense;
+    const std::byte* from = memory_.get() + answer.slot * kFilmSlotBytes;
+    FilmFrame frame{.serial = answer.serial,
+                    .begin = answer.begin,
+                    .end = answer.end,
+                    .seconds = answer.seconds,
+                    .wrapped = answer.wrapped != 0,
+                    .pixels = Blob(Bytes(from, from + answer.sizeBytes)),
+                    .widthPx = answer.widthPx,
+                    .heightPx = answer.heightPx,
+                    .encoding = answer.encoding,
+                    .mipmaps = answer.mipmaps};
+    Image image;
+    image.pixels = frame.pixels;
+    image.widthPx = frame.widthPx;
+    image.heightPx = frame.heightPx;
+    image.encoding = frame.encoding;
+    image.mipmaps = frame.mipmaps;
+    if (!checkImage(image)) return nonsense;
+    return frame;
+}
+
+/// The pipe has come to its end without a word.
+Error FilmProcess::ended() {
+    int status = 0;
+    pid_t reaped = 0;
+    // It may have closed the pipe alone.
+    if (child_ > 0) {
+        ::kill(child_, SIGKILL);
+        while ((reaped = ::waitpid(child_, &status, 0)) < 0 && errno == EINTR) {
+        }
+        child_ = -1;
+    }
+    switch (reaped > 0 && WIFSIGNALED(status) ? WTERMSIG(status) : 0) {
+        case SIGSEGV:
+        case SIGBUS:
+        case SIGABRT:
+        case SIGFPE:
+        case SIGILL:
+        case SIGTRAP: return {ErrorCode::kBadInput, "who decodes it crashed on it"};
+        case SIGSYS: return {ErrorCode::kBadInput, "who decodes it tried what is forbidden to it"};
+        case SIGKILL: return {ErrorCode::kBadInput, "who decodes it was ended from outside (out of memory, or by somebody)"};
+        default: return {ErrorCode::kBadInput, "who decodes it ended without a word"};
+    }
+}
+
+}  // namespace tessera

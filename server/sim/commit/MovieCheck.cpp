@@ -1,0 +1,37 @@
+#include "server/sim/commit/MovieCheck.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+Expected<void> checkMovies(const Aspect& scene, const ChangeList& list) {
+    std::map<ObjectId, ObjectId> said;
+    const FieldEntry& field = *findField(*findType(typeOf<Movie>()), fieldId<&Movie::image>);
+    for (const FieldColumn& column : list.columns) {
+        if (column.type != typeOf<Movie>() || column.field != field.id || column.kind() != field.kind || column.scalarCount() != column.ids.size()) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row) said[column.ids[row]] = std::get<ObjectId>(column.value(row));
+    }
+    const std::unordered_set<ObjectId> gone(list.destructions.begin(), list.destructions.end());
+    std::unordered_map<ObjectId, ObjectId> writers;  // of images
+    for (const auto& [movie, image] : said) {
+        if (!image || gone.contains(movie)) continue;
+        const auto [other, isFirst] = writers.emplace(image, movie);
+        if (!isFirst) return fail(ErrorCode::kRefused, fmt::format("Image #{}: the Movies #{} and #{} would both write it", image.value, other->second.value, movie.value));
+    }
+    if (writers.empty()) return {};
+    for (const ObjectId id : scene.ids()) {
+        const Movie* movie = scene.get<Movie>(id);
+        if (!movie || said.contains(id) || gone.contains(id)) continue;
+        if (const auto other = writers.find(movie->image); other != writers.end())
+            return fail(ErrorCode::kRefused, fmt::format("Image #{}: Movie #{} writes it already, #{} cannot", movie->image.value, id.value, other->second.value));
+    }
+    return {};
+}
+
+}  // namespace tessera
