@@ -34,6 +34,7 @@ struct Words {
     verb::Clone clone;
     verb::Find find;
     verb::Pick pick;
+    verb::Drag drag;
     verb::Snapshot snapshot;
     verb::Save save;
     std::string moveNode;
@@ -330,6 +331,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* pickY = pick->add_option("Y", in.pick.yPx, "From the top");
     pick->add_option("--wand", in.pick.wand, "What this wand points at instead")->type_name("NAME");
 
+    CLI::App* drag = app.add_subcommand("drag", "Takes hold of a manipulator's handle, and leads it");
+    drag->add_option("PLACES", in.drag.at, "Pixels X Y: of the handle, and where to")->required()->check(numberFault);
+    drag->add_flag("--rays", in.drag.rays, "Places are rays: origin, direction (X Y Z each)");
+    drag->add_option("--steps", in.drag.steps, "Edits from one place to the next")->check(CLI::Range(1, 1000));
+
     const CLI::App* animations = app.add_subcommand("animations", "What plays, or could");
     const auto ofAnimation = [&](const char* verb, const char* what) {
         CLI::App* one = app.add_subcommand(verb, what);
@@ -444,6 +450,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             if (in.pick.wand.empty() ? numbers != 2 : numbers != 0)
                 return fail(ErrorCode::kUsage, "pick: say X and Y, or --wand NAME");
             return in.pick;
+        }
+        if (drag->parsed()) {
+            const std::size_t each = in.drag.rays ? 6 : 2;
+            if (in.drag.at.size() % each != 0 || in.drag.at.size() < 2 * each)
+                return fail(ErrorCode::kUsage, fmt::format("drag: say two places or more, of {} numbers each", each));
+            return in.drag;
         }
         if (trackers->parsed()) return verb::Trackers{};
         if (animations->parsed()) return verb::Animations{};

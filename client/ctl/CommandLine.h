@@ -68,6 +68,12 @@ struct Pick {
     double xPx = 0, yPx = 0;
     std::string wand;  ///< what it points at, instead of a pixel
 };
+/// Takes hold of a manipulator's handle, leads it from place to place, lets go.
+struct Drag {
+    std::vector<double> at;  ///< pixels, two each; of rays six each: origin and direction
+    bool rays = false;
+    std::uint32_t steps = 1;  ///< edits from one place to the next
+};
 struct Trackers {};
 /// Sends datagrams as a tracker would; talks to no server.
 struct PlayTracker {
@@ -121,7 +127,7 @@ struct Save {
 }  // namespace verb
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo,
-                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                            verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget,
                            verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 

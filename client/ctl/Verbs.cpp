@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "client/ctl/AnimationVerbs.h"
@@ -335,6 +337,44 @@ Expected<Answer> run(Application& application, const verb::Pick& pick) {
         answer.json["texcoord"] = Json::array({picked->texcoord->x(), picked->texcoord->y()});
     }
     answer.text += "\n";
+    return answer;
+}
+
+Expected<Answer> run(Application& application, const verb::Drag& drag) {
+    const std::size_t each = drag.rays ? 6 : 2;
+    using Place = std::array<double, 6>;
+    const auto place = [&](std::size_t i) {
+        Place numbers{};
+        std::copy_n(drag.at.begin() + static_cast<std::ptrdiff_t>(i * each), each, numbers.begin());
+        return numbers;
+    };
+    const auto rayOf = [](const Place& at) { return Ray{Vec3d(at[0], at[1], at[2]), Vec3d(at[3], at[4], at[5])}; };
+    const auto aimOf = [](const Place& at) { return request::Pick{.xPx = at[0], .yPx = at[1], .wand = {}}; };
+    Place from = place(0);
+    const Expected<answer::Picked> held = drag.rays ? application.grab(rayOf(from)) : application.grab(aimOf(from));
+    if (!held) return tl::unexpected(held.error());
+    if (!held->hit) return fail(ErrorCode::kNotFound, "no handle of a manipulator is there");
+    answer::Committed last;
+    for (std::size_t i = 1; i < drag.at.size() / each; ++i) {
+        const Place to = place(i);
+        for (std::uint32_t step = 1; step <= drag.steps; ++step) {
+            Place now = to;
+            if (step < drag.steps)
+                for (std::size_t k = 0; k < each; ++k) now[k] = from[k] + (to[k] - from[k]) * step / drag.steps;
+            Expected<answer::Committed> moved = drag.rays ? application.drag(rayOf(now)) : application.drag(aimOf(now));
+            if (!moved) return tl::unexpected(moved.error());
+            last = std::move(*moved);
+        }
+        from = to;
+    }
+    if (const Expected<void> done = application.release(); !done) return tl::unexpected(done.error());
+    SceneNames names(application);
+    names.learn(std::span(&held->node, 1));
+    Answer answer = committedAnswer(application, last, fmt::format("dragged handle {} of {}", held->face, names.node(held->node)));
+    answer.json["node"] = held->node.value;
+    answer.json["path"] = names.node(held->node);
+    answer.json["handle"] = held->face;
+    answer.json["point"] = jsonOf(held->point);
     return answer;
 }
 

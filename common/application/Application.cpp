@@ -559,6 +559,22 @@ Expected<answer::Picked> Application::pick(double xPx, double yPx) {
 Expected<answer::Picked> Application::pick(const std::string& wand) {
     return impl_->askFor<answer::Picked>(request::Pick{.wand = wand});
 }
+Expected<answer::Picked> Application::grab(const request::Pick& aim) {
+    return impl_->askFor<answer::Picked>(request::Manipulate{.aim = aim});
+}
+Expected<answer::Picked> Application::grab(const Ray& ray) {
+    return impl_->askFor<answer::Picked>(request::Manipulate{.ray = ray});
+}
+Expected<answer::Committed> Application::drag(const request::Pick& aim) {
+    return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = aim}));
+}
+Expected<answer::Committed> Application::drag(const Ray& ray) {
+    return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .ray = ray}));
+}
+Expected<void> Application::release() {
+    const auto done = impl_->askFor<answer::Done>(request::Manipulate{.deed = request::Manipulate::Deed::kRelease});
+    return done ? Expected<void>() : tl::unexpected(done.error());
+}
 Expected<answer::Trackers> Application::trackers() {
     return impl_->askFor<answer::Trackers>(request::GetTrackers{});
 }

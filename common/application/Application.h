@@ -162,6 +162,16 @@ public:
     [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
     /// What a wand points at: the nearest triangle along its -Z. kRefused: it is not tracked at present.
     [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand);
+    /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the manipulator's, `face` the
+    /// handle's number. kRefused: somebody else holds it, or its target is driven. What was held before is let go.
+    [[nodiscard]] Expected<answer::Picked> grab(const request::Pick& aim);
+    [[nodiscard]] Expected<answer::Picked> grab(const Ray& ray);
+    /// Leads what is held to where the ray is now: all drags of one grab are one step of undo, and what collides stops as with `moveNode`. A ray that
+    /// says nothing (beside the plane, behind the eye) leaves all as it is. kRefused: nothing is held.
+    [[nodiscard]] Expected<answer::Committed> drag(const request::Pick& aim);
+    [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray);
+    /// Lets go. Whoever leaves lets go as well.
+    [[nodiscard]] Expected<void> release();
     /// What the wall's trackers say, and how well.
     [[nodiscard]] Expected<answer::Trackers> trackers();
     /// What the newest frame found.

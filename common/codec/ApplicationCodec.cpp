@@ -159,6 +159,9 @@ void pack(const request::Find& r, pb::RequestHead& head, Parts& parts) {
     putFind(*head.mutable_find(), r);
     parts = {recordBytes(r.after)};
 }
+void pack(const request::Manipulate& r, pb::RequestHead& head, Parts&) {
+    putManipulate(*head.mutable_manipulate(), r);
+}
 void pack(const request::GetTrackers&, pb::RequestHead& head, Parts&) {
     head.mutable_get_trackers();
 }
@@ -248,6 +251,8 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kPick:
             return request::Pick{in.finite(head.pick().x_px()), in.finite(head.pick().y_px()),
                                  in.text(head.pick().wand())};
+        case pb::RequestHead::kManipulate:
+            return readManipulate(head.manipulate(), in);
         case pb::RequestHead::kGetContacts:
             return request::GetContacts{};
         case pb::RequestHead::kGetImages:

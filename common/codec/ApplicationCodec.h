@@ -11,6 +11,7 @@
 #include "common/base/Error.h"
 #include "common/change/Value.h"
 #include "common/codec/ApplicationCollision.h"
+#include "common/codec/ApplicationManipulation.h"
 #include "common/codec/ApplicationNavigation.h"
 #include "common/codec/ApplicationScene.h"
 #include "common/codec/ApplicationTracking.h"
@@ -87,11 +88,6 @@ struct SetView {
     std::optional<Vec3d> head;
     bool reset = false;
 };
-/// Pixel of the mosaic, from the upper left; or what a wand points at.
-struct Pick {
-    double xPx = 0, yPx = 0;
-    std::string wand;  ///< empty: the pixel
-};
 /// What the newest frame's collision detection found.
 struct GetContacts {};
 struct GetEvents {};  ///< those that stay included
@@ -139,7 +135,7 @@ using ApplicationRequest =
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
                  request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
                  request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate,
-                 request::Clone, request::Find, request::SetBudget>;
+                 request::Clone, request::Find, request::SetBudget, request::Manipulate>;
 
 namespace answer {
 

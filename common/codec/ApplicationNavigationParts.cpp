@@ -30,4 +30,28 @@ request::Navigate readNavigate(const proto::application::Navigate& from, Applica
     return out;
 }
 
+void putManipulate(proto::application::Manipulate& to, const request::Manipulate& from) {
+    const auto putVector = [](proto::application::Vector& out, const Vec3d& v) {
+        out.set_x(v.x());
+        out.set_y(v.y());
+        out.set_z(v.z());
+    };
+    to.set_deed(static_cast<std::uint32_t>(from.deed));
+    to.mutable_aim()->set_x_px(from.aim.xPx);
+    to.mutable_aim()->set_y_px(from.aim.yPx);
+    to.mutable_aim()->set_wand(from.aim.wand);
+    if (!from.ray) return;
+    putVector(*to.mutable_origin(), from.ray->origin);
+    putVector(*to.mutable_direction(), from.ray->direction);
+}
+
+request::Manipulate readManipulate(const proto::application::Manipulate& from, ApplicationUnpacker& in) {
+    using Deed = request::Manipulate::Deed;
+    request::Manipulate out;
+    out.deed = in.enumeration(from.deed(), Deed::kRelease);
+    out.aim = {in.finite(from.aim().x_px()), in.finite(from.aim().y_px()), in.text(from.aim().wand())};
+    if (from.has_origin() || from.has_direction()) out.ray = Ray{in.vector(from.origin()), in.vector(from.direction())};
+    return out;
+}
+
 }  // namespace tessera

@@ -74,6 +74,8 @@ std::string_view contentName(Content content) {
             return "interest";
         case Content::kCollisionObject:
             return "collision_object";
+        case Content::kManipulator:
+            return "manipulator";
         case Content::kInline:
             return "inline";
         case Content::kProxyGroup:
@@ -318,6 +320,10 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
             note(where + ": it is not RIGID, so its mass means nothing");
         else if (object.mass() > 0 && object.division() != proto::scene::CollisionObject::WHOLE)
             note(where + ": it is divided into several objects, so its mass means nothing");
+    }
+    if (content == Content::kManipulator) {
+        pending_.push_back({PendingRef::Kind::kManipulatorTarget, *core, holder, spot.top, node.manipulator().target(), placeText(file.label, placeOfNode(node))});
+        pending_.back().free = node.manipulator().kind() >= proto::scene::Manipulator::POINT_LIGHT;
     }
     const LightNames names = lightNamesOf(node);
     for (const auto& [kind, name] : {std::pair(PendingRef::Kind::kBeacon, names.beacon), {PendingRef::Kind::kScope, names.scope}})

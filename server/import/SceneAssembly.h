@@ -61,14 +61,14 @@ private:
     };
     /// A name to be looked up once everything has its place.
     struct PendingRef {
-        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode, kBeacon, kScope };
+        enum class Kind { kMotionTarget, kInterestObject, kInterestAgainst, kCollisionNode, kBeacon, kScope, kManipulatorTarget };
         Kind kind;
         ObjectId core;
         Placed* from;
         Placed* top;
         std::string name;
         std::string where;  ///< file:line:column
-        bool free = false;  ///< a collision object with a mass
+        bool free = false;  ///< a collision object with a mass; a manipulator of a light
         ObjectType type = {};  ///< of a light
     };
     /// Channels and joints to be looked up then; of an animation or of a skin.

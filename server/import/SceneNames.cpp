@@ -108,6 +108,15 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
             builder_.set(ref.core, ref.type, findField(*findType(ref.type), scope ? "scope" : "beacon")->id, toValue(found->id));
             return {};
         }
+        case PendingRef::Kind::kManipulatorTarget: {
+            if (found == nullptr)
+                return wrong(ref.name.empty() ? "this manipulator has no transform at or above it to move"
+                                              : fmt::format("there is no node '{}' for this manipulator to move", shown));
+            // A light that has a transform of its own in the text is a node below that.
+            if (Placed* light = ref.free && found->transform && found->content ? found->child("light", 0) : nullptr) found = light;
+            builder_.set(ref.core, typeOf<Manipulator>(), fieldId<&Manipulator::target>, toValue(found->id));
+            return {};
+        }
         case PendingRef::Kind::kInterestObject:
         case PendingRef::Kind::kInterestAgainst:
             break;

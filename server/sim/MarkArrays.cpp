@@ -2,11 +2,21 @@
 
 #include <algorithm>
 
+#include "server/manipulators/ManipulatorDisplay.h"
 #include "server/sim/display/ContactDisplay.h"
 
 namespace tessera {
+namespace {
 
-MarkArrays::MarkArrays(BlobStore& blobs, ServerSession& session) : session_(session), arrays_(ContactDisplay::blobs()) {
+std::vector<Blob> arraysOfOurOwn() {
+    std::vector<Blob> all = ContactDisplay::blobs();
+    for (Blob& blob : ManipulatorDisplay::blobs()) all.push_back(std::move(blob));
+    return all;
+}
+
+}  // namespace
+
+MarkArrays::MarkArrays(BlobStore& blobs, ServerSession& session) : session_(session), arrays_(arraysOfOurOwn()) {
     for (const Blob& blob : arrays_) blobs.add(blob);
 }
 

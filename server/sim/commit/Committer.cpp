@@ -16,6 +16,7 @@
 #include "common/scene/MaterialParts.h"
 #include "server/sim/commit/ImageCheck.h"
 #include "server/sim/commit/KeyFramesCheck.h"
+#include "server/sim/commit/ManipulatorCheck.h"
 #include "server/sim/commit/MaterialCheck.h"
 #include "server/sim/commit/MovieCheck.h"
 
@@ -58,6 +59,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
     if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
+    if (const Expected<void> holds = checkManipulators(scene_, list); !holds) return tl::unexpected(holds.error());
     if (const Expected<void> looks = checkMaterials(list); !looks) return tl::unexpected(looks.error());
     if (const Expected<void> shown = checkImages(scene_, list); !shown) return tl::unexpected(shown.error());
     if (const Expected<void> alone = checkMovies(scene_, list); !alone) return tl::unexpected(alone.error());

@@ -14,12 +14,13 @@ namespace tessera {
 
 namespace {
 constexpr std::size_t kMostNoteBytes = 500;
+constexpr std::uint64_t kHeldTicket = ~std::uint64_t{3};  ///< of what is said of held handles; nobody waits for it
 
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
                             std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
-                            std::is_same_v<Request, request::Clone> ||
+                            std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
                             std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
 
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
@@ -211,6 +212,39 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, Tim
     return actions;
 }
 
+ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wish, TimePoint now) {
+    using Deed = request::Manipulate::Deed;
+    const std::uint64_t holder = asker.connection.value;
+    Simulation& simulation = around_.simulation;
+    if (wish.deed == Deed::kRelease) {
+        drags_.release(holder);
+        return answer(asker, ApplicationAnswer(answer::Done{}));
+    }
+    const Expected<Ray> ray = wish.ray ? *wish.ray : rayOf(wish.aim);
+    if (!ray) return refuse(asker, ray.error());
+    const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
+    if (wish.deed == Deed::kGrab) {
+        if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
+        const Expected<ManipulatorDrags::Held> held = drags_.grab(simulation.scene(), simulation.manipulators(), holder, *ray, drivers);
+        if (!held) return refuse(asker, held.error());
+        return answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
+                                                              .node = held->node,
+                                                              .face = static_cast<std::uint32_t>(held->handle),
+                                                              .point = held->point,
+                                                              .xPx = wish.aim.xPx,
+                                                              .yPx = wish.aim.yPx,
+                                                              .t = held->t}));
+    }
+    Expected<ChangeList> list = drags_.drag(simulation.scene(), holder, *ray, drivers);
+    if (!list) return refuse(asker, list.error());
+    if (list->empty()) return answer(asker, ApplicationAnswer(answer::Committed{.sequence = simulation.sequence(), .ids = {}, .stopped = {}}));
+    const std::uint64_t ticket = nextTicket_++;
+    // Not a number that proposals of this application could name: theirs count from 1 up.
+    const Gesture gesture{holder, ~drags_.gesture(holder)};
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list), .gesture = gesture}};
+    return queueEdit(ticket, {}, now);
+}
+
 Expected<Ray> RequestDesk::rayOf(const request::Pick& wish) const {
     if (wish.wand.empty()) {
         const Expected<View> view = around_.view.view(around_.simulation.scene());
@@ -386,6 +420,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     news_.applicationLeft(connection);
     if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
+    drags_.release(connection.value);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.
     const auto leftBehind = [&](const auto& entry) {
@@ -428,6 +463,10 @@ std::vector<Edit> RequestDesk::takeEdits() {
             edits.push_back(std::move(open.edit));
     }
     ready_ = std::move(later);
+    // Beside steps of undo there is nothing else in a frame.
+    if (std::ranges::none_of(edits, isStep, &Edit::kind))
+        if (ChangeList held = drags_.corrections(around_.simulation.scene(), around_.simulation.manipulators()); !held.empty())
+            edits.push_back({.ticket = kHeldTicket, .list = std::move(held), .undoable = false});
     takePart(edits);
     return edits;
 }

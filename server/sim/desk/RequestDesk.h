@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "server/manipulators/ManipulatorDrags.h"
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
@@ -134,6 +135,7 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Manipulate&, TimePoint now);
 
     /// Of a pick: through a pixel, or along a wand.
     [[nodiscard]] Expected<Ray> rayOf(const request::Pick& wish) const;
@@ -164,6 +166,7 @@ private:
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;
+    ManipulatorDrags drags_;  ///< by connection
     FrameNews news_;
 };
 

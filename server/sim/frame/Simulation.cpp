@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <unordered_set>
 #include <utility>
 
@@ -114,6 +115,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
     commitPoses(wishes, animations, result.collision);
     commitSkinPoses(result.remarks);
+    commitHandles(manipulators_.update(scene()));
     if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
         pipeline_.sceneChanged(scene(), marks.get());
     result.commit = committer_.closeFrame();
@@ -163,6 +165,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         if (!isChange && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
         const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), whole ? *whole : list);
         if (!isChange) commitInlines(inlines_.inTheWayOf(scene(), *whole));
+        commitHandles(manipulators_.inTheWayOf(scene(), whole ? *whole : list));
         const auto back = edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone;
         Expected<Committer::Applied> applied =
             isChange ? committer_.apply(std::move(list), back) : committer_.applyInverse(whole, Committer::Inverse::kMade);
@@ -451,6 +454,21 @@ void Simulation::commitSkinPoses(std::vector<std::string>& remarks) {
         remarks.push_back(fmt::format("skins stay as they were: {}", applied.error().message));
 }
 
+void Simulation::commitHandles(ChangeList list) {
+    if (list.empty()) return;
+    if (const Expected<Committer::Applied> applied = committer_.apply(std::move(list))) sceneChanged(applied->list.get());
+}
+
+std::vector<ObjectId> Simulation::drivingWhat(const ChangeList& list) const {
+    std::vector<ObjectId> driving;
+    animations_.appendDriving(list, driving);
+    std::set<ObjectId> targets;
+    for (const FieldColumn& column : list.columns)
+        if (isPoseField(column)) targets.insert(column.ids.begin(), column.ids.end());
+    for (const ObjectId target : targets) motions_.appendPlaying(target, driving);
+    return driving;
+}
+
 void Simulation::sceneChanged(const ChangeList* list) {
     motions_.update(scene(), list);
     animations_.update(scene(), list);
@@ -458,6 +476,7 @@ void Simulation::sceneChanged(const ChangeList* list) {
     inlines_.update(scene(), list);
     pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
+    manipulators_.sceneChanged(scene(), list);
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 
 #include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
+#include "server/manipulators/ManipulatorDisplay.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
 #include "server/sim/display/ContactDisplay.h"
@@ -116,6 +117,9 @@ public:
     [[nodiscard]] const Animations& animations() const { return animations_; }
     [[nodiscard]] const SkinPoses& skinPoses() const { return skinPoses_; }
     [[nodiscard]] const InlineContents& inlines() const { return inlines_; }
+    [[nodiscard]] ManipulatorDisplay& manipulators() { return manipulators_; }
+    /// Motions and animations that play and write what the list writes.
+    [[nodiscard]] std::vector<ObjectId> drivingWhat(const ChangeList& list) const;
     [[nodiscard]] const EditHistory& history() const { return history_; }
     [[nodiscard]] const ContactDisplay& display() const { return display_; }
     /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
@@ -166,6 +170,8 @@ private:
     void commitPoses(const Wishes& wishes, std::span<const AnimationStep> animations, const StepResult& step);
     /// Brings the poses of skins to where their joints stand.
     void commitSkinPoses(std::vector<std::string>& remarks);
+    /// Handles follow what they belong to: no step of anybody. A scene that is full has none.
+    void commitHandles(ChangeList list);
     /// Pauses, in `list`, the motions whose targets are taken in hand, and these animations, unless the list itself says something of them.
     void pauseWhatDrives(std::span<const std::pair<ObjectId, Pose>> poses, std::span<const ObjectId> animations, ChangeList& list) const;
     /// What must not fail.
@@ -189,6 +195,7 @@ private:
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;
+    ManipulatorDisplay manipulators_;
     Motions motions_;
     Typesetter typesetter_;
     std::vector<std::string> textNotes_;  ///< of this frame

@@ -1,0 +1,78 @@
+/// Manipulators as nodes of the scene, like everything that is seen.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <unordered_set>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/change/ChangeList.h"
+#include "common/scene/Aspect.h"
+#include "server/manipulators/HandleFrame.h"
+
+namespace tessera {
+
+/// A manipulator as it stands in a scene.
+struct PlacedManipulator {
+    ObjectId core;
+    ObjectId node;  ///< the first that bears it
+    MovedCore moved;
+    HandleFrame frame;
+    Handles handles;
+};
+
+/// Keeps below each node that bears a Manipulator one child, "handles", as long as the manipulator has something to move:
+///
+///     the manipulator's node
+///       handles   InverseTransform: whatever is above, from here on it is the world
+///         turn    Transform ┐ together any affine map: the frame of the handles (HandleFrame.h)
+///           turn  Transform ┘
+///             pieces   CollisionObject without layers: nobody's obstacle
+///               piece  Transform, one for each piece that is shown
+///                 shape   Geometry of a fixed array, with a material of its colour
+///
+/// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's edits. Nothing is remembered of
+/// them. They are known by how they look, so that undo, copies and a server that goes on find them; what is not as it should be is taken away and
+/// made anew in the next frame, and what else hangs below the node is left alone. Files leave them out (common/scenefile).
+///
+/// Only values of Transforms travel while a target moves. A frame without a list costs nothing; one with a list costs each manipulator a look at
+/// its nodes; what its target shows is looked at only where that may have changed. Not thread-safe.
+class ManipulatorDisplay {
+public:
+    /// After each list applied to the scene, with that list; null: anything may have changed.
+    void sceneChanged(const Aspect& scene, const ChangeList* list);
+
+    /// What is missing in the scene; empty where nothing is. New objects carry placeholders. Where it is refused, it is said again after the next
+    /// change.
+    [[nodiscard]] ChangeList update(const Aspect& scene);
+
+    /// The way handles go that stand below nodes which the list destroys, and which the list does not know.
+    [[nodiscard]] ChangeList inTheWayOf(const Aspect& scene, const ChangeList& list) const;
+
+    /// Nodes that bear a manipulator, and that; ascending.
+    [[nodiscard]] const std::map<ObjectId, ObjectId>& bearers() const { return bearers_; }
+    /// Those that somebody can take hold of, ascending by node.
+    [[nodiscard]] std::vector<PlacedManipulator> placed(const Aspect& scene);
+    [[nodiscard]] std::optional<PlacedManipulator> place(const Aspect& scene, ObjectId node);
+
+    /// All arrays that handles ever name.
+    [[nodiscard]] static std::vector<Blob> blobs();
+
+private:
+    struct Content {
+        MovedCore of;  ///< for its node alone
+        Box box;
+        std::unordered_set<ObjectId> cores;  ///< below it
+    };
+    const Box& contentOf(const Aspect& scene, ObjectId node, const MovedCore& moved);
+    void noteNode(const Aspect& scene, ObjectId node);
+    void forgetContents(const ChangeList& list);
+
+    std::map<ObjectId, ObjectId> bearers_;  ///< nodes that bear a Manipulator → that
+    std::map<ObjectId, Content> contents_;  ///< by bearer
+    bool stale_ = true;
+};
+
+}  // namespace tessera
