@@ -73,11 +73,12 @@ std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& m
 }
 
 void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
-                        TextureCache& textures) {
+                        TextureCache& textures, VolumeTextures& volumes) {
     calls_.clear();
     passItems_.clear();
     records_.clear();
     blocks_.clear();
+    volumes_.clear();
     sortedIndices_.clear();
     parts_.clear();
     materials_.clear();
@@ -91,13 +92,14 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
     textures.beginDraw();
+    volumes.beginDraw();
     for (const DrawItem& listed : list.opaque) {
         const DrawItem& item = shownOf(aspect, listed, camera);
         // Of what is at one depth the first is seen: the last pass comes first, the material itself last.
         const std::vector<ObjectId> passes = passIds(aspect, item.material);
         for (auto pass = passes.rbegin(); pass != passes.rend(); ++pass)
-            if (!isBlended(*aspect.get<Material>(*pass))) collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures);
-        collect(aspect, item, camera, meshes, textures);
+            if (!isBlended(*aspect.get<Material>(*pass))) collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures, volumes);
+        collect(aspect, item, camera, meshes, textures, volumes);
     }
     opaqueCount_ = calls_.size();
     for (const DrawItem& listed : list.transparent) {
@@ -105,14 +107,14 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         const std::vector<ObjectId> passes = passIds(aspect, item.material);
         if (item.sortedCount == 0) {
             counts_.items += !item.over;
-            if (!item.over) collect(aspect, item, camera, meshes, textures);
+            if (!item.over) collect(aspect, item, camera, meshes, textures, volumes);
             for (const ObjectId pass : passes)
-                if ((!item.over || isBlended(*aspect.get<Material>(pass))) && collect(aspect, passOf(aspect, item, pass), camera, meshes, textures)) calls_.back().equal = item.over;
+                if ((!item.over || isBlended(*aspect.get<Material>(pass))) && collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes)) calls_.back().equal = item.over;
             continue;
         }
         const auto [seen, isNew] = parts_.try_emplace(item.node);
         counts_.items += isNew;
-        if (isNew && collect(aspect, item, camera, meshes, textures)) {
+        if (isNew && collect(aspect, item, camera, meshes, textures, volumes)) {
             seen->second = {calls_.back(), drawableOf(aspect, item.geometry).at(item.fineness).arrays().indices, true};
             calls_.pop_back();
         }
@@ -131,7 +133,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         const DrawCall part = calls_.back();
         for (const ObjectId pass : passes) {
             if (aspect.get<Material>(pass)->fill != Material::kFilled && rowOf(item.kind).ownTriangles) {
-                if (isNew) collect(aspect, passOf(aspect, item, pass), camera, meshes, textures);
+                if (isNew) collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes);
                 continue;
             }
             DrawCall& over = calls_.emplace_back(part);
@@ -141,7 +143,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 }
 
 bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
-                        TextureCache& textures) {
+                        TextureCache& textures, VolumeTextures& volumes) {
     const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
     const std::optional<MeshRange> mesh = !drawable ? std::nullopt : item.fill == Material::kFilled ? meshes.find(drawable) : meshes.findOutline(drawable, item.fill);
     const bool fits = mesh && mesh->kind == item.kind;
@@ -151,14 +153,31 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     const DrawLook& look = looks_[index];
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
-    calls_.push_back({.mesh = *mesh,
+    DrawCall call{.mesh = *mesh,
                       .record = static_cast<std::uint32_t>(records_.size()),
                       .block = static_cast<std::uint32_t>(blocks_.size()),
                       .look = index,
                       .mirrored = item.mirrored,
-                      .item = &item});
+                      .item = &item};
+    if (rowOf(item.kind).volume && !addVolume(aspect, item, camera, volumes, call)) {
+        ++counts_.skipped;
+        return false;
+    }
+    calls_.push_back(call);
     records_.push_back(tessera::recordOf(item, camera));
     if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
+    return true;
+}
+
+bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes, DrawCall& call) {
+    const auto* volume = aspect.get<Volume>(item.geometry);
+    call.voxels = volume ? volumes.find(*volume) : 0;
+    if (call.voxels == 0) return false;
+    const std::optional<VolumeBlock> block = blockOf(*volume, item, camera, volumes.addTransfer(*volume));
+    if (!block) return false;
+    call.volume = static_cast<std::uint32_t>(volumes_.size());
+    volumes_.push_back(*block);
+    if (item.kind == DrawKind::kMarched) call.mesh.pointParts = marchOf(*volume);
     return true;
 }
 

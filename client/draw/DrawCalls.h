@@ -14,6 +14,7 @@
 #include "client/draw/Program.h"
 #include "client/draw/Renderer.h"
 #include "client/draw/TextureCache.h"
+#include "client/draw/VolumeTextures.h"
 
 namespace tessera {
 
@@ -40,6 +41,8 @@ struct DrawCall {
     std::uint32_t block = 0;   ///< its ItemBlock, where it is large
     std::uint32_t look = 0;
     std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
+    GLuint voxels = 0;         ///< of volumes: their texture, and which of `volumes` says the rest
+    std::uint32_t volume = 0;
     bool mirrored = false;
     bool equal = false;  ///< blended over a surface that is there: where depth is equal, too
     const DrawItem* item = nullptr;  ///< of the list that is drawn
@@ -50,7 +53,7 @@ class DrawCalls {
 public:
     /// Everything is relative to the eye, composed in double, then rounded: the same numbers on every tile of a screen.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
-                 TextureCache& textures);
+                 TextureCache& textures, VolumeTextures& volumes);
 
     [[nodiscard]] const std::vector<DrawCall>& calls() const { return calls_; }
     /// Calls from here on are transparent.
@@ -60,13 +63,14 @@ public:
     [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
     /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
     [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
-        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.sortedCount == 0 && b.sortedCount == 0;
+        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels == 0 && b.voxels == 0 && a.sortedCount == 0 && b.sortedCount == 0;
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
     [[nodiscard]] const DrawLook& lookOf(const DrawCall& call) const { return looks_[call.look]; }
     [[nodiscard]] const std::vector<DrawLook>& looks() const { return looks_; }
     [[nodiscard]] const std::vector<LookBlock>& lookBlocks() const { return lookBlocks_; }
+    [[nodiscard]] const std::vector<VolumeBlock>& volumes() const { return volumes_; }
     [[nodiscard]] const std::vector<MaterialTexels>& materials() const { return materials_; }
     /// Of all calls, in pixels; 0 without lines.
     [[nodiscard]] double widestLineReachPx() const { return widestLineReachPx_; }
@@ -77,7 +81,9 @@ public:
 private:
     /// False: nothing of it can be drawn.
     bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
-                 TextureCache& textures);
+                 TextureCache& textures, VolumeTextures& volumes);
+    /// What a call of a volume is besides. False: nothing of it can be drawn.
+    bool addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes, DrawCall& call);
     /// The item with the material that this screen draws it with: a coarser one where it is small there.
     const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
     /// The same thing with one of its material's passes: kept here, as calls point to their items.
@@ -91,6 +97,7 @@ private:
     std::deque<DrawItem> passItems_;
     std::vector<ItemRecord> records_;
     std::vector<ItemBlock> blocks_;
+    std::vector<VolumeBlock> volumes_;
     std::vector<std::uint32_t> sortedIndices_;
     /// Of a node that comes several times.
     struct Part {

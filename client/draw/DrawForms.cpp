@@ -226,6 +226,17 @@ constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<
             .size = scaleOfParticles};
 }
 
+constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {
+    return {.kind = kind,
+            .define = define,
+            .parts = partsOfTriangles,
+            .write = writeTriangles,
+            .follows = {},
+            .normals = true,
+            .fetched = false,
+            .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }};
+}
+
 constexpr DrawForm kForms[] = {
     {.kind = DrawKind::kTriangles,
      .define = "TRIANGLES",
@@ -259,6 +270,8 @@ constexpr DrawForm kForms[] = {
     formOfParticles(DrawKind::kDiscs, "DISCS", kParticlesFollow),
     formOfParticles(DrawKind::kStreaks, "STREAKS", kStreaksFollow),
     formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
+    formOfVolumes(DrawKind::kMarched, "MARCHED"),
+    formOfVolumes(DrawKind::kSlices, "SLICES"),
 };
 static_assert([] {
     for (const DrawKindRow& row : kDrawKinds)

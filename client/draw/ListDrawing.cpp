@@ -87,7 +87,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
 }
 
 void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
-    calls.collect(aspect, list, camera, *meshes, textures);
+    calls.collect(aspect, list, camera, *meshes, textures, volumes);
+    volumes.upload(calls.volumes());
     // Images of what was drawn before may be gone.
     std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0; });
     for (const std::uint32_t gone : calls.persons().forgetUnused()) {
@@ -254,9 +255,16 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         kind.layers = look.layerBits;
         kind.faceted = !call.mesh.hasNormals;
     }
+    // No material says anything of a volume.
+    if (rowOf(call.mesh.kind).volume) {
+        kind.maps = kind.layers = 0;
+        kind.masked = false;
+        kind.person = PersonPrograms::kNone;
+        if (use == Use::kBlend) kind.samples = samples;
+    }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
     kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
-    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || use == Use::kBlend;
+    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
     if (use == Use::kSurface && kind.masked) kind.samples = samples;
     return kind;
 }
@@ -289,6 +297,12 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
                DrawCalls::sameButPlace(call, calls.calls()[inPass[next]]))
             ++next;
         drawInstances(i, next - i);
+        if (call.mesh.kind != DrawKind::kMarched || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
+        // Then pixels whose samples see different depths.
+        kindNow.pointParts |= kMarchEachSample;
+        if (auto used = useProgram(kindNow); !used) return used;
+        met(Pass::kBlend, kindNow, call.look);
+        drawInstances(i, next - i);
     }
     return {};
 }
@@ -297,17 +311,23 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const DrawLook& look = calls.lookOf(call);
     const ProgramKind wanted = kindOf(use, call);
     const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
-    // What turns its back to a light stands in its way all the same.
-    const auto bothSides = [use](const DrawLook& of) { return of.doubleSided || use == ProgramKind::Use::kShadow; };
-    const bool otherSides = !before || bothSides(calls.lookOf(*before)) != bothSides(look);
+    // What turns its back to a light stands in its way all the same. A ray leaves a box once.
+    const auto bothSides = [this, use](const DrawCall& of) {
+        if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
+        return calls.lookOf(of).doubleSided || use == ProgramKind::Use::kShadow;
+    };
+    const bool otherSides = !before || bothSides(*before) != bothSides(call);
     const bool otherFront = !before || before->mirrored != call.mirrored;
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
     if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers) bindLook(call.look, wanted.maps, wanted.layers);
     if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
     kindNow = wanted;
-    if (otherSides) bothSides(look) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
-    if (use == ProgramKind::Use::kBlend && call.equal != (before && before->equal)) gl.DepthFunc(call.equal ? GL_GEQUAL : GL_GREATER);
+    if (otherSides) bothSides(call) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+    // What is solid ends a ray: its depth is looked up, not tested.
+    const auto depthTest = [](const DrawCall& of) -> GLenum { return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER; };
+    if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER)) gl.DepthFunc(depthTest(call));
+    if (use == ProgramKind::Use::kBlend && call.voxels != 0) volumes.bind(call.voxels, call.volume);
     if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
     if (wanted.large)
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),

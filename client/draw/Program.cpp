@@ -9,6 +9,7 @@
 #include "client/draw/DrawForms.h"
 #include "client/draw/PersonPrograms.h"
 #include "client/draw/ShaderText.h"
+#include "client/draw/VolumeTextures.h"
 
 namespace tessera {
 namespace {
@@ -108,6 +109,8 @@ std::string fragmentOf(const ProgramKind& kind) {
             return std::string("#define PASSED flat in\n") + shader_text::kPassedFrame + shader_text::kLighting +
                    shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
+            if (rowOf(kind.items).volume)
+                return fmt::format("#define MOST_SAMPLES {}\n", kMostMarchSamples + 2) + shader_text::kLighting + shader_text::kToneMapping + shader_text::kVolumeFragment;
             return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;

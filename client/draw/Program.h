@@ -149,7 +149,7 @@ struct ProgramKind {
     bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
     DrawKind items = DrawKind::kTriangles;
-    std::uint8_t pointParts = 0;  ///< of points (DrawForms.h)
+    std::uint8_t pointParts = 0;  ///< of points (DrawForms.h); of what is marched how (VolumeTextures.h)
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
     bool plain = false;   ///< of one colour, the material's

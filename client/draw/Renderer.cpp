@@ -18,6 +18,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       gl(functions),
       options(o),
       textures(gl, o.textureBudgetBytes),
+      volumes(gl, o.textureBudgetBytes),
       tile(gl, o.samples),
       ids(gl, 1),
       lights(gl),
@@ -207,7 +208,7 @@ DrawCounts Renderer::lastCounts() const {
     return counts;
 }
 std::size_t Renderer::residentBytes() const {
-    return impl_->meshes->residentBytes() + impl_->textures.residentBytes();
+    return impl_->meshes->residentBytes() + impl_->textures.residentBytes() + impl_->volumes.residentBytes();
 }
 
 std::size_t Renderer::bufferBytes() const {
@@ -219,12 +220,13 @@ std::uint64_t Renderer::uploadedMeshBytes() const {
 }
 
 std::uint64_t Renderer::uploadedTextureBytes() const {
-    return impl_->textures.uploadedBytes();
+    return impl_->textures.uploadedBytes() + impl_->volumes.uploadedBytes();
 }
 
 void Renderer::beginFrame() {
     impl_->meshes->beginFrame();
     impl_->textures.beginFrame();
+    impl_->volumes.beginFrame();
 }
 
 Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, const Fineness& fineness) {

@@ -113,6 +113,7 @@ struct Renderer::Impl {
     GLuint white = 0;  ///< of one pixel: an image that nobody says
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
+    VolumeTextures volumes;
     TileBuffers tile, ids;
     LightBuffers lights;
     EnvironmentTexture surroundings;

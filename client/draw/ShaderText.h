@@ -37,6 +37,8 @@ extern const char kClassifyFragment[];
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one.
 extern const char kBlendFragment[];
+/// The same of scalar fields, after kLighting, kToneMapping. MARCHED: how; SLICES.
+extern const char kVolumeFragment[];
 /// A picture into every sample; then the second colours of pixels into the samples that show them. Alpha 0.
 extern const char kCopyFragment[];
 extern const char kSpreadFragment[];

@@ -76,7 +76,11 @@ flat out uvec2 vMaterial;
 out vec4 vColor;
 #endif
 #ifdef POSITION
+#ifdef MARCHED
+centroid out vec3 vPosition;
+#else
 out vec3 vPosition;
+#endif
 #endif
 #ifdef LAYERS
 out vec3 vItem;  // in the item's own coordinates

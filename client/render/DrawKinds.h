@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "common/drawable/ParticleArrays.h"
+#include "common/drawable/VolumeShapes.h"
 #include "common/geometry/Mesh.h"
 
 namespace tessera {
@@ -19,6 +20,9 @@ enum class DrawKind : std::uint8_t {
     kDiscs,    ///< round on the screen
     kStreaks,  ///< lines, each as wide as it says
     kSprites,  ///< squares that face the user's head
+    // Scalar fields (VolumeShapes.h):
+    kMarched,  ///< a box that rays go through
+    kSlices,   ///< planes through it
 };
 
 struct DrawKindRow {
@@ -29,16 +33,19 @@ struct DrawKindRow {
     bool castsShadows;
     bool surface;       ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is what is seen, from everywhere
     bool standsOut;     ///< on the screen, beyond the box around it: see lineReachPx
+    bool volume;        ///< transparent; the core says what is seen, no material
     bool particles;     ///< transparent whatever its material; its radius says whether it is sorted by itself
 };
 
-inline constexpr std::array<DrawKindRow, 6> kDrawKinds = {{
-    {.kind = DrawKind::kTriangles, .ownTriangles = true, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .particles = false},
-    {.kind = DrawKind::kPoints, .ownTriangles = false, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .particles = false},
-    {.kind = DrawKind::kLines, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .particles = false},
-    {.kind = DrawKind::kDiscs, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .particles = true},
-    {.kind = DrawKind::kStreaks, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .particles = true},
-    {.kind = DrawKind::kSprites, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .particles = true},
+inline constexpr std::array<DrawKindRow, 8> kDrawKinds = {{
+    {.kind = DrawKind::kTriangles, .ownTriangles = true, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .volume = false, .particles = false},
+    {.kind = DrawKind::kPoints, .ownTriangles = false, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .volume = false, .particles = false},
+    {.kind = DrawKind::kLines, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .volume = false, .particles = false},
+    {.kind = DrawKind::kDiscs, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = false, .particles = true},
+    {.kind = DrawKind::kStreaks, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .volume = false, .particles = true},
+    {.kind = DrawKind::kSprites, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = false, .particles = true},
+    {.kind = DrawKind::kMarched, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = true, .particles = false},
+    {.kind = DrawKind::kSlices, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = true, .standsOut = false, .volume = true, .particles = false},
 }};
 
 [[nodiscard]] constexpr const DrawKindRow& rowOf(DrawKind kind) {
@@ -61,6 +68,7 @@ static_assert([] {
 }
 /// Of any drawable's arrays.
 [[nodiscard]] inline DrawKind kindOf(const MeshArrays& arrays) {
+    if (const VolumeShape shape = volumeShapeOf(arrays); shape != VolumeShape::kNone) return shape == VolumeShape::kBox ? DrawKind::kMarched : DrawKind::kSlices;
     if (!areParticles(arrays)) return kindOf(arrays.primitive);
     if (!arrays.lines.empty()) return DrawKind::kStreaks;
     return arrays.texcoords1.empty() ? DrawKind::kDiscs : DrawKind::kSprites;

@@ -6,10 +6,17 @@
 
 #include "client/render/DrawList.h"
 #include "common/drawable/ImageLayout.h"
+#include "common/drawable/VolumeShapes.h"
 
 namespace tessera {
 
 namespace {
+
+/// As screens draw it where nothing is finer.
+Drawable drawableOnScreens(const Aspect& aspect, ObjectId core) {
+    const Drawable drawable = drawableOf(aspect, core);
+    return drawable ? drawable.at(finenessOnScreens(aspect, core)) : drawable;
+}
 
 bool isGlossy(const Material& material) {
     static const Material kPlain;
@@ -46,7 +53,7 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     std::uint32_t slot = drawables_.find(core);
     if (slot == kNone) {
         slot = drawables_.add(core);
-        const Drawable drawable = drawableOf(aspect, core);
+        const Drawable drawable = drawableOnScreens(aspect, core);
         if (drawable) {
             drawables_[slot].mesh = meshes_.acquire(drawable);
             setMaterial(aspect, slot, drawable.material());
@@ -67,7 +74,10 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
     SceneLook look{.mesh = use.mesh, .material = materialId, .lineWidth = use.lineWidth, .byScreen = use.screenError > 0, .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
-    if (materialSlot != kNone) {
+    if (rowOf(look.kind).volume) {
+        look.material = {};
+        look.fineness = kVolumeOnScreens;
+    } else if (materialSlot != kNone) {
         const MaterialUse& material = materials_[materialSlot];
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
         look.occludes = look.occludes && material.opaque;
@@ -90,7 +100,7 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.coarser = material.coarser;
         look.state = material.state;
     }
-    look.transparent = look.transparent || rowOf(look.kind).particles;
+    look.transparent = look.transparent || rowOf(look.kind).particles || rowOf(look.kind).volume;
     static_assert(kDrawKinds.size() <= 8);
     if (use.mesh) look.state = static_cast<std::uint16_t>(8 * look.state + static_cast<unsigned>(look.kind));
     return look;
@@ -121,7 +131,7 @@ void SceneLooks::clear() {
 
 void SceneLooks::shapeChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
     const std::uint32_t slot = drawables_.find(id);
-    const Drawable drawable = slot == kNone ? Drawable() : drawableOf(aspect, id);
+    const Drawable drawable = slot == kNone ? Drawable() : drawableOnScreens(aspect, id);
     if (!drawable) return;
     const RenderMesh* before = drawables_[slot].mesh;
     drawables_[slot].mesh = meshes_.acquire(drawable);
@@ -233,11 +243,11 @@ void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<Obje
             if (refresh(aspect, m)) appendDrawables(m, changed);
     }
     if (const std::uint32_t slot = drawables_.find(id); slot != kNone) {
-        const Drawable drawable = drawableOf(aspect, id);
+        const Drawable drawable = drawableOnScreens(aspect, id);
         if (!drawable) return;
         const MeshArrays arrays = drawable.arrays();
-        // Colours and ramps of particles are in their arrays.
-        if (areParticles(arrays)) shapeChanged(aspect, id, changed);
+        // Colours and ramps of particles are in their arrays, planes of volumes too: those that nothing is left of included.
+        if (areParticles(arrays) || finenessOnScreens(aspect, id) != Fineness()) shapeChanged(aspect, id, changed);
         const float lineWidth = arrays.lineWidth;
         if (drawable.material() == drawables_[slot].materialId && lineWidth == drawables_[slot].lineWidth) return;
         drawables_[slot].lineWidth = lineWidth;

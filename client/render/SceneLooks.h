@@ -28,6 +28,7 @@ struct SceneLook {
     bool over = false;        ///< opaque, and something blended is drawn over it
     bool coarser = false;     ///< its material has another one for where it is small
     bool byScreen = false;    ///< screens may draw it finer
+    Fineness fineness;        ///< of its mesh: see finenessOnScreens
     double slack = 0;         ///< how far beyond the mesh's bounds it reaches then, or moved, in its own coordinates
 };
 

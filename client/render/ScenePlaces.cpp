@@ -264,7 +264,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.geometry = place.core;
     item.material = look.material;
     item.mesh = item.base = look.mesh;
-    item.fineness = 0;
+    item.fineness = look.fineness;
     item.asWhole = look.asWhole;
     item.over = look.over;
     item.coarser = look.coarser;

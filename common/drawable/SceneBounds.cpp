@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "common/drawable/Drawable.h"
+#include "common/drawable/VolumeShapes.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -17,6 +18,7 @@ Box sceneBounds(const Aspect& scene, ObjectId from) {
         const auto [it, isNew] = local.try_emplace(drawable.key());
         if (isNew) it->second = drawable.bounds();
         bounds.extend(it->second.transformed(visit.world_T_node));
+        if (const Box seen = boxOnScreens(scene, visit.node.core); !seen.empty()) bounds.extend(seen.transformed(visit.world_T_node));
         return Descend::kInto;
     });
     action.run(scene, from);

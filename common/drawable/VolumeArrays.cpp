@@ -1,5 +1,7 @@
 #include "common/drawable/VolumeArrays.h"
 
+#include "common/drawable/VolumeShapes.h"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -76,14 +78,26 @@ Hash128 recipeOfVolume(const Volume& v, const Fineness& fineness) {
     return hash128(std::as_bytes(std::span(parts)));
 }
 
+/// What screens draw follows the box and the planes alone: whatever becomes of the voxels, it stays.
+Hash128 recipeOnScreens(const Volume& v) {
+    const std::array<Hash128, 4> parts{recipeOfVolume(v, kVolumeOnScreens), Hash128{static_cast<std::uint64_t>(v.mode), 0}, v.clipPlanes.id(), v.slices.id()};
+    return hash128(std::as_bytes(std::span(parts)));
+}
+
 std::optional<DerivedSource> sourceOfVolume(const void* core, const Fineness& fineness) {
     const Volume& v = volumeOf(core);
     if (v.voxels.empty() || !v.voxels.resident()) return std::nullopt;
+    if (fineness.steps == kVolumeOnScreens) return DerivedSource{recipeOnScreens(v), {}};
     return DerivedSource{recipeOfVolume(v, fineness), v.voxels};
 }
 
-DerivedMesh deriveVolume(const void* core, const Fineness&, const EarlierMesh*) {
+DerivedMesh deriveVolume(const void* core, const Fineness& fineness, const EarlierMesh*) {
     const Volume& v = volumeOf(core);
+    if (fineness.steps == kVolumeOnScreens) {
+        if (!checkVolume(core)) return {};
+        const MeshData shape = shapeOnScreens(v);
+        return {.arrays = shape.indices.empty() ? MeshArrays() : shape.toArrays(), .plan = nullptr};
+    }
     if (!checkVoxels(v)) return {};
     const Expected<MeshData> surface = isoSurface(gridOf(v), v.surfaceValue, kMostVolumeTriangles);
     if (!surface || surface->indices.empty()) return {};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/drawable/Drawable.h"
+#include "common/drawable/VolumeShapes.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/SideTable.h"
@@ -177,6 +178,7 @@ struct BoundsAction::Impl {
             if (const Drawable drawable = drawableOf(aspect, core)) {
                 ++work.meshes;
                 known->second = boundsAtAnyFineness(drawable);
+                known->second.extend(boxOnScreens(aspect, core));
             }
         return known->second;
     }

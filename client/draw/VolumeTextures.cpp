@@ -1,0 +1,190 @@
+#include "client/draw/VolumeTextures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/drawable/VolumeShapes.h"
+
+namespace tessera {
+namespace {
+
+/// What GL makes of a voxel's bits is value = read · scale + offset.
+struct VoxelTexels {
+    GLenum internal, type;
+    double scale, offset;
+};
+VoxelTexels texelsOf(std::int64_t format) {
+    switch (format) {
+        case Volume::kUint8: return {GL_R8, GL_UNSIGNED_BYTE, 255, 0};
+        case Volume::kUint16: return {GL_R16, GL_UNSIGNED_SHORT, 65535, 0};
+        case Volume::kInt16: return {GL_R16, GL_UNSIGNED_SHORT, 65535, -32768};
+        default: return {GL_R32F, GL_FLOAT, 1, 0};
+    }
+}
+
+std::size_t bytesPerVoxel(const Volume& v) { return bytesOf(static_cast<VoxelFormat>(v.format)); }
+
+/// Stops, at least two.
+std::size_t stopsOf(const Volume& v) { return v.transfer.empty() ? 2 : std::max<std::size_t>(2, v.transfer.sizeBytes() / 4); }
+
+float finite(double v) {
+    constexpr double kMost = 1e30;
+    return std::isfinite(v) ? static_cast<float>(std::clamp(v, -kMost, kMost)) : v < 0 ? -1e30f : 1e30f;
+}
+
+std::array<float, 4> rowOf(const Affine3d& m, int row) { return {finite(m(row, 0)), finite(m(row, 1)), finite(m(row, 2)), finite(m(row, 3))}; }
+
+}  // namespace
+
+std::uint8_t marchOf(const Volume& v) { return v.mode == Volume::kMaximum ? kMarchMaximum : v.shaded ? kMarchShaded : kMarchCloud; }
+
+std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const ScreenCamera& camera, std::size_t firstTransferTexel) {
+    const Affine3d eye_T_node = camera.eye_T_world * item.world_T_item;
+    const Affine3d node_T_eye = eye_T_node.inverse();
+    if (!eye_T_node.matrix().allFinite() || !node_T_eye.matrix().allFinite()) return std::nullopt;
+    VolumeBlock block{};
+    Affine3d steps_T_eye = node_T_eye;
+    steps_T_eye.pretranslate(-v.origin);
+    steps_T_eye.prescale(v.spacing.cwiseInverse());
+    for (int row = 0; row < 3; ++row) {
+        block.steps_T_eye[static_cast<std::size_t>(row)] = rowOf(steps_T_eye, row);
+        block.node_T_eye[static_cast<std::size_t>(row)] = rowOf(node_T_eye, row);
+    }
+    const std::array<double, 3> sizes = {static_cast<double>(v.sizeX), static_cast<double>(v.sizeY), static_cast<double>(v.sizeZ)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        block.last[axis] = static_cast<float>(sizes[axis] - 1);
+        block.texel[axis] = static_cast<float>(1 / sizes[axis]);
+    }
+    const VoxelTexels texels = texelsOf(v.format);
+    const double places = static_cast<double>(stopsOf(v) - 1), perValue = places / (v.high - v.low);
+    block.toTable = {finite(texels.scale * perValue), finite((texels.offset - v.low) * perValue), static_cast<float>(places), static_cast<float>(firstTransferTexel)};
+    const double diagonal = boxOf(v).size().norm();
+    block.march = {finite(std::max(v.step * v.spacing.minCoeff(), diagonal / kMostMarchSamples)), finite(1 / v.thickness), 0, 0};
+    const std::span<const double> planes = v.clipPlanes.as<double>();
+    const std::size_t count = std::min(planes.size() / 4, kMostVolumePlanes);
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3d n(planes[4 * i], planes[4 * i + 1], planes[4 * i + 2]);
+        const double size = n.norm();
+        const Eigen::RowVector4d inEye = (Eigen::RowVector4d() << n.transpose() / size, -planes[4 * i + 3] / size).finished() * node_T_eye.matrix();
+        for (int k = 0; k < 4; ++k) block.clips[i][static_cast<std::size_t>(k)] = finite(inEye[k]);
+    }
+    // A loop goes round once.
+    if (count == 0) block.clips[0] = {0, 0, 0, -1};
+    block.last[3] = static_cast<float>(std::max<std::size_t>(count, 1));
+    return block;
+}
+
+VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
+    gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
+}
+
+VolumeTextures::~VolumeTextures() {
+    for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture.name);
+    if (transferTexture_) gl_.DeleteTextures(1, &transferTexture_);
+    for (const GLuint* buffer : {&transferBuffer_, &blockBuffer_})
+        if (*buffer) gl_.DeleteBuffers(1, buffer);
+}
+
+void VolumeTextures::beginDraw() {
+    transfer_.clear();
+    clock_.beginDraw();
+    if (bytes_ <= budgetBytes_) return;
+    for (const auto& candidate : clock_.lastNeededFirst(textures_)) {
+        if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
+        const auto it = textures_.find(*candidate.key);
+        clock_.remember(gone_, *candidate.key, it->second.uses);
+        gl_.DeleteTextures(1, &it->second.name);
+        bytes_ -= it->second.bytes;
+        textures_.erase(it);
+    }
+}
+
+GLuint VolumeTextures::find(const Volume& v) {
+    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return 0;
+    const std::size_t bytes = bytesPerVoxel(v) * static_cast<std::size_t>(v.sizeX * v.sizeY * v.sizeZ);
+    if (v.voxels.sizeBytes() != bytes) return 0;
+    const Key key{v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ};
+    auto it = textures_.find(key);
+    if (it == textures_.end() && takeOver(key, v)) it = textures_.find(key);
+    if (it == textures_.end()) {
+        Texture texture{.bytes = bytes, .uses = UseClock::recall(gone_, key)};
+        gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
+        gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
+        gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
+        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
+        write(texture.name, v, 0, v.sizeZ);
+        bytes_ += bytes;
+        it = textures_.emplace(key, texture).first;
+    }
+    clock_.use(it->second.uses);
+    return it->second.name;
+}
+
+bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
+    const auto layer = static_cast<std::uint64_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    for (const Blob::Origin& origin : v.voxels.origins()) {
+        Key earlier = key;
+        earlier.voxels = origin.id;
+        const auto known = textures_.find(earlier);
+        if (known == textures_.end() || clock_.usedNow(known->second.uses)) continue;
+        auto texture = textures_.extract(known);
+        texture.key() = key;
+        write(texture.mapped().name, v, static_cast<std::int64_t>(origin.begin / layer), static_cast<std::int64_t>((origin.end + layer - 1) / layer));
+        textures_.insert(std::move(texture));
+        return true;
+    }
+    return false;
+}
+
+void VolumeTextures::write(GLuint texture, const Volume& v, std::int64_t first, std::int64_t end) {
+    const auto texels = texelsOf(v.format);
+    const std::size_t layer = static_cast<std::size_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    std::vector<std::uint16_t> shifted;
+    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    for (std::int64_t z = first; z < end; ++z) {
+        ByteSpan bytes = v.voxels.bytes().subspan(static_cast<std::size_t>(z) * layer, layer);
+        if (v.format == Volume::kInt16) {
+            const std::span<const std::uint16_t> numbers = v.voxels.as<std::uint16_t>().subspan(static_cast<std::size_t>(z) * layer / 2, layer / 2);
+            shifted.assign(numbers.begin(), numbers.end());
+            for (std::uint16_t& number : shifted) number = static_cast<std::uint16_t>(number ^ 0x8000u);
+            bytes = std::as_bytes(std::span(shifted));
+        }
+        gl_.TextureSubImage3D(texture, 0, 0, 0, static_cast<GLint>(z), static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), 1, GL_RED, texels.type, bytes.data());
+        uploadedBytes_ += layer;
+    }
+    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+}
+
+std::size_t VolumeTextures::addTransfer(const Volume& v) {
+    const std::size_t first = transfer_.size();
+    const std::span<const std::uint32_t> stops = v.transfer.as<std::uint32_t>();
+    if (stops.empty())
+        transfer_.insert(transfer_.end(), {0u, 0xffffffffu});
+    else
+        transfer_.insert(transfer_.end(), stops.begin(), stops.end());
+    if (stops.size() == 1) transfer_.push_back(stops[0]);
+    return first;
+}
+
+void VolumeTextures::upload(const std::vector<VolumeBlock>& blocks) {
+    if (blocks.empty()) return;
+    if (!transferBuffer_) {
+        gl_.CreateBuffers(1, &transferBuffer_);
+        gl_.CreateBuffers(1, &blockBuffer_);
+        gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &transferTexture_);
+    }
+    gl_.NamedBufferData(blockBuffer_, static_cast<GLsizeiptr>(blocks.size() * sizeof(VolumeBlock)), blocks.data(), GL_STREAM_DRAW);
+    gl_.NamedBufferData(transferBuffer_, static_cast<GLsizeiptr>(transfer_.size() * sizeof(std::uint32_t)), transfer_.data(), GL_STREAM_DRAW);
+    gl_.TextureBuffer(transferTexture_, GL_RGBA8, transferBuffer_);
+}
+
+void VolumeTextures::bind(GLuint texture, std::size_t block) const {
+    gl_.BindTextureUnit(kVoxelUnit, texture);
+    gl_.BindTextureUnit(kTransferUnit, transferTexture_);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, kVolumeBinding, blockBuffer_, static_cast<GLintptr>(block * sizeof(VolumeBlock)), sizeof(VolumeBlock));
+}
+
+}  // namespace tessera

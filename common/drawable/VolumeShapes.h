@@ -1,0 +1,38 @@
+/// What of a Volume a screen draws where it is not its surface: the box that rays go through, or the planes that it shows itself on.
+///
+/// Both travel in the arrays of triangles, and are told from those of a Geometry by a radius, which triangles have not:
+///   clouds, maxima  the faces of the voxels' box, as far as clip planes leave it, seen from inside: each ray that meets it leaves it once, wherever
+///                   the eye is. `pointRadius` 1
+///   slices          of each plane what lies in that box. `pointRadius` 2
+/// `texcoords` are no place, but keep their content from being that of any Geometry. What is seen there is the voxels' (client/draw/VolumeTextures.h).
+#pragma once
+
+#include "common/cores/Volume.h"
+#include "common/drawable/Fineness.h"
+#include "common/geometry/Mesh.h"
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+/// As a Fineness of a Volume: what screens draw. 0 is its surface, for whoever collides, picks, counts.
+inline constexpr unsigned kVolumeOnScreens = 1;
+/// How screens draw the core: of a Volume that is not its surface kVolumeOnScreens, of all others as their fields say.
+[[nodiscard]] Fineness finenessOnScreens(const Aspect& aspect, ObjectId core);
+
+enum class VolumeShape : std::uint8_t { kNone, kBox, kSlices };
+/// Which of them some arrays are.
+[[nodiscard]] inline VolumeShape volumeShapeOf(const MeshArrays& arrays) {
+    if (arrays.primitive != Primitive::kTriangles || arrays.pointRadius == 0) return VolumeShape::kNone;
+    return arrays.pointRadius == 1 ? VolumeShape::kBox : VolumeShape::kSlices;
+}
+
+/// By its mode, in the node's coordinates; empty where nothing is left. Of volumes whose sizes and planes have been checked. Corners are found in
+/// double in the box's own coordinates, where it is a cube, and those nearer than 1e-9 of it are one: faces share their corners, the box is closed.
+[[nodiscard]] MeshData shapeOnScreens(const Volume& volume);
+
+/// From the first voxel's middle to the last one's: around all that any mode draws, and the surface.
+[[nodiscard]] Box boxOf(const Volume& volume);
+/// Of a core that is a Volume and is not drawn as its surface; else empty.
+[[nodiscard]] Box boxOnScreens(const Aspect& aspect, ObjectId core);
+
+}  // namespace tessera
