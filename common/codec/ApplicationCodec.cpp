@@ -4,6 +4,7 @@
 
 #include "common/codec/ApplicationNavigationParts.h"
 #include "common/codec/ApplicationSceneHeads.h"
+#include "common/codec/ApplicationStatusParts.h"
 #include "common/codec/ApplicationTrackingParts.h"
 #include "common/codec/ApplicationUnpacker.h"
 #include "common/wall/Wall.h"
@@ -342,41 +343,7 @@ Bytes join(const answer::Committed& a, pb::AnswerHead& head) {
     return joinParts(head, std::array{recordBytes(ids), recordBytes(stopped)});
 }
 Bytes join(const answer::Status& a, pb::AnswerHead& head) {
-    pb::Status& out = *head.mutable_status();
-    out.set_wall_name(a.wallName);
-    out.set_epoch(a.epoch.value);
-    out.set_frame(a.frame.value);
-    out.set_sequence(a.sequence.value);
-    out.set_state_hash(a.stateHash.value);
-    for (const answer::HostInfo& host : a.hosts) {
-        pb::HostInfo& info = *out.add_hosts();
-        info.set_name(host.name);
-        info.set_state(host.state);
-        info.set_last_shown(host.lastShown.value);
-        info.set_round_trip_ms(host.roundTripMs);
-    }
-    for (const std::string& name : a.waitingFor) out.add_waiting_for(name);
-    out.set_objects(a.objects);
-    out.set_nodes(a.nodes);
-    out.set_undo_depth(a.undoDepth);
-    out.set_redo_depth(a.redoDepth);
-    out.set_applications(a.applications);
-    out.set_journal(a.journal);
-    out.set_journal_trouble(a.journalTrouble);
-    for (const answer::TileWait& wait : a.waits) {
-        pb::TileWait& to = *out.add_waits();
-        to.set_tile(wait.tile);
-        to.set_host(wait.host);
-        to.set_frames(wait.frames);
-        to.set_ms(wait.ms);
-        to.set_reason(wait.reason);
-    }
-    out.set_wait_frames(a.waitFrames);
-    for (const std::string& line : a.trackers) out.add_trackers(line);
-    out.set_navigation(a.navigation);
-    for (const std::string& name : a.steering) out.add_steering(name);
-    out.set_budget_ms(a.budgetMs);
-    out.set_detail(a.detail);
+    putStatus(*head.mutable_status(), a);
     return joinParts(head, {});
 }
 Bytes join(const answer::Loaded& a, pb::AnswerHead& head) {
@@ -438,39 +405,6 @@ answer::Committed unpackCommitted(const pb::Committed& head, ApplicationUnpacker
     return out;
 }
 
-answer::Status unpackStatus(const pb::Status& head, ApplicationUnpacker& in) {
-    in.expectParts(0);
-    answer::Status out;
-    out.wallName = in.text(head.wall_name());
-    out.epoch = Epoch(head.epoch());
-    out.frame = FrameNumber(head.frame());
-    out.sequence = Sequence(head.sequence());
-    out.stateHash = StateHash(head.state_hash());
-    if (in.within(static_cast<std::size_t>(head.hosts_size()), in.limits().maxHosts, "hosts"))
-        for (const pb::HostInfo& host : head.hosts())
-            out.hosts.push_back({in.text(host.name()), in.text(host.state()), FrameNumber(host.last_shown()),
-                                 in.finite(host.round_trip_ms())});
-    out.waitingFor = in.texts(head.waiting_for(), in.limits().maxHosts);
-    out.objects = head.objects();
-    out.nodes = head.nodes();
-    out.undoDepth = head.undo_depth();
-    out.redoDepth = head.redo_depth();
-    out.applications = head.applications();
-    out.journal = in.text(head.journal());
-    out.journalTrouble = in.text(head.journal_trouble());
-    if (in.within(static_cast<std::size_t>(head.waits_size()), in.limits().maxHosts, "waits"))
-        for (const pb::TileWait& wait : head.waits())
-            out.waits.push_back(
-                {in.text(wait.tile()), in.text(wait.host()), wait.frames(), in.finite(wait.ms()), in.text(wait.reason())});
-    out.waitFrames = head.wait_frames();
-    out.trackers = in.texts(head.trackers(), in.limits().maxHosts);
-    out.navigation = in.text(head.navigation());
-    out.steering = in.texts(head.steering(), in.limits().maxHosts);
-    out.budgetMs = in.finite(head.budget_ms());
-    out.detail = head.detail();
-    return out;
-}
-
 answer::Images unpackImages(const pb::Images& head, ApplicationUnpacker& in) {
     answer::Images out;
     const auto count = static_cast<std::size_t>(head.tiles_size());
@@ -491,7 +425,7 @@ ApplicationAnswer unpackAnswer(const pb::AnswerHead& head, ApplicationUnpacker& 
         case pb::AnswerHead::kCommitted:
             return unpackCommitted(head.committed(), in);
         case pb::AnswerHead::kStatus:
-            return unpackStatus(head.status(), in);
+            return readStatus(head.status(), in);
         case pb::AnswerHead::kLoaded:
             in.expectParts(0);
             return answer::Loaded{ObjectId{head.loaded().node()}, head.loaded().objects(), head.loaded().triangles(),
