@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/drawable/VolumeShapes.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
@@ -60,7 +61,8 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     const double places = static_cast<double>(stopsOf(v) - 1), perValue = places / (v.high - v.low);
     block.toTable = {finite(texels.scale * perValue), finite((texels.offset - v.low) * perValue), static_cast<float>(places), static_cast<float>(firstTransferTexel)};
     const double diagonal = boxOf(v).size().norm();
-    block.march = {finite(std::max(v.step * v.spacing.minCoeff(), diagonal / kMostMarchSamples)), finite(1 / v.thickness), 0, 0};
+    const double step = v.step * detailStep(camera.detail).coarser * v.spacing.minCoeff();
+    block.march = {finite(std::max(step, diagonal / kMostMarchSamples)), finite(1 / v.thickness), 0, 0};
     const std::span<const double> planes = v.clipPlanes.as<double>();
     const std::size_t count = std::min(planes.size() / 4, kMostVolumePlanes);
     for (std::size_t i = 0; i < count; ++i) {

@@ -10,8 +10,8 @@
 #include "client/draw/GlFunctions.h"
 #include "client/draw/UseClock.h"
 #include "client/render/DrawList.h"
-#include "common/cores/Volume.h"
 #include "common/drawable/VolumeArrays.h"
+#include "common/scene/Cores.h"
 
 namespace tessera {
 

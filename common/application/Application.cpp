@@ -58,6 +58,10 @@ struct Application::Impl {
         return fail(ErrorCode::kBadInput,
                     "the server answered something else than was asked; is it of another version?");
     }
+    Expected<void> done(const ApplicationRequest& request) {
+        const Expected<answer::Done> done = askFor<answer::Done>(request);
+        return done ? Expected<void>() : tl::unexpected(done.error());
+    }
     /// Waits until `scene` holds the list that answers a proposal.
     Expected<answer::Committed> settled(Expected<answer::Committed> committed);
     Expected<void> subscribe();
@@ -279,9 +283,7 @@ Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committe
 }
 
 Expected<void> Application::Impl::subscribe() {
-    const Expected<answer::Done> done = askFor<answer::Done>(subscription);
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return done(subscription);
 }
 
 Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -530,27 +532,19 @@ Expected<answer::Loaded> Application::load(const std::string& path, ObjectId par
 }
 
 Expected<void> Application::setView(const request::SetView& view) {
-    const Expected<answer::Done> done = impl_->askFor<answer::Done>(view);
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return impl_->done(view);
 }
 
 Expected<void> Application::show(Showing showing) {
-    const Expected<answer::Done> done = impl_->askFor<answer::Done>(request::Show{showing});
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return impl_->done(request::Show{showing});
 }
 
 Expected<void> Application::setBudget(double milliseconds) {
-    const Expected<answer::Done> done = impl_->askFor<answer::Done>(request::SetBudget{milliseconds});
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return impl_->done(request::SetBudget{milliseconds});
 }
 
 Expected<void> Application::navigate(const request::Navigate& wish) {
-    const Expected<answer::Done> done = impl_->askFor<answer::Done>(wish);
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return impl_->done(wish);
 }
 
 Expected<answer::Picked> Application::pick(double xPx, double yPx) {
@@ -572,8 +566,7 @@ Expected<answer::Committed> Application::drag(const Ray& ray) {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .ray = ray}));
 }
 Expected<void> Application::release() {
-    const auto done = impl_->askFor<answer::Done>(request::Manipulate{.deed = request::Manipulate::Deed::kRelease});
-    return done ? Expected<void>() : tl::unexpected(done.error());
+    return impl_->done(request::Manipulate{.deed = request::Manipulate::Deed::kRelease});
 }
 Expected<answer::Trackers> Application::trackers() {
     return impl_->askFor<answer::Trackers>(request::GetTrackers{});
@@ -591,10 +584,7 @@ Expected<answer::Questions> Application::questions() {
     return impl_->askFor<answer::Questions>(request::GetQuestions{});
 }
 Expected<void> Application::respond(std::uint64_t question, request::Respond::Decision decision, const Pose& pose) {
-    const Expected<answer::Done> done =
-        impl_->askFor<answer::Done>(request::Respond{.question = question, .decision = decision, .pose = pose});
-    if (!done) return tl::unexpected(done.error());
-    return {};
+    return impl_->done(request::Respond{.question = question, .decision = decision, .pose = pose});
 }
 Expected<answer::Status> Application::status() {
     return impl_->askFor<answer::Status>(request::GetStatus{});

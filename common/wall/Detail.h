@@ -9,7 +9,8 @@ namespace tessera {
 
 /// One step. A frame says which it is drawn at (View::detail): so all tiles, both eyes and who joins late draw alike, whatever each of them takes.
 struct DetailStep {
-    /// Levels of detail are chosen as if everything were so many times as far away, materials too; curves may be so many times as far off.
+    /// Levels of detail are chosen as if everything were so many times as far away, materials too; curves may be so many times as far
+    /// off, and steps through volumes so many times as long.
     double coarser = 1;
     int mostSamples = 4;  ///< per pixel, of those that the wall asks for
     bool shadows = true;

@@ -7,8 +7,6 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
@@ -118,10 +116,9 @@ std::pair<Pose, Pose> twoPoses(const Affine3d& place) {
         outer.scale = Vec3d::Constant(factor);
         return {outer, inner};
     }
-    // The singular value decomposition: of the square, as what is decomposed can be inverted.
-    const Eigen::SelfAdjointEigenSolver<Mat3d> solver(square);
-    Mat3d v = solver.eigenvectors();
-    Vec3d scale = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const Eigen::JacobiSVD<Mat3d> decomposed(place.linear(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Mat3d v = decomposed.matrixV();
+    Vec3d scale = decomposed.singularValues();
     if (v.determinant() < 0) v = -v;
     if (place.linear().determinant() < 0) scale = -scale;
     const Mat3d u = place.linear() * v * scale.cwiseInverse().asDiagonal();

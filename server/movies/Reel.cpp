@@ -6,7 +6,7 @@
 namespace tessera {
 
 void Movies::Reel::beginRun(double time) {
-    clock = std::max(time, 0.0);
+    clock = length > 0 ? time : std::max(time, 0.0);  // folded once it is known how long the film is
     base = 0;
     held.clear();
     for (Asked& one : asked) one.ofThisRun = false;

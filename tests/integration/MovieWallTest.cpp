@@ -55,7 +55,7 @@ TEST(MovieWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
         EXPECT_EQ(pixelsThatDiffer(wall.at("1.55", "again"), late), 0u);
         // Saved as it stands, and loaded again.
         wall.tell({"save", wall.folder() + "/saved.tsct"});
-        wall.tell({"set", "/film/movie", "file", "/none/such.avi"});
+        wall.tell({"set", "/film", "file", "/none/such.avi"});
         for (int i = 0; i < 100 && wall.film()["problem"] == ""; ++i) wall.settle();
         EXPECT_NE(wall.film()["problem"], "") << "what cannot be read is said";
         EXPECT_EQ(pixelsThatDiffer(wall.picture("left"), late), 0u) << "the last picture stays";

@@ -27,8 +27,9 @@ void FrameBudget::drawn(const HostStats& host) {
 }
 
 void FrameBudget::released() {
-    const double took = std::exchange(slowest_, 0.0);
     const bool told = std::exchange(anyHost_, false), moved = std::exchange(anyDrawn_, false);
+    // What a frame takes that nobody draws anew no detail can make less.
+    const double slowest = std::exchange(slowest_, 0.0), took = moved ? slowest : 0;
     if (!told) return;
     ++framesAt_[step_];
     if (milliseconds_ == 0) return;

@@ -178,7 +178,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
                           .coreType = ObjectType{4},
                           .pageSize = 17,
                           .after = {ObjectId{3}, ObjectId{9}}},
-            request::SetBudget{16.5}};
+            request::SetBudget{16.5},
+            request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = {.xPx = 3.5, .yPx = 4.5, .wand = "w"}, .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {

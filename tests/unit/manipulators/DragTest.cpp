@@ -270,10 +270,20 @@ TEST(Drag, ThingsThatSnapGoInWholeSteps) {
         ASSERT_TRUE(list);
         if (!list->empty()) stage.apply(*list);
         const Transform& now = *stage.scene.get<Transform>(stage.core);
+        SCOPED_TRACE(::testing::Message() << "kind " << kind << ", handle " << held->handle);
         const auto isWhole = [&](double value) { EXPECT_NEAR(value / snap, std::round(value / snap), 1e-6); };
         if (kind == Manipulator::kMove)
             for (int i = 0; i < 3; ++i) isWhole(now.translation[i] * parent.scale.x());
-        if (kind == Manipulator::kRotate) isWhole(Eigen::AngleAxisd(now.rotation).angle());
+        if (kind == Manipulator::kRotate) {
+            // More than half around is told as less than that the other way; a ring that is seen from its edge may be led around more than once.
+            const double angle = Eigen::AngleAxisd(now.rotation).angle();
+            double nearest = angle;
+            const auto off = [&](double value) { return std::abs(value / snap - std::round(value / snap)); };
+            for (int around = 0; around < 8; ++around)
+                for (const double told : {2 * std::numbers::pi * around + angle, 2 * std::numbers::pi * (around + 1) - angle})
+                    if (off(told) < off(nearest)) nearest = told;
+            isWhole(nearest);
+        }
         if (kind == Manipulator::kScale)
             for (int i = 0; i < 3; ++i)
                 if (now.scale[i] != 1) isWhole(now.scale[i]);

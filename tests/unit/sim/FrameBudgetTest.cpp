@@ -38,7 +38,7 @@ struct PacedWall {
     /// Every host shows what it has. A step that is new is drawn once.
     void stillFrame() {
         const unsigned step = budget.step();
-        budget.drawn(took(step != before ? costs[step] : 0.05, step != before));
+        budget.drawn(took(step != before ? costs[step] : 2 * budget.milliseconds(), step != before));
         before = step;
         budget.released();
     }
