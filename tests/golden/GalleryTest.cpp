@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "server/manipulators/ManipulatorDisplay.h"
 #include "tests/golden/PictureDifference.h"
 #include "tests/golden/ShippedScene.h"
 #include "tests/golden/Stage.h"
@@ -35,9 +36,23 @@ View viewOfRoom(const Aspect& scene, std::size_t room) {
     return view;
 }
 
+/// With the handles that a server makes for manipulators.
+void addHandles(Aspect& scene) {
+    ManipulatorDisplay display;
+    display.sceneChanged(scene, nullptr);
+    ChangeList list = display.update(scene);
+    std::uint64_t free = 2;
+    for (const ObjectId id : scene.ids()) free = std::max(free, id.value + 1);
+    replaceIds(list, [&](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + free} : id; });
+    ASSERT_FALSE(list.empty());
+    const Expected<void> applied = scene.apply(list);
+    ASSERT_TRUE(applied) << applied.error().message;
+}
+
 TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {
-    const Expected<Aspect> gallery = loadShipped("gallery");
+    Expected<Aspect> gallery = loadShipped("gallery");
     ASSERT_TRUE(gallery) << gallery.error().message;
+    addHandles(*gallery);
     RenderScene scene;
     scene.update(*gallery, nullptr);
     const std::vector<std::string> names = rooms();
@@ -46,7 +61,8 @@ TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {
     for (std::size_t room = 0; room < names.size(); ++room) {
         SCOPED_TRACE(names[room]);
         const View view = viewOfRoom(*gallery, room);
-        if (room > 0) EXPECT_NE(view.position, viewOfRoom(*gallery, room - 1).position) << "make-gallery.py has not been run for this room";
+        const bool ownPlace = room == 0 || view.position != viewOfRoom(*gallery, room - 1).position;
+        EXPECT_TRUE(ownPlace) << "make-gallery.py has not been run for this room";
         const ScreenCamera camera = screenCamera(flatScreen(1, 1, kRoomWidthPx, kRoomHeightPx), User(), Eye::kCenter, view);
         const PixelRect all{.x = 0, .y = 0, .width = kRoomWidthPx, .height = kRoomHeightPx};
         const Picture whole = drawPart(stage, *gallery, scene, CullerKind::kMasked, camera, all);
