@@ -76,13 +76,13 @@ std::optional<MovedCore> movedBy(const Aspect& scene, const Manipulator& manipul
     moved.core = node->core;
     if (const Transform* transform = scene.coreOf<Transform>(*node)) {
         moved.pose = {.translation = transform->translation, .rotation = transform->rotation.normalized(), .scale = transform->scale};
-    } else if (const ComponentTransform* transform = scene.coreOf<ComponentTransform>(*node)) {
+    } else if (const ComponentTransform* about = scene.coreOf<ComponentTransform>(*node)) {
         moved.component = true;
-        moved.center = transform->center;
-        moved.axes = transform->scaleOrientation.normalized();
-        moved.pose = {.translation = transform->translation + transform->center,
-                      .rotation = (transform->rotation.normalized() * moved.axes).normalized(),
-                      .scale = transform->scale};
+        moved.center = about->center;
+        moved.axes = about->scaleOrientation.normalized();
+        moved.pose = {.translation = about->translation + about->center,
+                      .rotation = (about->rotation.normalized() * moved.axes).normalized(),
+                      .scale = about->scale};
     } else {
         return std::nullopt;
     }
@@ -149,7 +149,7 @@ HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, cons
     } else if (!content.empty() && !isLightKind(manipulator.kind)) {
         // Reaches out of the box, wherever in it the pivot is.
         const Vec3d reach = content.lower.cwiseAbs().cwiseMax(content.upper.cwiseAbs()).cwiseProduct(scale);
-        frame.extent = Vec3d::Constant(std::max(1.25 * reach.maxCoeff(), kLeast));
+        frame.extent = Vec3d::Constant(std::max(1.8 * reach.maxCoeff(), kLeast));
     } else {
         frame.extent = Vec3d::Constant(0.5 / stretch);
     }

@@ -116,9 +116,18 @@ std::pair<Pose, Pose> twoPoses(const Affine3d& place) {
         outer.scale = Vec3d::Constant(factor);
         return {outer, inner};
     }
-    const Eigen::JacobiSVD<Mat3d> decomposed(place.linear(), Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Mat3d v = decomposed.matrixV();
-    Vec3d scale = decomposed.singularValues();
+    // The singular value decomposition: of the square, as what is decomposed can be inverted.
+    // By Jacobi's rotations, in a fixed number of sweeps (Golub and Van Loan, Matrix Computations, 8.5).
+    Mat3d diagonal = square, v = Mat3d::Identity();
+    for (int sweep = 0; sweep < 12; ++sweep)
+        for (const auto& [p, q] : {std::pair(0, 1), {0, 2}, {1, 2}}) {
+            Eigen::JacobiRotation<double> rotation;
+            rotation.makeJacobi(diagonal, p, q);
+            diagonal.applyOnTheLeft(p, q, rotation.adjoint());
+            diagonal.applyOnTheRight(p, q, rotation);
+            v.applyOnTheRight(p, q, rotation);
+        }
+    Vec3d scale = diagonal.diagonal().cwiseMax(0).cwiseSqrt();
     if (v.determinant() < 0) v = -v;
     if (place.linear().determinant() < 0) scale = -scale;
     const Mat3d u = place.linear() * v * scale.cwiseInverse().asDiagonal();
