@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <random>
 
 #include "client/draw/VolumeTextures.h"
 #include "common/drawable/Drawable.h"
+#include "common/drawable/VolumeShapes.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {
@@ -156,9 +158,9 @@ protected:
         scene.addNode(scene.addCore(v), scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
         stage.world_T_node = Eigen::Translation3d(shift) * outer * Eigen::Scaling(scale) * inner;
         if (dice.below(2) == 0) {
-            stage.solidZ = dice.any(-1, 0.4);
+            stage.solidZ = dice.any(-1, 0.2);  // before every eye
             const Vec3f color(0.7f, 0.2f, 0.4f);
-            scene.place(scene.add(makeSheet(20, 20), scene.add(unlit(color))), {0, 0, stage.solidZ});
+            scene.place(scene.add(makeSheet(60, 60), scene.add(unlit(color))), {0, 0, stage.solidZ});
             stage.background = expectedOf(color);
         }
         stage.aspect = scene.take();
@@ -219,6 +221,215 @@ TEST_F(VolumeTest, CloudsAndMaximaAreWhatRaysInDoubleSee) {
         EXPECT_GT(covered, 1500);
     }
     RecordProperty("mostOff", static_cast<int>(mostOff));
+}
+
+// Planes in each other, cut where they meet: each is blended once at every pixel. Pieces are sorted by their middles, as all that is transparent: nearly
+// always from the farthest on.
+TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
+    int layered = 0, inOrder = 0;
+    for (const unsigned seed : volumeSeeds(20)) {
+        FieldDice dice(seed);
+        Volume v = someVolume(dice);
+        v.mode = Volume::kSlices;
+        const Vec3d middle = v.origin + 0.5 * v.spacing.cwiseProduct(Vec3d(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1)));
+        const Quatd turned = seed % 2 == 0 ? Quatd::Identity() : dice.turn();
+        std::vector<double> planes;
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3d n = turned * Vec3d::Unit(axis) * dice.any(0.1, 9);
+            planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(middle)});
+        }
+        v.slices = Blob::of(std::span<const double>(planes));
+        const Stage stage = someStage(dice, v);
+        const Picture picture = draw(stage.aspect, stage.camera);
+        for (int y = 0; y < kSidePx; y += 3)
+            for (int x = 0; x < kSidePx; x += 3) {
+                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
+                std::vector<std::pair<double, SeenThere>> layers;
+                bool atRim = std::abs(ray.end - ray.begin) < 0.02;
+                for (std::size_t i = 0; i < planes.size(); i += 4) {
+                    const Vec3d n(planes[i], planes[i + 1], planes[i + 2]);
+                    const double t = (planes[i + 3] - n.dot(ray.from)) / n.dot(ray.along);
+                    atRim = atRim || std::abs(t - ray.begin) < 0.03 || std::abs(t - ray.end) < 0.03 || std::abs(n.normalized().dot(ray.along)) < 0.05;
+                    for (const auto& other : layers) atRim = atRim || std::abs(other.first - t) < 0.03;
+                    if (t > ray.begin && t < ray.end) layers.emplace_back(t, byTransfer(v, valueAt(v, ray.from + t * ray.along)));
+                }
+                if (atRim) continue;
+                const Rgb is = pixel(picture, x, y);
+                const std::array<int, 3> channels{is.r, is.g, is.b}, behind{stage.background.r, stage.background.g, stage.background.b};
+                // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is one off at most.
+                const double tolerance = 1 + 2 * static_cast<double>(layers.size());
+                const auto asBlended = [&] {
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        double wanted = behind[c];
+                        for (const auto& [t, seen] : layers) wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
+                        if (std::abs(channels[c] - wanted) > tolerance) return false;
+                    }
+                    return true;
+                };
+                const auto farther = [](const auto& one, const auto& other) { return one.first > other.first; };
+                std::ranges::sort(layers, farther);
+                const bool sorted = asBlended();
+                layered += layers.size() > 1;
+                inOrder += layers.size() > 1 && sorted;
+                bool inAny = sorted;
+                while (!inAny && std::next_permutation(layers.begin(), layers.end(), farther)) inAny = asBlended();
+                ASSERT_TRUE(inAny) << "at " << x << ' ' << y << ": " << is << " of " << layers.size() << " layers\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
+            }
+    }
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(layered, 200);
+        EXPECT_GT(inOrder, layered * 9 / 10);
+    }
+}
+
+// Every mode, lit or not, of one sample and of four, with something solid within.
+TEST_F(VolumeTest, TilesAreCropsOfTheOnePicture) {
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        for (const unsigned seed : volumeSeeds(12)) {
+            FieldDice dice(seed);
+            Volume v = someVolume(dice);
+            v.step = 0.5;
+            v.shaded = seed % 2 == 0;
+            v.mode = seed % 4 == 3 ? Volume::kSlices : seed % 4 == 2 ? Volume::kMaximum : Volume::kCloud;
+            const std::vector<double> planes = {1, 0, 0, v.origin.x() + 0.1, 0, 1, 0.5, 0};
+            v.slices = Blob::of(std::span<const double>(planes));
+            TestScene scene;
+            scene.setEnvironment(Vec3f(0.4f, 0.5f, 0.6f), Vec3f(0.2f, 0.1f, 0.1f), Vec3f(0.1f, 0.1f, 0.2f));
+            scene.addDirectionalLight(Vec3d(-1, -1, -1), Vec3f::Ones(), 1);
+            scene.addNode(scene.addCore(v), scene.addTransform(dice.vector(0.2), dice.turn(), Vec3d(0.8, -1.1, 0.9)));
+            scene.place(scene.add(makeSheet(0.4, 5), scene.add(unlit(Vec3f(0.9f, 0.1f, 0.1f)))), dice.vector(0.2), dice.turn());
+            const Aspect aspect = scene.take();
+            const ScreenCamera camera = cameraOf(200, 130, {dice.any(-1, 1), dice.any(-1, 1), dice.any(0.3, 2.4)});
+            RenderScene drawn;
+            drawn.update(aspect, nullptr);
+            RenderAction all(CullerKind::kNone), culled(CullerKind::kMasked);
+            const auto one = renderer_->draw(aspect, all.run(drawn, camera, whole(camera), nullptr), camera, whole(camera));
+            ASSERT_TRUE(one);
+            for (const PixelRect& tile : {PixelRect{0, 0, 70, 61}, PixelRect{70, 0, 130, 61}, PixelRect{0, 61, 70, 69}, PixelRect{70, 61, 130, 69}}) {
+                const auto part = renderer_->draw(aspect, culled.run(drawn, camera, tile, nullptr), camera, tile);
+                ASSERT_TRUE(part);
+                for (int y = 0; y < tile.height; ++y) {
+                    const int row = 130 - tile.y - tile.height + y;
+                    const auto* from = &one->rgb[3 * static_cast<std::size_t>(200 * row + tile.x)];
+                    ASSERT_TRUE(std::equal(from, from + 3 * tile.width, &part->rgb[3 * static_cast<std::size_t>(tile.width * y)]))
+                        << "row " << y << " of the tile at " << tile.x << ' ' << tile.y << ", samples " << samples << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Tiles*";
+                }
+            }
+        }
+    }
+}
+
+// Where a pixel's samples see different depths, none of them is as bright or dark as no ray through the pixel.
+TEST_F(VolumeTest, EdgesOfSolidThingsInCloudsHaveNoFringe) {
+    restart({.samples = 4});
+    Volume v;
+    v.sizeX = v.sizeY = v.sizeZ = 2;
+    v.voxels = numbersFrom<std::uint8_t>(std::vector<double>(8, 255));
+    v.origin = Vec3d(-1, -1, -1);
+    v.spacing = Vec3d(2, 2, 1);
+    const std::vector<std::uint8_t> black = {0, 0, 0, 128};
+    v.transfer = Blob::of(std::span<const std::uint8_t>(black));
+    v.thickness = 0.5;
+    v.shaded = false;
+    int between = 0;
+    for (const unsigned seed : volumeSeeds(6)) {
+        FieldDice dice(seed);
+        TestScene scene;
+        scene.setDark(Vec3f(1, 1, 1));
+        scene.addNode(scene.addCore(v));
+        // White before white, half way into the dark.
+        const double depth = dice.any(-0.7, -0.3);
+        scene.place(scene.add(makeSheet(0.8, 3), scene.add(unlit(Vec3f(1, 1, 1)))), {0, 0, depth}, Quatd(Eigen::AngleAxisd(dice.any(0, 3), Vec3d::UnitZ())));
+        const Aspect aspect = scene.take();
+        const Picture picture = draw(aspect, cameraOf(kSidePx, kSidePx));
+        // Of the two depths, each beside the other: what a ray sees.
+        int darkest = 255, brightest = 0;
+        std::map<int, int> shades;
+        for (int y = 24; y < 40; ++y)
+            for (int x = 20; x < 44; ++x) ++shades[pixel(picture, x, y).r];
+        for (const auto& [shade, count] : shades) darkest = std::min(darkest, shade), brightest = std::max(brightest, shade);
+        const double white = expectedOf(Vec3f(1, 1, 1)).r;
+        const auto left = [&](double thick) { return white * std::pow(1 - 128.0 / 255, thick / 0.5); };
+        // Rays in this part go through at most so much more than straight ahead.
+        const double slant = std::hypot(1.0, 0.6 / 2.4, 0.4 / 2.4);
+        EXPECT_GE(darkest, left(slant) - 4) << seed;
+        EXPECT_LE(brightest, left(-depth) + 4) << seed;
+        const double low = left(1.0), high = left(-depth);
+        for (const auto& [shade, count] : shades) between += shade > low + 0.3 * (high - low) && shade < low + 0.7 * (high - low) ? count : 0;
+    }
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(between, 10);  // edges are smooth
+    }
+}
+
+TEST_F(VolumeTest, OfEditedVoxelsTheirLayersAloneAreUploaded) {
+    Volume v;
+    v.sizeX = v.sizeY = 16;
+    v.sizeZ = 32;
+    v.voxels = numbersFrom<std::uint8_t>(std::vector<double>(16 * 16 * 32, 0));
+    v.origin = Vec3d(-0.75, -0.75, -1.55);
+    v.spacing = Vec3d(0.1, 0.1, 0.1);
+    v.thickness = 0.1;
+    v.shaded = false;
+    TestScene scene;
+    scene.setDark();
+    const ObjectId core = scene.addCore(v);
+    scene.addNode(core);
+    Aspect aspect = scene.take();
+    const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+    EXPECT_EQ(center(draw(aspect, camera)).r, 0);
+    const std::uint64_t before = renderer_->uploadedTextureBytes();
+    const std::vector<std::byte> bright(16 * 16, std::byte{255});
+    const auto edited = v.voxels.withRange(10 * 16 * 16, bright);
+    ASSERT_TRUE(edited);
+    ChangeListBuilder edit;
+    edit.set(core, typeOf<Volume>(), fieldId<&Volume::voxels>, toValue(*edited));
+    ASSERT_TRUE(aspect.apply(edit.take()));
+    EXPECT_GT(center(draw(aspect, camera)).r, 100);
+    EXPECT_EQ(renderer_->uploadedTextureBytes() - before, 16u * 16u);
+}
+
+// Any planes, such as touch, meet or repeat each other too: closed, and nothing of it beyond any of them.
+TEST(VolumeShapes, BoxesThatAreCutAreClosed) {
+    int left = 0;
+    for (const unsigned seed : volumeSeeds(400)) {
+        FieldDice dice(seed);
+        Volume v = someVolume(dice);
+        v.mode = Volume::kCloud;
+        std::vector<double> planes;
+        const Box box = boxOf(v);
+        for (std::uint32_t i = 0, count = dice.below(9); i < count; ++i) {
+            Vec3d n = dice.below(3) == 0 ? Vec3d(Vec3d::Unit(static_cast<int>(dice.below(3)))) : dice.below(2) == 0 ? Vec3d(1, dice.below(2) ? 1 : -1, dice.below(3) ? 0 : 1) : dice.vector(1);
+            // Through a corner, the middle, or anywhere.
+            const Vec3d through = dice.below(3) == 0 ? Vec3d(box.upper.x(), box.lower.y(), box.upper.z()) : dice.below(2) == 0 ? box.center() : Vec3d(box.center() + 0.4 * dice.any(-1, 1) * box.size());
+            n *= std::pow(10, dice.any(-9, 9));
+            planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(through)});
+            if (dice.below(4) == 0) planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(through)});
+        }
+        v.clipPlanes = planes.empty() ? Blob() : Blob::of(std::span<const double>(planes));
+        const MeshData mesh = shapeOnScreens(v);
+        left += !mesh.indices.empty();
+        std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+        for (std::size_t i = 0; i < mesh.indices.size(); ++i) ++edges[{mesh.indices[i], mesh.indices[i % 3 == 2 ? i - 2 : i + 1]}];
+        for (const auto& [edge, count] : edges) {
+            const auto back = edges.find({edge.second, edge.first});
+            // Where planes leave a face alone, there and back along its diagonals.
+            ASSERT_TRUE(back != edges.end() && back->second == count)
+                << "edge " << edge.first << ' ' << edge.second << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeShapes.Boxes*";
+        }
+        const double rounding = 1e-6 * (box.size().norm() + box.lower.norm());
+        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) {
+            const Vec3d p(mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]);
+            for (std::size_t k = 0; k < planes.size(); k += 4) {
+                const Vec3d n(planes[k], planes[k + 1], planes[k + 2]);
+                ASSERT_LE((n.dot(p) - planes[k + 3]) / n.norm(), rounding) << "TESSERA_SEED=" << seed;
+            }
+        }
+    }
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(left, 200);
+    }
 }
 
 }  // namespace
