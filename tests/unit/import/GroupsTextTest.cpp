@@ -1,4 +1,4 @@
-/// What scene text says of material groups, levels of detail, billboards, and of lights beside their colours.
+/// What scene text says of material groups, levels of detail, billboards, applications' data, and of lights beside their colours.
 #include <gtest/gtest.h>
 
 #include "tests/unit/import/ImportFixture.h"
@@ -24,6 +24,25 @@ TEST(GroupsText, ASwitchShowsSeveral) {
     EXPECT_EQ(aspect.core<Switch>("/some")->mask, (std::int64_t{1} << 62) + 5);
     for (const char* wrong : {"node { switch { shown: [63] } }", "node { switch { choice: 1 shown: [2] } }", "node { switch { choice: -3 } }"})
         EXPECT_FALSE(importGroups(wrong)) << wrong;
+}
+
+TEST(GroupsText, KeepsWhatApplicationsDeclare) {
+    Expected<ImportedScene> scene = importGroups(R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" data: "17\000!" } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* data = aspect.core<ApplicationData>("/hall/score");
+    ASSERT_NE(data, nullptr);
+    EXPECT_EQ(data->key, "org.example.score");
+    const std::span<const char> bytes = data->data.as<char>();
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), std::string("17\0!", 4));
+    EXPECT_NE(groupsTrouble(R"(node { application_data { data: "17" } })").find("without a key"), std::string::npos);
+}
+
+TEST(GroupsText, LevelsWithoutAnyAreNoted) {
+    const Expected<ImportedScene> scene = importGroups("node { distance_lod { range: 1 range: 2 } }");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    ASSERT_EQ(scene->notes.size(), 1u);
+    EXPECT_NE(scene->notes[0].find("without levels"), std::string::npos) << scene->notes[0];
 }
 
 TEST(GroupsText, HoldsMaterialGroupsLevelsAndBillboards) {

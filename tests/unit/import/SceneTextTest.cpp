@@ -40,18 +40,6 @@ TEST(SceneText, PlacesItsTopLevelNodesDirectlyBelowTheParent) {
     EXPECT_TRUE(findNode(*aspect, "/yard"));
 }
 
-TEST(SceneText, KeepsWhatApplicationsDeclare) {
-    Expected<ImportedScene> scene = importText(R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" data: "17\000!" } } })");
-    ASSERT_TRUE(scene) << messageOf(scene);
-    const ImportedAspect aspect(std::move(*scene));
-    const auto* data = aspect.core<ApplicationData>("/hall/score");
-    ASSERT_NE(data, nullptr);
-    EXPECT_EQ(data->key, "org.example.score");
-    const std::span<const char> bytes = data->data.as<char>();
-    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), std::string("17\0!", 4));
-    EXPECT_NE(errorOf(R"(node { application_data { data: "17" } })").find("without a key"), std::string::npos);
-}
-
 TEST(SceneText, MakesEqualShapesOneCore) {
     Expected<ImportedScene> scene = importText(R"(
         material { name: "oak" base_color { r: 0.5 g: 0.3 b: 0.1 } }
