@@ -15,7 +15,7 @@ struct Environment {
     Vec3f background{0.05f, 0.06f, 0.08f};  ///< linear colour of empty pixels
     Vec3d gravity = Vec3d::Zero();          ///< acceleration of free bodies
     /// A picture of everything around, twice as wide as high (equirectangular): its middle lies along -Z, what is right of
-    /// that along +X, its upper edge along +Y. Best an Image of encoding rgbe; none: sky and ground.
+    /// that along +X, its upper edge along +Y. Or six squares, an Image whose shape is a cube. Best of encoding rgbe; none: sky and ground.
     ObjectId image;
     float strength = 1.0f;   ///< of the image: radiance is what it says times this
     float turn = 0.0f;       ///< of the image about +Y, counter-clockwise seen from above

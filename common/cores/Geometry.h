@@ -16,8 +16,8 @@ struct Geometry {
     Blob normals;       ///< float[3] per vertex, unit length; empty: faceted
     Blob colors;        ///< uint8[4] per vertex, sRGB + alpha, multiplied with the material; empty: white
     Blob texcoords;     ///< float[2] per vertex, origin at the image's upper left as in glTF; empty: none
-    /// uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points. Of the other primitives: uint32 per vertex;
-    /// empty: the vertices as they stand.
+    /// uint32[3] per triangle, counter-clockwise seen from outside; uint32[2] per line; none of points; of the other primitives uint32 per vertex.
+    /// Empty: the vertices as they stand.
     Blob indices;
     ObjectId material;  ///< a Material; none: the default material
     /// kPoints: each vertex is a point, shaded by its normal where there are some, else as a ball. kLines: drawn in the

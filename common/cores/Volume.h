@@ -7,7 +7,8 @@
 namespace tessera {
 
 /// What OpenSG has as DVRVolume and Slices. Values lie at the voxels' middles and are linear in between; outside of the outermost middles there is
-/// nothing. Collisions and picks see the surface where the value is `surfaceValue`, in every mode.
+/// nothing. Collisions and picks see the surface where the value is `surfaceValue`, in every mode, as far as clip planes leave it. Colours are blended as
+/// they are encoded (sRGB), as all that is transparent. A ray begins at the near plane.
 struct Volume {
     static constexpr ObjectType kType{31};
     static constexpr std::int64_t kUint8 = 0, kUint16 = 1, kInt16 = 2, kFloat = 3;
@@ -18,16 +19,17 @@ struct Volume {
     Vec3d origin = Vec3d::Zero();                  ///< of the first voxel's middle, in the node's coordinates
     Vec3d spacing = Vec3d::Ones();                 ///< from middle to middle
     /// The transfer function: uint8[4] per stop, sRGB + opacity, evenly spaced from `low` to `high`, linear in between, the outermost beyond. Empty:
-    /// grey, from nothing to opaque.
+    /// grey, from nothing to opaque. What is opaque lets 2^-16 of the light through after `thickness`.
     Blob transfer;
     double low = 0, high = 255;  ///< values
     double thickness = 1;        ///< after so much of the node's coordinates an opacity of the transfer function is reached
     std::int64_t mode = kCloud;  ///< kCloud: light that is emitted and absorbed, front to back. kMaximum: of each ray the greatest value
     double surfaceValue = 127;
-    Blob slices;      ///< of kSlices: double[4] per plane, n·x = d in the node's coordinates: what lies on it, as the transfer function colours it
-    Blob clipPlanes;  ///< double[4] per plane: of what n·x > d holds nothing is drawn
-    double step = 0.5;  ///< of a ray, of the smallest spacing
-    bool shaded = true;  ///< lit by the scene's lights, with the field's gradient as normal
+    /// Of kSlices: double[4] per plane, n·x = d in the node's coordinates: what lies on it, as the transfer function colours it, unlit.
+    Blob slices;
+    Blob clipPlanes;     ///< double[4] per plane: where n·x > d holds there is nothing, in every mode
+    double step = 0.5;   ///< of a ray, of the smallest spacing; a ray takes at most 4,096
+    bool shaded = true;  ///< clouds: lit by the scene's lights, with the field's gradient as normal
     ObjectId material;   ///< of the surface
 };
 template <>
@@ -50,7 +52,7 @@ inline constexpr auto kDescription<Volume> =
                  .affects(Effect::kShape),
              field<&Volume::surfaceValue>(13, "surfaceValue").between(-1e30, 1e30).affects(Effect::kShape),
              field<&Volume::slices>(14, "slices").doublesEach(4).affects(Effect::kLook),
-             field<&Volume::clipPlanes>(15, "clipPlanes").doublesEach(4).affects(Effect::kLook),
+             field<&Volume::clipPlanes>(15, "clipPlanes").doublesEach(4).affects(Effect::kShape),
              field<&Volume::step>(16, "step").between(0.05, 4).affects(Effect::kLook),
              field<&Volume::shaded>(17, "shaded").affects(Effect::kLook),
              field<&Volume::material>(18, "material").to<Material>().affects(Effect::kLook));
