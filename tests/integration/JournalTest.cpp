@@ -312,6 +312,72 @@ TEST(Journal, ALoadThatIsHalfThereWhenTheServerIsKilledIsTakenAway) {
     EXPECT_TRUE(loaded) << loaded.error().message;
 }
 
+/// Movies and the images that they write into: who plays goes on, who stands shows what it showed.
+TEST(Journal, AFilmGoesOnWhereItWasAndOneThatStoodShowsItsPicture) {
+    KeptWall wall;
+    wall.scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/1b-movie.tsct";
+    wall.rate = "60";
+    std::unique_ptr<Application> watcher;
+    ObjectId core;
+    const auto movie = [&] { return *watcher->scene().get<Movie>(core); };
+    const auto pixels = [&] { return watcher->scene().get<Image>(movie().image)->pixels.id(); };
+    const auto restart = [&] {
+        ASSERT_TRUE(wall.start()) << wall.server->output();
+        watcher = wall.connect("watcher");
+        ASSERT_TRUE(watcher);
+        const Expected<ObjectId> node = findNode(watcher->scene(), "/film");
+        ASSERT_TRUE(node) << node.error().message;
+        core = watcher->scene().get<Node>(*node)->core;
+    };
+    const auto until = [&](const auto& there) {
+        const auto deadline = std::chrono::steady_clock::now() + 60s;
+        while (!there() && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(watcher->poll(100ms));
+        ASSERT_TRUE(there()) << movie().time << movie().problem << wall.server->output();
+    };
+    const auto setMovie = [&](FieldId field, FieldValue value) {
+        ChangeListBuilder list;
+        list.set(core, typeOf<Movie>(), field, value);
+        const auto committed = watcher->propose(list.take());
+        ASSERT_TRUE(committed) << committed.error().message;
+    };
+    ASSERT_NO_FATAL_FAILURE(restart());
+    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time > 0.1; }));
+    const double seen = movie().time;
+    wall.kill();
+
+    ASSERT_NO_FATAL_FAILURE(restart());
+    EXPECT_GE(movie().time, seen) << "what everybody was told is kept";
+    EXPECT_EQ(movie().problem, "");
+    const double after = movie().time;
+    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time > after + 0.1; }));
+    EXPECT_EQ(movie().problem, "");
+    ASSERT_NO_FATAL_FAILURE(setMovie(fieldId<&Movie::playing>, toValue(false)));
+    const auto settle = [&] {
+        for (int i = 0; i < 60; ++i) ASSERT_TRUE(watcher->waitForFrame(10s));
+    };
+    ASSERT_NO_FATAL_FAILURE(settle());
+    const auto playing = pixels();
+    const double sought = movie().time + 0.5;
+    ASSERT_NO_FATAL_FAILURE(setMovie(fieldId<&Movie::time>, toValue(sought)));
+    ASSERT_NO_FATAL_FAILURE(until([&] { return pixels() != playing; }));
+    ASSERT_NO_FATAL_FAILURE(settle());
+    const auto stood = pixels();
+    wall.kill();
+
+    ASSERT_NO_FATAL_FAILURE(restart());
+    EXPECT_EQ(movie().time, sought);
+    EXPECT_FALSE(movie().playing);
+    EXPECT_EQ(pixels(), stood);
+    // Its child is new and shows the same picture of this time; the steps of before lead back.
+    ASSERT_NO_FATAL_FAILURE(settle());
+    EXPECT_EQ(pixels(), stood);
+    const auto undone = watcher->undo();
+    ASSERT_TRUE(undone) << undone.error().message;
+    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time != sought; }));
+    ASSERT_NO_FATAL_FAILURE(until([&] { return pixels() != stood; }));
+    EXPECT_EQ(movie().problem, "");
+}
+
 TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {
     KeptWall wall;
     ASSERT_TRUE(wall.start());
