@@ -11,6 +11,7 @@
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/programs/ProgramTrials.h"
+#include "server/sim/commit/ServersFields.h"
 #include "server/sim/frame/LoadParts.h"
 #include "server/text/TextFields.h"
 
@@ -130,6 +131,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     const bool isChange = edit.kind == Edit::Kind::kChange;
     outcome.result = isChange ? checkHidden(edit.list) : checkStill();
     // What the server says itself nobody takes back.
+    if (isChange && edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
     if (isChange && edit.undoable) resetVerdicts(edit.list, scene());
     if (isChange && outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
     if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);

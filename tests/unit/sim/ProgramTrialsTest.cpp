@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <functional>
+#include <map>
 
 #include "common/scene/FieldTable.h"
 #include "server/programs/ProgramTrials.h"
@@ -167,6 +169,44 @@ TEST(ProgramVerdicts, NobodyButTheServerSaysThem) {
     EXPECT_TRUE(simulation.step(false, std::move(undo)).outcomes[0].result);
     EXPECT_EQ(program().surface, "mine");
     EXPECT_EQ(program().verdict, SurfaceProgram::kGood);
+}
+
+/// What is there is not said otherwise; an edit that says it as it is, or of what is new, passes.
+TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
+    Simulation simulation;
+    const auto problemOf = [&](ChangeList list, bool undoable = true) {
+        std::vector<Edit> edits;
+        edits.push_back({.ticket = 1, .list = std::move(list), .undoable = undoable});
+        const FrameResult result = simulation.step(false, std::move(edits));
+        return result.outcomes[0].result ? std::string() : result.outcomes[0].result.error().message;
+    };
+    const ObjectId image{kFirstPlaceholder}, movie{kFirstPlaceholder + 1}, program{kFirstPlaceholder + 2}, handle{kFirstPlaceholder + 3};
+    ChangeListBuilder making;
+    making.create(image, typeOf<Image>());
+    making.create(movie, typeOf<Movie>());
+    setAllFields(making, movie, Object::of(Movie{.image = image, .file = {}, .problem = "new ones may come with any"}));
+    making.create(program, typeOf<SurfaceProgram>());
+    making.create(handle, typeOf<Manipulator>());
+    ASSERT_EQ(problemOf(making.take()), "");
+    std::map<ObjectType, ObjectId> made;
+    for (const ObjectId id : simulation.scene().ids()) made[simulation.scene().find(id).info().type] = id;
+
+    const auto saying = [&]<typename T>(const T&, FieldId field, const FieldValue& value) {
+        ChangeListBuilder list;
+        list.set(made.at(typeOf<T>()), typeOf<T>(), field, value);
+        return list.take();
+    };
+    const std::vector<std::pair<std::function<ChangeList()>, std::string>> wrong = {
+        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood)); }, "the server alone says the verdict of a SurfaceProgram"},
+        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); }, "the server alone says the problem of a SurfaceProgram"},
+        {[&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); }, "the server alone says the problem of a Movie"},
+        {[&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); }, "the server alone says the held of a Manipulator"},
+    };
+    for (const auto& [list, message] : wrong) {
+        EXPECT_NE(problemOf(list()).find(message), std::string::npos) << problemOf(list());
+        EXPECT_EQ(problemOf(list(), false), "") << "the server itself";
+    }
+    EXPECT_EQ(problemOf(saying(Movie(), fieldId<&Movie::problem>, toValue(std::string()))), "") << "as it is";
 }
 
 TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {

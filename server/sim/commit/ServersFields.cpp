@@ -1,0 +1,45 @@
+#include "server/sim/commit/ServersFields.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+namespace {
+
+struct ServersField {
+    ObjectType type;
+    FieldId field;
+    std::string_view instead;
+};
+
+constexpr std::array kServersFields = {
+    ServersField{typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, "it follows from the program's text"},
+    ServersField{typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, "it follows from the program's text"},
+    ServersField{typeOf<Movie>(), fieldId<&Movie::problem>, "it follows from the film's file"},
+    ServersField{typeOf<Manipulator>(), fieldId<&Manipulator::held>, "grab the handle"},
+};
+
+}  // namespace
+
+Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
+    for (const FieldColumn& column : list.columns) {
+        const auto known = std::ranges::find_if(kServersFields, [&](const ServersField& f) { return f.type == column.type && f.field == column.field; });
+        if (known == kServersFields.end()) continue;
+        const FieldEntry* field = findField(*findType(column.type), column.field);
+        // The scene refuses in words what is no such value, and what is no such object.
+        if (column.kind() != field->kind || column.scalarCount() != column.ids.size()) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row) {
+            const Object object = scene.find(column.ids[row]);
+            if (!object || object.info().type != column.type || field->load(object) == column.value(row)) continue;
+            return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the {} of a {}; {}", column.ids[row].value, field->name, findType(column.type)->name, known->instead));
+        }
+    }
+    return {};
+}
+
+}  // namespace tessera
