@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/ChildProgram.h"
 #include "common/base/FileHandle.h"
 #include "server/import/Record.h"
 
@@ -22,40 +22,8 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Owns a child: it is killed and reaped at the latest when this goes.
-class Child {
-public:
-    explicit Child(pid_t pid) : pid_(pid) {}
-    Child(const Child&) = delete;
-    Child& operator=(const Child&) = delete;
-    ~Child() {
-        if (pid_ > 0) {
-            ::kill(pid_, SIGKILL);
-            reap();
-        }
-    }
-    /// Waits for its end; the status is waitpid's.
-    int reap() {
-        int status = 0;
-        while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-        }
-        pid_ = -1;
-        return status;
-    }
-
-private:
-    pid_t pid_;
-};
-
-std::string defaultImporterProgram() {
-    std::array<char, 4096> self{};
-    const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
-    const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-    return path.substr(0, path.rfind('/') + 1) + "tessera-import";
-}
-
 struct Started {
-    pid_t pid;
+    ChildProgram child;
     FileHandle output;
 };
 
@@ -66,8 +34,7 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     FileHandle readEnd(ends[0]);
     FileHandle writeEnd(ends[1]);
 
-    std::vector<std::string> arguments = {program,
-                                          "--file",
+    std::vector<std::string> arguments = {"--file",
                                           file,
                                           "--parent",
                                           std::to_string(::getpid()),
@@ -81,40 +48,9 @@ Expected<Started> start(const std::string& program, const std::string& file, con
                                           std::to_string(options.maxNodes)};
     if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
     if (options.verbatim) arguments.emplace_back("--verbatim");
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    // A clean environment: numbers in files are read and written in one locale, and no variable steers a library.
-    std::string locale = "LC_ALL=C";
-    std::array<char*, 2> environment = {locale.data(), nullptr};
-
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, writeEnd.get(), 1);
-    posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addclosefrom_np(&files, 3);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t none;
-    sigemptyset(&none);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    sigset_t all;
-    sigfillset(&all);
-    posix_spawnattr_setsigdefault(&attributes, &all);
-    // An own process group: Ctrl-C at a terminal reaches the parent, which then ends this child.
-    posix_spawnattr_setpgroup(&attributes, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-
-    pid_t pid = -1;
-    const int failure = ::posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environment.data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (failure != 0)
-        return fail(ErrorCode::kFailed, fmt::format("the importer '{}' cannot be started: {}; it belongs beside the "
-                                                    "running program",
-                                                    program, std::strerror(failure)));
-    return Started{pid, std::move(readEnd)};
+    Expected<ChildProgram> child = ChildProgram::start({.path = program, .arguments = std::move(arguments), .environment = {}, .files = {{writeEnd.get(), 1}}});
+    if (!child) return fail(child.error().code, "files cannot be imported: " + child.error().message);
+    return Started{std::move(*child), std::move(readEnd)};
 }
 
 enum class ReadEnd { kComplete, kClosed, kDeadline };
@@ -245,11 +181,10 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
 }
 
 Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
-    const std::string program = options.importerProgram.empty() ? defaultImporterProgram() : options.importerProgram;
+    const std::string program = options.importerProgram.empty() ? pathBesideThisProgram("tessera-import") : options.importerProgram;
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
-    Child child(started->pid);
-    return readImporterOutput(started->output.get(), options, [&] { return explainEnd(child.reap(), options); });
+    return readImporterOutput(started->output.get(), options, [&] { return explainEnd(started->child.reap(), options); });
 }
 
 }  // namespace tessera

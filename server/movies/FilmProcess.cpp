@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -22,16 +21,6 @@
 
 namespace tessera {
 namespace {
-
-std::string decoderBesideThisProgram() {
-    std::array<char, 4096> self{};
-    const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
-    const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-    return path.substr(0, path.rfind('/') + 1) + "tessera-decode-film";
-}
-
-/// The same file under a number that none of the child's own has.
-FileHandle outOfTheWay(const FileHandle& file) { return FileHandle(::fcntl(file.get(), F_DUPFD_CLOEXEC, 16)); }
 
 Error noDecoder(std::string_view step) { return {ErrorCode::kFailed, fmt::format("films cannot be decoded: {} ({})", step, std::strerror(errno))}; }
 
@@ -58,66 +47,13 @@ Expected<FilmProcess> FilmProcess::start(FileHandle film, const std::string& pro
     process.requests_ = FileHandle(down[1]);
     ::fcntl(requestsIn.get(), F_SETFL, 0);
     ::fcntl(process.answers_.get(), F_SETFL, O_NONBLOCK);
-    const std::array<FileHandle, 4> given = {outOfTheWay(film), outOfTheWay(answersOut), outOfTheWay(requestsIn), outOfTheWay(memory)};
-
-    const std::string path = program.empty() ? decoderBesideThisProgram() : program;
-    std::vector<std::string> arguments = {path, "--parent", std::to_string(::getpid())};
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    // A clean environment: no variable steers a library.
-    std::string locale = "LC_ALL=C";
-    std::array<char*, 2> environment = {locale.data(), nullptr};
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    constexpr std::array<int, 4> kAs = {0, 1, kFilmRequestsFd, kFilmMemoryFd};
-    for (std::size_t i = 0; i < given.size(); ++i) posix_spawn_file_actions_adddup2(&files, given[i].get(), kAs[i]);
-    posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addclosefrom_np(&files, kFilmMemoryFd + 1);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t none, all;
-    sigemptyset(&none);
-    sigfillset(&all);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setsigdefault(&attributes, &all);
-    // An own process group: Ctrl-C at a terminal reaches the parent, which then ends this child.
-    posix_spawnattr_setpgroup(&attributes, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-    pid_t pid = -1;
-    const int failure = ::posix_spawn(&pid, path.c_str(), &files, &attributes, argv.data(), environment.data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (failure != 0)
-        return fail(ErrorCode::kFailed, fmt::format("films cannot be decoded: '{}' cannot be started ({}); it belongs beside the running program", path, std::strerror(failure)));
-    process.child_ = pid;
+    Expected<ChildProgram> child = ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-decode-film") : program,
+                                                        .arguments = {"--parent", std::to_string(::getpid())},
+                                                        .environment = {},
+                                                        .files = {{film.get(), 0}, {answersOut.get(), 1}, {requestsIn.get(), kFilmRequestsFd}, {memory.get(), kFilmMemoryFd}}});
+    if (!child) return fail(child.error().code, "films cannot be decoded: " + child.error().message);
+    process.child_ = std::move(*child);
     return process;
-}
-
-FilmProcess::FilmProcess(FilmProcess&& other) noexcept { *this = std::move(other); }
-
-FilmProcess& FilmProcess::operator=(FilmProcess&& other) noexcept {
-    std::swap(child_, other.child_);
-    std::swap(requests_, other.requests_);
-    std::swap(answers_, other.answers_);
-    std::swap(memory_, other.memory_);
-    std::swap(pending_, other.pending_);
-    std::swap(lastSerial_, other.lastSerial_);
-    std::swap(nextSlot_, other.nextSlot_);
-    std::swap(part_, other.part_);
-    std::swap(have_, other.have_);
-    return *this;
-}
-
-FilmProcess::~FilmProcess() { end(); }
-
-void FilmProcess::end() {
-    if (child_ <= 0) return;
-    ::kill(child_, SIGKILL);
-    int status = 0;
-    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
-    }
-    child_ = -1;
 }
 
 std::uint64_t FilmProcess::ask(FilmRequest request, TimePoint now) {
@@ -144,13 +80,13 @@ Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now) {
         std::memcpy(&answer, part_.data(), sizeof answer);
         Expected<FilmFrame> frame = take(answer);
         if (!frame) {
-            end();
+            (void)child_.kill();
             return tl::unexpected(frame.error());
         }
         frames.push_back(std::move(*frame));
     }
     if (!pending_.empty() && now > pending_.front().deadline) {
-        end();
+        (void)child_.kill();
         return fail(ErrorCode::kLimit, fmt::format("a picture of it takes longer than {} s", kSeconds));
     }
     return frames;
@@ -195,16 +131,9 @@ Expected<FilmFrame> FilmProcess::take(const FilmAnswer& answer) {
 
 /// The pipe has come to its end without a word.
 Error FilmProcess::ended() {
-    int status = 0;
-    pid_t reaped = 0;
     // It may have closed the pipe alone.
-    if (child_ > 0) {
-        ::kill(child_, SIGKILL);
-        while ((reaped = ::waitpid(child_, &status, 0)) < 0 && errno == EINTR) {
-        }
-        child_ = -1;
-    }
-    switch (reaped > 0 && WIFSIGNALED(status) ? WTERMSIG(status) : 0) {
+    const int status = child_.kill();
+    switch (WIFSIGNALED(status) ? WTERMSIG(status) : 0) {
         case SIGSEGV:
         case SIGBUS:
         case SIGABRT:

@@ -1,8 +1,6 @@
 /// One film, decoded by a process of its own: the server parses no stranger's pictures.
 #pragma once
 
-#include <sys/types.h>
-
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "common/base/Blob.h"
+#include "common/base/ChildProgram.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/FileHandle.h"
@@ -38,9 +37,6 @@ public:
 
     /// `film`: open for reading. `program`: the decoder; empty: beside the running program.
     [[nodiscard]] static Expected<FilmProcess> start(FileHandle film, const std::string& program);
-    FilmProcess(FilmProcess&& other) noexcept;
-    FilmProcess& operator=(FilmProcess&& other) noexcept;
-    ~FilmProcess();
 
     [[nodiscard]] std::size_t underWay() const { return pending_.size(); }
     /// `request`: its flags and seconds count. Only where fewer than kMostUnderWay are under way. Returns its serial.
@@ -48,20 +44,19 @@ public:
     /// What has been answered since, in the order of the requests. Fails, once and for good, with why there will be no more, in words for a person.
     [[nodiscard]] Expected<std::vector<FilmFrame>> poll(TimePoint now);
     /// The child's; for tests that end it.
-    [[nodiscard]] pid_t process() const { return child_; }
+    [[nodiscard]] pid_t process() const { return child_.pid(); }
 
 private:
     FilmProcess() = default;
     [[nodiscard]] Expected<FilmFrame> take(const FilmAnswer& answer);
     [[nodiscard]] Error ended();
-    void end();
 
     struct Asked {
         std::uint64_t serial = 0;
         std::uint32_t slot = 0;
         TimePoint deadline;
     };
-    pid_t child_ = -1;
+    ChildProgram child_;
     FileHandle requests_, answers_;
     std::shared_ptr<const std::byte> memory_;
     std::deque<Asked> pending_;

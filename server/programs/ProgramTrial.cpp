@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,17 +13,9 @@
 #include <chrono>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 namespace tessera {
 namespace {
-
-std::string besideThisProgram() {
-    std::array<char, 4096> self{};
-    const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
-    const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-    return path.substr(0, path.rfind('/') + 1) + "tessera-try-program";
-}
 
 /// A file in memory that holds it: the child reads when it likes, and nobody waits.
 Expected<FileHandle> asFile(const SurfaceProgram& what) {
@@ -54,55 +45,13 @@ Expected<ProgramTrial> ProgramTrial::start(const SurfaceProgram& what, const std
     const FileHandle writeEnd(ends[1]);
     ::fcntl(readEnd.get(), F_SETFL, O_NONBLOCK);
 
-    const std::string path = program.empty() ? besideThisProgram() : program;
-    std::vector<std::string> arguments = {path, "--parent", std::to_string(::getpid())};
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    // A clean environment: no variable steers a library, no file is written.
-    std::array<std::string, 2> variables = {"LC_ALL=C", "MESA_SHADER_CACHE_DISABLE=true"};
-    std::array<char*, 3> environment = {variables[0].data(), variables[1].data(), nullptr};
-
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, input->get(), 0);
-    posix_spawn_file_actions_adddup2(&files, writeEnd.get(), 1);
-    posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addclosefrom_np(&files, 3);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t none, all;
-    sigemptyset(&none);
-    sigfillset(&all);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setsigdefault(&attributes, &all);
-    // An own process group: Ctrl-C at a terminal reaches the parent, which then ends this child.
-    posix_spawnattr_setpgroup(&attributes, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-    pid_t pid = -1;
-    const int failure = ::posix_spawn(&pid, path.c_str(), &files, &attributes, argv.data(), environment.data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (failure != 0)
-        return fail(ErrorCode::kFailed, fmt::format("programs of materials cannot be tried: '{}' cannot be started ({}); it belongs beside the running program", path, std::strerror(failure)));
-    return ProgramTrial(pid, std::move(readEnd), now + std::chrono::seconds(kSeconds));
-}
-
-ProgramTrial::ProgramTrial(ProgramTrial&& other) noexcept
-    : child_(std::exchange(other.child_, -1)), output_(std::move(other.output_)), deadline_(other.deadline_), said_(std::move(other.said_)) {}
-
-ProgramTrial::~ProgramTrial() {
-    if (child_ <= 0) return;
-    ::kill(child_, SIGKILL);
-    (void)reap();
-}
-
-int ProgramTrial::reap() {
-    int status = 0;
-    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) {
-    }
-    child_ = -1;
-    return status;
+    // No file is written there, a cache's neither.
+    Expected<ChildProgram> child = ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-try-program") : program,
+                                                        .arguments = {"--parent", std::to_string(::getpid())},
+                                                        .environment = {"MESA_SHADER_CACHE_DISABLE=true"},
+                                                        .files = {{input->get(), 0}, {writeEnd.get(), 1}}});
+    if (!child) return fail(child.error().code, "programs of materials cannot be tried: " + child.error().message);
+    return ProgramTrial(std::move(*child), std::move(readEnd), now + std::chrono::seconds(kSeconds));
 }
 
 std::optional<TrialVerdict> ProgramTrial::poll(TimePoint now, Duration patience) {
@@ -118,16 +67,14 @@ std::optional<TrialVerdict> ProgramTrial::poll(TimePoint now, Duration patience)
         }
     }
     if (now < deadline_) return std::nullopt;
-    ::kill(child_, SIGKILL);
-    (void)reap();
+    (void)child_.kill();
     return TrialVerdict{SurfaceProgram::kBad, fmt::format("trying it took longer than {} s", kSeconds)};
 }
 
 /// The pipe has come to its end.
 TrialVerdict ProgramTrial::ended() {
     // It may have closed the pipe alone.
-    ::kill(child_, SIGKILL);
-    const int status = reap();
+    const int status = child_.kill();
     said_.resize(std::min(said_.size(), kMostSaid));
     // A compiler's words, which quote a stranger's, go to a terminal.
     for (char& c : said_)

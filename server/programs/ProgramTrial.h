@@ -1,11 +1,11 @@
 /// Has one program of a person tried, by a process of its own: the server links no GL, and compiles nobody's text.
 #pragma once
 
-#include <sys/types.h>
-
 #include <optional>
 #include <string>
+#include <utility>
 
+#include "common/base/ChildProgram.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/FileHandle.h"
@@ -24,9 +24,6 @@ class ProgramTrial {
 public:
     /// `program`: the path of tessera-try-program; empty: beside the running one.
     [[nodiscard]] static Expected<ProgramTrial> start(const SurfaceProgram& what, const std::string& program, TimePoint now);
-    ProgramTrial(ProgramTrial&& other) noexcept;
-    ProgramTrial& operator=(ProgramTrial&&) = delete;
-    ~ProgramTrial();
 
     /// Nothing: it goes on. Never waits, but for as long as `patience`.
     [[nodiscard]] std::optional<TrialVerdict> poll(TimePoint now, Duration patience = {});
@@ -35,11 +32,10 @@ public:
     static constexpr int kProcessorSeconds = 2, kSeconds = 20;
 
 private:
-    ProgramTrial(pid_t child, FileHandle output, TimePoint deadline) : child_(child), output_(std::move(output)), deadline_(deadline) {}
+    ProgramTrial(ChildProgram child, FileHandle output, TimePoint deadline) : child_(std::move(child)), output_(std::move(output)), deadline_(deadline) {}
     [[nodiscard]] TrialVerdict ended();
-    int reap();
 
-    pid_t child_ = -1;
+    ChildProgram child_;
     FileHandle output_;
     TimePoint deadline_;
     std::string said_;
