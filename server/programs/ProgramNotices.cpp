@@ -214,13 +214,12 @@ public:
         list_.place(id, parent);
         return id;
     }
-    /// Seen as it is, whatever shines on it, and without a shadow: blended, which what is wholly opaque is not.
+    /// Seen as it is, whatever shines on it. Letters are opaque: what is blended would be sorted among the triangles of the sheet behind them.
     ObjectId material(const Vec4f& color) {
         const ObjectId id = make<Material>();
         setField<&Material::baseColor>(list_, id, color);
         setField<&Material::unlit>(list_, id, true);
         setField<&Material::doubleSided>(list_, id, true);
-        setField<&Material::alphaMode>(list_, id, Material::kBlend);
         return id;
     }
 
@@ -235,7 +234,7 @@ void buildNotices(const Aspect& scene, ChangeListBuilder& list, const std::vecto
     const ObjectId top = build.node(kRootNode, kProgramNoticesName, object);
     setField<&CollisionObject::node>(list, object, top);
     setField<&CollisionObject::layers>(list, object, std::int64_t{0});
-    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 0.98f));
+    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
     const ObjectId sheet = build.make<Geometry>();
     setField<&Geometry::positions>(list, sheet, plateShape().positions);
     setField<&Geometry::normals>(list, sheet, plateShape().normals);
