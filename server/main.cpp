@@ -33,7 +33,7 @@ struct Arguments {
     std::string record;
     std::string journal;
     unsigned threads = 1;
-    bool noInput = false;
+    bool noInput = false, noNotices = false;
     bool progress = false;
     bool testPicture = false;
     bool allowUnconfined = false;
@@ -79,6 +79,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.threads = arguments.threads;
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.takesInput = !arguments.noInput;
+    options.notices = !arguments.noNotices;
     options.onListening = [](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         std::fflush(stdout);
@@ -153,6 +154,7 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1, 256));
     app.add_flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
     app.add_flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
+    app.add_flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
     app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     app.add_flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");

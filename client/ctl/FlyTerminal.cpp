@@ -43,6 +43,7 @@ std::string_view TerminalKeys::help() {
     return "w a s d  go and step aside     q e  down, up     capitals: faster     + -  the pace; orbit: nearer, farther\n"
            "arrows   look; orbit: around   z c  roll         l  upright           Tab  fly, orbit, walk\n"
            "f  fit all   Backspace, Home  the first view   1 … 9  to a bookmark, k 1 … 9 keeps one\n"
+           "g  takes hold of the manipulator's handle in the middle of the wall: arrows lead it, g or Space lets go\n"
            "Space  stop   ?  these keys   x, Escape  end\n";
 }
 
@@ -90,7 +91,13 @@ void TerminalKeys::key(char c, Clock::time_point now) {
         case '\b':
         case 127:
             return state_.ask(InputAction::kHome);
+        case 'g':
+            hand_ = !hand_;
+            if (!hand_) return;
+            ++state_.asked[kHandTakes];
+            return state_.ask(InputAction::kGrab);
         case ' ':
+            hand_ = false;
             for (Held& held : held_) held.until = {};
             return;
         case 'x':
@@ -105,6 +112,7 @@ void TerminalKeys::key(char c, Clock::time_point now) {
 
 /// The last letter of what arrows and the like send behind Escape and a bracket.
 void TerminalKeys::sequence(char last, Clock::time_point now) {
+    if (hand_ && last >= 'A' && last <= 'D') return leadHand(last == 'C' ? 1 : last == 'D' ? -1 : 0, last == 'B' ? 1 : last == 'A' ? -1 : 0);
     switch (last) {
         case 'A':
         case 'B':
@@ -117,6 +125,11 @@ void TerminalKeys::sequence(char last, Clock::time_point now) {
         default:
             return;
     }
+}
+
+void TerminalKeys::leadHand(int right, int down) {
+    state_.lookRight += static_cast<std::uint64_t>(right * kHandStep);
+    state_.lookDown += static_cast<std::uint64_t>(down * kHandStep);
 }
 
 void TerminalKeys::take(char c, Clock::time_point now) {
@@ -161,6 +174,7 @@ const InputState& TerminalKeys::at(Clock::time_point now) {
     for (const Held& held : held_)
         if (now < held.until) state_.*held.axis = static_cast<std::int16_t>(held.direction * InputState::kFull);
     if (now < fasterUntil_) state_.held = InputState::kFaster;
+    if (hand_) state_.held |= kHandHolds;
     return state_;
 }
 

@@ -9,7 +9,7 @@
 
 #include "client/ctl/Answer.h"
 #include "common/application/Application.h"
-#include "common/input/InputState.h"
+#include "common/input/HandInput.h"
 
 namespace tessera {
 
@@ -19,6 +19,7 @@ class TerminalKeys {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds kHold{300};
+    static constexpr std::int64_t kHandStep = InputState::kUnit / 50;  ///< of an arrow, while the hand holds something: a part of the wall's height
     static constexpr std::chrono::milliseconds kLoneEscape{150};  ///< an Escape with nothing behind it for so long is one
 
     /// What the terminal has sent, however it was cut on its way: the begin of a sequence waits for its rest. A lone Escape,
@@ -36,6 +37,8 @@ private:
     void key(char c, Clock::time_point now);
     void sequence(char last, Clock::time_point now);
     void take(char c, Clock::time_point now);
+    /// Arrows, while the hand holds something: a step of it.
+    void leadHand(int right, int down);
 
     enum class Place : std::uint8_t { kBetween, kBehindEscape, kInSequence };
     struct Held {
@@ -49,6 +52,7 @@ private:
     std::string parameters_;  ///< of the sequence so far; no more than any that counts has
     InputState state_;
     bool keeps_ = false, over_ = false;
+    bool hand_ = false;  ///< it has taken hold in the middle of the wall
 };
 
 /// Until a key ends it, or the server does. kUsage: no terminal here.

@@ -325,6 +325,7 @@ Expected<void> runWindow(WindowOptions options) {
         }
         if (event.type != another) continue;
         const PanePicture picture = follower.picture();
+        input.pictureIs(picture.widthPx, picture.heightPx);
         auto shown = pane->show(&picture);
         if (log) {
             fmt::print(log.get(), "{} {} {}\n", picture.number, picture.shownAtNs, nowNs());

@@ -32,6 +32,13 @@ void add(std::uint64_t& sum, double& rest, double ways) {
     sum += static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
 }
 
+/// A window that is closing has no size.
+DesktopRect sizeOf(Uint32 window) {
+    DesktopRect size;
+    if (SDL_Window* const there = SDL_GetWindowFromID(window)) SDL_GetWindowSize(there, &size.width, &size.height);
+    return size;
+}
+
 std::uint16_t across(int at, int size) {
     return static_cast<std::uint16_t>(std::clamp(std::lround(65535.0 * at / std::max(1, size)), 0l, 65535l));
 }
@@ -45,6 +52,7 @@ std::string_view WindowInput::keys() {
            "Shift             faster                   wheel                 the pace; orbit: nearer, farther\n"
            "Z, C              roll     L  upright      Tab                   fly, orbit, walk; or F2, F3, F4\n"
            "F                 fit what is below the cursor, else all; Shift+F fit all      Home  back to the first view\n"
+           "left drag from a handle of a manipulator moves, turns or scales what it belongs to; the release ends the step of undo\n"
            "1 … 9             to a bookmark; Ctrl+1 … 9 keeps one         F1, H  these keys      Escape  closes the window\n"
            "Game pad: sticks go and look, triggers go up and down, shoulders roll, a pressed left stick is faster;\n"
            "          A next mode, B upright, X fit all, Y home\n";
@@ -67,6 +75,7 @@ bool WindowInput::held(std::initializer_list<SDL_Scancode> keys) const {
 void WindowInput::release() {
     keys_ = {};
     buttons_ = 0;
+    hand_ = false;
     for (auto& [id, pad] : pads_) {
         pad.axes = {};
         pad.buttons = {};
@@ -74,10 +83,20 @@ void WindowInput::release() {
 }
 
 void WindowInput::point(Uint32 window, int x, int y) {
-    int width = 1, height = 1;
-    if (SDL_Window* const there = SDL_GetWindowFromID(window)) SDL_GetWindowSize(there, &width, &height);
-    state_.cursorX = across(x, width);
-    state_.cursorY = across(y, height);
+    const DesktopRect picture = pictureIn(window);
+    state_.cursorX = across(x - picture.x, picture.width);
+    state_.cursorY = across(y - picture.y, picture.height);
+}
+
+DesktopRect WindowInput::pictureIn(Uint32 window) const {
+    const DesktopRect whole = sizeOf(window);
+    if (pictureWidth_ <= 0 || pictureHeight_ <= 0 || whole.width <= 0 || whole.height <= 0) return whole;
+    return fitted(pictureWidth_, pictureHeight_, whole.width, whole.height);
+}
+
+void WindowInput::pictureIs(int widthPx, int heightPx) {
+    pictureWidth_ = widthPx;
+    pictureHeight_ = heightPx;
 }
 
 bool WindowInput::keyDown(const SDL_KeyboardEvent& key) {
@@ -138,8 +157,7 @@ void WindowInput::drag(const SDL_MouseMotionEvent& motion) {
     y_ = motion.y;
     window_ = motion.windowID;
     if (buttons_ == 0) return;
-    int height = 0;
-    if (SDL_Window* const there = SDL_GetWindowFromID(motion.windowID)) SDL_GetWindowSize(there, nullptr, &height);
+    const int height = pictureIn(motion.windowID).height;
     if (height <= 0) return;
     const bool shifts = (buttons_ & (SDL_BUTTON_MMASK | SDL_BUTTON_RMASK)) != 0 || held({SDL_SCANCODE_LSHIFT, SDL_SCANCODE_RSHIFT});
     const double right = static_cast<double>(motion.xrel) / height, down = static_cast<double>(motion.yrel) / height;
@@ -164,8 +182,13 @@ bool WindowInput::take(const SDL_Event& event) {
             buttons_ |= SDL_BUTTON(event.button.button);
             point(event.button.windowID, event.button.x, event.button.y);
             state_.ask(InputAction::kGrab);
+            if (buttons_ == SDL_BUTTON_LMASK && !held({SDL_SCANCODE_LSHIFT, SDL_SCANCODE_RSHIFT})) {
+                ++state_.asked[kHandTakes];
+                hand_ = true;
+            }
             break;
         case SDL_MOUSEBUTTONUP:
+            if (event.button.button == SDL_BUTTON_LEFT) hand_ = false;
             if (event.button.button >= SDL_BUTTON_LEFT && event.button.button <= SDL_BUTTON_RIGHT) buttons_ &= ~SDL_BUTTON(event.button.button);
             break;
         case SDL_MOUSEWHEEL:
@@ -232,7 +255,7 @@ void WindowInput::fold() {
     state_.turnRight = full(turnRight);
     state_.turnUp = full(turnUp);
     state_.rollRight = full(roll);
-    state_.held = faster ? static_cast<std::uint32_t>(InputState::kFaster) : 0u;
+    state_.held = (faster ? static_cast<std::uint32_t>(InputState::kFaster) : 0u) | (hand_ ? kHandHolds : 0u);
 }
 
 InputPipe::InputPipe(int descriptor) : socket_(descriptor) {}

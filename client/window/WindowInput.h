@@ -7,8 +7,9 @@
 #include <map>
 #include <string_view>
 
+#include "client/window/Monitors.h"
 #include "common/base/FileHandle.h"
-#include "common/input/InputState.h"
+#include "common/input/HandInput.h"
 
 namespace tessera {
 
@@ -24,6 +25,8 @@ public:
     /// Any event; those that are none of its own leave the state as it is. True: the keys are asked for (F1 or H).
     bool take(const SDL_Event& event);
     [[nodiscard]] const InputState& state() const { return state_; }
+    /// Of what stands in the window: where a window has another shape, there is black beside it, and the cursor counts within the picture.
+    void pictureIs(int widthPx, int heightPx);
 
     /// Which key does what, for a terminal.
     [[nodiscard]] static std::string_view keys();
@@ -39,6 +42,7 @@ private:
     void padButton(SDL_GameControllerButton button);
     void drag(const SDL_MouseMotionEvent& motion);
     void point(Uint32 window, int x, int y);
+    [[nodiscard]] DesktopRect pictureIn(Uint32 window) const;
     void release();
     void fold();
     [[nodiscard]] bool held(std::initializer_list<SDL_Scancode> keys) const;
@@ -48,6 +52,8 @@ private:
     std::uint32_t buttons_ = 0;  ///< of the mouse: SDL_BUTTON masks
     int x_ = 0, y_ = 0;          ///< of the mouse
     Uint32 window_ = 0;
+    int pictureWidth_ = 0, pictureHeight_ = 0;  ///< 0: it fills the window
+    bool hand_ = false;                         ///< the left button took hold, and is down
     std::map<SDL_JoystickID, Pad> pads_;
     double lookRight_ = 0, lookDown_ = 0, panRight_ = 0, panDown_ = 0, wheel_ = 0;  ///< parts of a unit that are left
 };

@@ -5,14 +5,18 @@
 #include "common/drawable/Drawable.h"
 #include "common/drawable/VolumeShapes.h"
 #include "common/scene/Action.h"
+#include "common/scene/ServerNodes.h"
 
 namespace tessera {
 
-Box sceneBounds(const Aspect& scene, ObjectId from) {
+namespace {
+
+Box boundsBelow(const Aspect& scene, ObjectId from, bool ofServers) {
     Box bounds;
     std::unordered_map<MeshKey, Box, MeshKeyHash> local;
     Action action;
     action.onNode([&](const Visit& visit) {
+        if (!ofServers && visit.nodeId != from && isServersOwn(scene, visit.node)) return Descend::kPast;
         const Drawable drawable = drawableOf(scene, visit.node);
         if (!drawable) return Descend::kInto;
         const auto [it, isNew] = local.try_emplace(drawable.key());
@@ -23,6 +27,13 @@ Box sceneBounds(const Aspect& scene, ObjectId from) {
     });
     action.run(scene, from);
     return bounds;
+}
+
+}  // namespace
+
+Box sceneBounds(const Aspect& scene, ObjectId from) {
+    const Box bounds = boundsBelow(scene, from, false);
+    return bounds.empty() ? boundsBelow(scene, from, true) : bounds;
 }
 
 }  // namespace tessera

@@ -21,6 +21,7 @@
 #include <unordered_set>
 
 #include "common/base/Version.h"
+#include "common/scene/ServerNodes.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/scenefile/SceneSchema.h"
 #include "proto/scene.pb.h"
@@ -88,15 +89,9 @@ private:
             if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
             if (const Node* node = object.as<Node>())
                 for (const ObjectId child : node->children)
-                    if (!isHandles(*node, child)) next.push_back(child);
+                    if (!isServersOwn(scene_, *scene_.get<Node>(child))) next.push_back(child);
             open.insert(open.end(), next.rbegin(), next.rend());
         }
-    }
-
-    /// Handles of a manipulator are made by whoever serves the scene (server/manipulators): no file has them.
-    bool isHandles(const Node& bearer, ObjectId child) const {
-        const Node* node = scene_.coreOf<Manipulator>(bearer) ? scene_.get<Node>(child) : nullptr;
-        return node && node->name == "handles" && scene_.coreOf<InverseTransform>(*node);
     }
 
     const pb::FieldDescriptor& objectField(int number) const { return schema_.objectField(number); }
@@ -117,7 +112,7 @@ private:
         reflection.SetUInt32(&out, &objectField(SceneSchema::kNumber), numbers_[id]);
         if (const Node* node = object.as<Node>())
             for (const ObjectId child : node->children)
-                if (!isHandles(*node, child)) reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
+                if (!isServersOwn(scene_, *scene_.get<Node>(child))) reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
         pb::Message& value = *reflection.MutableMessage(&out, type.inObject);
         for (const SceneSchema::Field& field : type.fields) {
             FieldValue present = field.entry->load(object);

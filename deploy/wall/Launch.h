@@ -39,7 +39,8 @@ struct LaunchOptions {
     std::string listen;        ///< of the server; empty: chosen
     std::string ssh = "ssh";
     bool testPicture = false;  ///< instead of the scene
-    bool noInput = false;  ///< of the server: nobody flies
+    bool noInput = false;    ///< of the server: nobody flies
+    bool noNotices = false;  ///< and the wall says nothing of bad programs
     bool allowUnconfined = false;
     std::string executable;  ///< our own path: the other programs lie beside it
 };

@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
     app.add_flag("--test-picture", options.testPicture, "Show the test picture; a scene is not needed");
     app.add_flag("--restart", options.restart, "Start a client again that has died");
     app.add_flag("--no-input", options.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
+    app.add_flag("--no-notices", options.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
     app.add_flag("--allow-unconfined-import", options.allowUnconfined,
                  "Import even where the importing process\ncannot be confined");
     try {

@@ -10,11 +10,10 @@
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/ServerNodes.h"
 
 namespace tessera {
 namespace {
-
-constexpr const char* kTopName = "handles";
 
 Vec3f colorOf(HandleColor color) {
     constexpr std::array<std::array<float, 3>, kHandleColors> kColors{{{0.9f, 0.08f, 0.08f}, {0.1f, 0.75f, 0.1f}, {0.12f, 0.25f, 1.0f},
@@ -45,7 +44,7 @@ const Node* only(const Aspect& scene, const Node& parent, ObjectId& core) {
 std::optional<ObjectId> topOf(const Aspect& scene, const Node& bearer) {
     for (std::size_t i = 0; i < bearer.children.size(); ++i) {
         const Node* child = scene.get<Node>(bearer.children[i]);
-        if (child->name == kTopName && scene.coreOf<InverseTransform>(*child)) return bearer.children[i];
+        if (child->name == kHandlesName && scene.coreOf<InverseTransform>(*child)) return bearer.children[i];
     }
     return std::nullopt;
 }
@@ -191,7 +190,7 @@ void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer
            std::int64_t held) {
     Build made(list, placeholders);
     const auto [outer, inner] = twoPoses(placed.frame.world_T_frame);
-    const ObjectId top = made.node(bearer, kTopName, made.make<InverseTransform>());
+    const ObjectId top = made.node(bearer, kHandlesName.data(), made.make<InverseTransform>());
     const ObjectId below = made.node(made.node(top, "turn", made.transform(outer)), "turn", made.transform(inner));
     const ObjectId object = made.make<CollisionObject>();
     const ObjectId pieces = made.node(below, "pieces", object);

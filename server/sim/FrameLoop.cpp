@@ -102,6 +102,7 @@ struct FrameLoop::Impl {
     AnswerGate gate;
     Simulation simulation;
     ViewSource view;
+    ManipulatorDrags drags;
     Steering steering;
     Report report;
     Tracking tracking;
@@ -109,6 +110,7 @@ struct FrameLoop::Impl {
     notice::Poses poses;  ///< of the newest frame
     LevelChoice levels;
     ProgramTrials programs;
+    ProgramNotices notices;
     InlineLoading inlines;
     FrameBudget budget;
     Movies movies;
@@ -144,12 +146,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       opened(openJournal()),
       simulation({.threads = options.threads}),
       view(options.wall, options.camera),
-      steering({.wall = options.wall, .simulation = simulation, .view = view, .takesInput = options.takesInput}),
+      steering({.wall = options.wall, .simulation = simulation, .view = view, .takesInput = options.takesInput, .drags = &drags}),
       report(options.wall, join(options.scenes)),
       tracking(options.wall),
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
       levels(options.wall),
+      notices(options.wall),
       inlines(options.wall),
       budget(options.wall.budgetMs),
       movies(filmOpener(options.allowed, options.import.assetFolders, options.scenes)),
@@ -164,6 +167,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .steering = &steering,
              .levels = &levels,
              .programs = &programs,
+             .notices = options.notices ? &notices : nullptr,
              .inlines = &inlines,
              .budget = &budget,
              .movies = &movies}),
@@ -190,6 +194,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .simulation = simulation,
             .view = view,
             .loader = loader,
+            .drags = drags,
             .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); },
             .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
@@ -424,6 +429,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
             log.warning(fmt::format("starting without: {}", join(missing)));
     FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
     poses = tracking.poses(number, made.view);
+    steering.wands(poses.wands);
     snapshots.follow(made.result.commit);
     report.frameBegins();
     pacing.began(now);

@@ -48,6 +48,7 @@ Expected<void> FrameMaker::sceneIsThere() {
     around_.view.update(around_.simulation.scene(), nullptr);
     if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
     if (around_.programs) around_.programs->update(around_.simulation.scene(), nullptr);
+    if (around_.notices) around_.notices->update(around_.simulation.scene(), nullptr);
     if (around_.movies) around_.movies->update(around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
@@ -63,6 +64,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
         if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
     addPictures(first, edits, now);
+    addNotices(edits);
     addVerdicts(edits);
     for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
     if (around_.inlines)
@@ -83,9 +85,11 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.notices) around_.notices->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.movies) around_.movies->update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
+    for (const std::string& remark : around_.steering ? around_.steering->takeRemarks() : std::vector<std::string>()) around_.log.info(remark);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
         lastView_ = *view;
     } else if (!std::exchange(cameraComplaint_, true)) {
@@ -133,6 +137,12 @@ void FrameMaker::addVerdicts(std::vector<Edit>& edits) {
     ChangeList verdicts = around_.programs->verdicts(around_.simulation.scene(), clockNow());
     for (const std::string& remark : around_.programs->takeRemarks()) around_.log.warning(remark);
     if (!verdicts.empty()) edits.insert(edits.begin(), Edit{.ticket = ProgramTrials::kTicket, .list = std::move(verdicts), .undoable = false});
+}
+
+void FrameMaker::addNotices(std::vector<Edit>& edits) {
+    if (!around_.notices) return;
+    if (ChangeList notices = around_.notices->notices(around_.simulation.scene(), lastView_); !notices.empty())
+        edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(notices), .undoable = false});
 }
 
 void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {

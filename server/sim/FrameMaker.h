@@ -11,6 +11,7 @@
 #include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
 #include "server/movies/Movies.h"
+#include "server/programs/ProgramNotices.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/FrameBudget.h"
@@ -42,6 +43,7 @@ public:
         Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
         LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
         ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
+        ProgramNotices* notices = nullptr;  ///< null: walls do not say what is wrong with programs
         InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines
         const FrameBudget* budget = nullptr;  ///< null: frames have all of their detail
         Movies* movies = nullptr;  ///< null: no film plays
@@ -76,6 +78,8 @@ private:
     [[nodiscard]] Expected<void> sceneIsThere();
     /// What has come out of programs goes into the frame as an edit of the server's own.
     void addVerdicts(std::vector<Edit>& edits);
+    /// What the wall says of bad programs, by where the reader stood in the frame before, likewise.
+    void addNotices(std::vector<Edit>& edits);
     /// What films show next, likewise.
     void addPictures(bool first, std::vector<Edit>& edits, TimePoint now);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/manipulators/ManipulatorDisplay.h"
+#include "server/programs/ProgramNotices.h"
 #include "server/sim/display/ContactDisplay.h"
 
 namespace tessera {
@@ -11,6 +12,7 @@ namespace {
 std::vector<Blob> arraysOfOurOwn() {
     std::vector<Blob> all = ContactDisplay::blobs();
     for (Blob& blob : ManipulatorDisplay::blobs()) all.push_back(std::move(blob));
+    for (Blob& blob : ProgramNotices::blobs()) all.push_back(std::move(blob));
     return all;
 }
 

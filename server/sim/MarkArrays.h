@@ -1,4 +1,4 @@
-/// The arrays of the display of contacts and of handles, at every host before anybody asks for them.
+/// The arrays of the display of contacts, of handles and of notices, at every host before anybody asks for them.
 #pragma once
 
 #include <limits>

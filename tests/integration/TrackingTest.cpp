@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "common/application/Application.h"
+#include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/unit/tracking/TrackerBytes.h"
 
@@ -201,6 +202,56 @@ TEST_F(TrackedWall, AWandsStickFliesWhereItPoints) {
         stick("1.0 0");
         return (turned.inverse() * poses.wands[0].worldOrientation * -Vec3d::UnitZ()).x() > 0.2;  // to the right
     })) << wall_->logs();
+}
+
+/// Straight down at an arrow that points to the right; the first button takes hold of it.
+TEST_F(TrackedWall, AWandsFirstButtonDragsAHandle) {
+    start("", {"--rate", "60"});
+    ASSERT_EQ(wall_->ctl({"view", "--position", "0", "50", "0", "--orientation", "1", "0", "0", "0", "--scale", "1"}).exitCode, 0);
+    ChangeListBuilder list;
+    const ObjectId place{kFirstPlaceholder}, cart{kFirstPlaceholder + 1}, handles{kFirstPlaceholder + 2}, bearer{kFirstPlaceholder + 3};
+    list.create(place, typeOf<Transform>());
+    list.create(cart, typeOf<Node>());
+    list.create(handles, typeOf<Manipulator>());
+    list.create(bearer, typeOf<Node>());
+    setField<&Transform::translation>(list, place, Vec3d(-0.4, 50, 0));
+    setField<&Node::core>(list, cart, place);
+    setField<&Node::name>(list, cart, std::string("cart"));
+    setField<&Manipulator::target>(list, handles, cart);
+    setField<&Manipulator::size>(list, handles, 1.0);
+    setField<&Node::core>(list, bearer, handles);
+    setField<&Node::name>(list, bearer, std::string("arrows"));
+    list.place(cart, kRootNode);
+    list.place(bearer, kRootNode);
+    ASSERT_TRUE(application_->propose(list.take()));
+    const TrackerSocket tracker;
+    const auto wandAt = [&](double xMm, unsigned buttons) {
+        tracker.send(port_, fmt::format("fr 1\r\n6df2 1 1 [0 1.000 4 2][{} 1500.0 0.0][1 0 0 0 0 -1 0 1 0][{} 0 0]\r\n", xMm, buttons));
+    };
+    const auto field = [&](const char* node, const char* name) { return wall_->ctl({"get", node, name}).output; };
+    ASSERT_TRUE(until([&](const notice::Poses& poses) {
+        wandAt(0, 0);
+        return poses.wands.size() == 1 && poses.wands[0].tracked && std::abs(poses.wands[0].position.x()) < 1e-3;
+    })) << wall_->logs();
+    EXPECT_EQ(field("/arrows", "held"), "0\n");
+    ASSERT_TRUE(until([&](const notice::Poses&) {
+        wandAt(0, 1);
+        return field("/arrows", "held") != "0\n";
+    })) << wall_->logs();
+    ASSERT_TRUE(until([&](const notice::Poses& poses) {
+        wandAt(250, 1);
+        return std::abs(poses.wands[0].position.x() - 0.25) < 1e-3;
+    })) << wall_->logs();
+    double x = 0, y = 0, z = 1;
+    EXPECT_TRUE(until([&](const notice::Poses&) {
+        wandAt(250, 1);
+        return std::sscanf(field("/cart", "translation").c_str(), "%lf %lf %lf", &x, &y, &z) == 3 && std::abs(x - -0.15) < 0.01;
+    })) << field("/cart", "translation");
+    EXPECT_EQ(y, 50);
+    EXPECT_EQ(z, 0);
+    // A tracker that falls silent holds nothing.
+    EXPECT_TRUE(until([&](const notice::Poses&) { return field("/arrows", "held") == "0\n"; }));
+    EXPECT_EQ(ask({"status"})["undo_depth"], 2) << "what was made, and one drag";
 }
 
 TEST_F(TrackedWall, AStickWhoseTrackerFallsSilentIsLetGo) {

@@ -14,7 +14,7 @@ namespace tessera {
 
 namespace {
 constexpr std::size_t kMostNoteBytes = 500;
-constexpr std::uint64_t kHeldTicket = ~std::uint64_t{3};  ///< of what is said of held handles; nobody waits for it
+constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said of held handles; nobody waits for it
 
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
@@ -217,7 +217,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wis
     const std::uint64_t holder = asker.connection.value;
     Simulation& simulation = around_.simulation;
     if (wish.deed == Deed::kRelease) {
-        drags_.release(holder);
+        around_.drags.release(holder);
         return answer(asker, ApplicationAnswer(answer::Done{}));
     }
     const Expected<Ray> ray = wish.ray ? *wish.ray : rayOf(wish.aim);
@@ -225,7 +225,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wis
     const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
     if (wish.deed == Deed::kGrab) {
         if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-        const Expected<ManipulatorDrags::Held> held = drags_.grab(simulation.scene(), simulation.manipulators(), holder, *ray, drivers);
+        const Expected<ManipulatorDrags::Held> held = around_.drags.grab(simulation.scene(), simulation.manipulators(), holder, *ray, drivers);
         if (!held) return refuse(asker, held.error());
         return answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
                                                               .node = held->node,
@@ -235,12 +235,12 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wis
                                                               .yPx = wish.aim.yPx,
                                                               .t = held->t}));
     }
-    Expected<ChangeList> list = drags_.drag(simulation.scene(), holder, *ray, drivers);
+    Expected<ChangeList> list = around_.drags.drag(simulation.scene(), holder, *ray, drivers);
     if (!list) return refuse(asker, list.error());
     if (list->empty()) return answer(asker, ApplicationAnswer(answer::Committed{.sequence = simulation.sequence(), .ids = {}, .stopped = {}}));
     const std::uint64_t ticket = nextTicket_++;
     // Not a number that proposals of this application could name: theirs count from 1 up.
-    const Gesture gesture{holder, ~drags_.gesture(holder)};
+    const Gesture gesture{holder, ~around_.drags.gesture(holder)};
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(*list), .gesture = gesture}};
     return queueEdit(ticket, {}, now);
 }
@@ -420,7 +420,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     news_.applicationLeft(connection);
     if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
-    drags_.release(connection.value);
+    around_.drags.release(connection.value);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.
     const auto leftBehind = [&](const auto& entry) {
@@ -464,8 +464,11 @@ std::vector<Edit> RequestDesk::takeEdits() {
     }
     ready_ = std::move(later);
     // Beside steps of undo there is nothing else in a frame.
-    if (std::ranges::none_of(edits, isStep, &Edit::kind))
-        if (ChangeList held = drags_.corrections(around_.simulation.scene(), around_.simulation.manipulators()); !held.empty())
+    const bool noStep = std::ranges::none_of(edits, isStep, &Edit::kind);
+    if (around_.steering && editsRefused()) around_.steering->letGoOfHandles();
+    if (around_.steering && noStep) std::ranges::move(around_.steering->takeEdits(), std::back_inserter(edits));
+    if (noStep)
+        if (ChangeList held = around_.drags.corrections(around_.simulation.scene(), around_.simulation.manipulators()); !held.empty())
             edits.push_back({.ticket = kHeldTicket, .list = std::move(held), .undoable = false});
     takePart(edits);
     return edits;

@@ -49,6 +49,7 @@ public:
         Simulation& simulation;
         ViewSource& view;
         Loader& loader;
+        ManipulatorDrags& drags;
         std::string journal = {};  ///< its folder; empty: there is none
         /// Why no edit is taken at present; empty: none is ever refused for that.
         std::function<std::optional<Error>()> editsRefused = {};
@@ -166,7 +167,6 @@ private:
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;
-    ManipulatorDrags drags_;  ///< by connection
     FrameNews news_;
 };
 

@@ -1,6 +1,7 @@
 #include "server/sim/navigation/Steering.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -18,15 +19,18 @@ std::string nameOfApplication(std::uint64_t application) {
 
 Steering::Steering(const Surroundings& around) : around_(around), navigator_(around.wall), setByHand_(around.view.setByHand()) {
     for (const WallHost& host : around.wall.hosts) tiles_[host.name] = tilesOf(around.wall, host.name);
+    if (around.drags) hands_.emplace(around.simulation, *around.drags);
 }
 
 void Steering::received(const std::string& host, const std::vector<InputState>& states, TimePoint at) {
     if (!around_.takesInput) return;
-    for (const InputState& state : states) sources_.take(host, state, at);
+    // What hands on handles do is not for the view.
+    for (const InputState& state : states) sources_.take(host, hands_ ? hands_->take(host, state, aimOf(host, state.source)) : state, at);
 }
 
 void Steering::hostLeft(const std::string& host) {
     sources_.end(host);
+    if (hands_) hands_->end(host);
 }
 
 Expected<void> Steering::asked(std::uint64_t application, const request::Navigate& wish, TimePoint at) {
@@ -66,14 +70,23 @@ Expected<void> Steering::asked(std::uint64_t application, const request::Navigat
         InputState state = *wish.input;
         state.source = 0;
         // It has one source, whose sums begin at 0: its first word counts, too.
-        if (!sources_.knows(nameOfApplication(application))) sources_.take(nameOfApplication(application), {}, at);
-        sources_.take(nameOfApplication(application), state, at);
+        const std::string name = nameOfApplication(application);
+        if (!sources_.knows(name)) {
+            sources_.take(name, {}, at);
+            if (hands_) (void)hands_->take(name, {}, aimOfApplication());
+        }
+        sources_.take(name, hands_ ? hands_->take(name, state, aimOfApplication()) : state, at);
     }
     return {};
 }
 
 void Steering::applicationLeft(std::uint64_t application) {
     sources_.end(nameOfApplication(application));
+    if (hands_) hands_->end(nameOfApplication(application));
+}
+
+void Steering::wands(const std::vector<WandState>& wands) {
+    if (hands_ && around_.takesInput) hands_->take(wands);
 }
 
 void Steering::add(const NavigationInput& input, const std::string& who) {
@@ -108,6 +121,52 @@ std::optional<InputSources::Place> Steering::placeOf(const View& view, const std
     if (!(away > 1e-3)) return std::nullopt;
     return InputSources::Place{.ray = {.origin = eye, .direction = towards.normalized()},
                                .height = up.norm() * tile.rect.height / whole.height / away};
+}
+
+std::optional<Ray> Steering::rayThrough(Tile tile, double x, double y) const {
+    // A window of both eyes: from between them.
+    if (tile.output.stereo != StereoPacking::kNone) tile.eye = Eye::kCenter;
+    const Expected<View> view = around_.view.view(around_.simulation.scene());
+    const Screen* screen = around_.wall.findScreen(tile.screen);
+    if (!view || !screen) return std::nullopt;
+    const ScreenPixels whole = screenPixels(*screen);
+    const double u = (tile.rect.x + x * tile.rect.width) / whole.width, v = (tile.rect.y + (1 - y) * tile.rect.height) / whole.height;
+    const Vec3d at = screen->lowerLeft + u * (screen->lowerRight - screen->lowerLeft) + v * (screen->upperLeft - screen->lowerLeft);
+    // The eye that the tile is drawn for.
+    const Vec3d eye = tileCamera(around_.wall, tile, *view).eyeWorld;
+    return Ray{.origin = eye, .direction = (view->world_T_wall() * at - eye).normalized()};
+}
+
+HandleInput::Aim Steering::aimOf(const std::string& host, std::uint32_t source) const {
+    const auto known = tiles_.find(host);
+    if (known == tiles_.end() || source >= known->second.size()) return {.rayAt = [](double, double) { return std::nullopt; }};
+    const Tile& tile = known->second[source];
+    return {.rayAt = [this, &tile](double x, double y) { return rayThrough(tile, x, y); },
+            .heightPerWidth = static_cast<double>(tile.rect.height) / tile.rect.width};
+}
+
+HandleInput::Aim Steering::aimOfApplication() const {
+    if (around_.wall.screens.empty()) return {.rayAt = [](double, double) { return std::nullopt; }};
+    const ScreenPixels mosaic = mosaicPixels(around_.wall.screens.front());
+    const auto rayAt = [this, mosaic](double x, double y) -> std::optional<Ray> {
+        // From below, as tiles lie; the nearest tile's picture goes on beyond its edges.
+        const double column = x * mosaic.width, row = (1 - y) * mosaic.height;
+        const Tile* nearest = nullptr;
+        double least = 0;
+        for (const auto& [host, tiles] : tiles_)
+            for (const Tile& tile : tiles) {
+                const PixelRect& r = tile.mosaicRect;
+                if (tile.screen != around_.wall.screens.front().name) continue;
+                const double away = std::hypot(std::max({r.x - column, 0.0, column - r.x - r.width}), std::max({r.y - row, 0.0, row - r.y - r.height}));
+                if (nearest && away >= least) continue;
+                nearest = &tile;
+                least = away;
+            }
+        if (!nearest) return std::nullopt;
+        const PixelRect& r = nearest->mosaicRect;
+        return rayThrough(*nearest, (column - r.x) / r.width, 1 - (row - r.y) / r.height);
+    };
+    return {.rayAt = rayAt, .heightPerWidth = static_cast<double>(mosaic.height) / mosaic.width};
 }
 
 NavigationScene Steering::scene() {

@@ -11,6 +11,7 @@
 #include "common/codec/ApplicationNavigation.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/frame/ViewSource.h"
+#include "server/sim/navigation/HandleInput.h"
 #include "server/sim/navigation/InputSources.h"
 #include "server/sim/navigation/Navigator.h"
 
@@ -31,6 +32,7 @@ public:
         Simulation& simulation;
         ViewSource& view;
         bool takesInput = true;  ///< false: nothing that anybody does here moves the wall
+        ManipulatorDrags* drags = nullptr;  ///< null: windows, terminals and wands take hold of no handle
     };
     explicit Steering(const Surroundings& around);
 
@@ -43,6 +45,17 @@ public:
     /// One more source, for the frame to come alone: whatever is no window. Not heard where no input is taken.
     /// `who`: for `active`.
     void add(const NavigationInput& input, const std::string& who);
+
+    /// Wands of the newest frame: their first buttons take hold of handles.
+    void wands(const std::vector<WandState>& wands);
+    /// What handles that are held want in the frame to come (HandleInput.h).
+    [[nodiscard]] std::vector<Edit> takeEdits() { return hands_ ? hands_->edits() : std::vector<Edit>(); }
+    /// Nothing may be edited now: whatever handles are held are let go.
+    void letGoOfHandles() {
+        if (hands_) hands_->letGo();
+    }
+    /// Why a handle that somebody took hold of does not move; since the last call.
+    [[nodiscard]] std::vector<std::string> takeRemarks() { return hands_ ? hands_->takeRemarks() : std::vector<std::string>(); }
 
     /// Before a frame's view is asked for, after the scene's list has been applied. What people do is timed by the clock: all
     /// that moves moves by what has passed since the frame before, kLongestFrame at most. Until somebody has wanted anything a
@@ -59,11 +72,17 @@ public:
 private:
     [[nodiscard]] std::optional<InputSources::Place> placeOf(const View& view, const std::string& who, std::uint32_t source,
                                                              double x, double y) const;
+    /// Through a place of a tile's picture, 0 to 1 from the upper left and beyond, as its user sees it: the world's.
+    [[nodiscard]] std::optional<Ray> rayThrough(Tile tile, double x, double y) const;
+    /// Where a window points; where an application does, on all of the first screen.
+    [[nodiscard]] HandleInput::Aim aimOf(const std::string& host, std::uint32_t source) const;
+    [[nodiscard]] HandleInput::Aim aimOfApplication() const;
     [[nodiscard]] NavigationScene scene();
 
     Surroundings around_;
     std::map<std::string, std::vector<Tile>> tiles_;  ///< by host
     InputSources sources_;
+    std::optional<HandleInput> hands_;
     Navigator navigator_;
     std::optional<NavigationInput> added_;
     std::set<std::string> addedBy_;               ///< for the frame to come

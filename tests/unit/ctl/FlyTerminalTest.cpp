@@ -51,6 +51,28 @@ TEST(FlyTerminal, ArrowsLookAndNumbersAreBookmarks) {
     EXPECT_FALSE(keys.over());
 }
 
+TEST(FlyTerminal, ArrowsLeadWhatTheHandHolds) {
+    TerminalKeys keys;
+    const FlightClock::time_point now = FlightClock::time_point{} + 1s;
+    const auto way = [](std::uint64_t sum) { return static_cast<std::int64_t>(sum); };
+    keys.feed("g\x1b[C\x1b[C\x1b[A", now);
+    EXPECT_EQ(keys.at(now).asked[kHandTakes], 1);
+    EXPECT_EQ(keys.at(now).asked[static_cast<std::size_t>(InputAction::kGrab)], 1);
+    EXPECT_EQ(keys.at(now).held & kHandHolds, kHandHolds);
+    EXPECT_EQ(keys.at(now).cursorX, 32768) << "in the middle";
+    EXPECT_EQ(way(keys.at(now).lookRight), 2 * TerminalKeys::kHandStep);
+    EXPECT_EQ(way(keys.at(now).lookDown), -TerminalKeys::kHandStep);
+    EXPECT_TRUE(keys.at(now).atRest()) << "the view does not turn";
+    EXPECT_EQ(keys.at(now + 10s).held & kHandHolds, kHandHolds) << "it holds on";
+    keys.feed("g\x1b[C", now);
+    EXPECT_EQ(keys.at(now).held & kHandHolds, 0u);
+    EXPECT_EQ(keys.at(now).turnRight, InputState::kFull);
+    EXPECT_EQ(way(keys.at(now).lookRight), 2 * TerminalKeys::kHandStep);
+    keys.feed("g ", now);
+    EXPECT_EQ(keys.at(now).asked[kHandTakes], 2);
+    EXPECT_EQ(keys.at(now).held & kHandHolds, 0u) << "Space lets go of everything";
+}
+
 TEST(FlyTerminal, EndsWhereOneIsMeant) {
     const FlightClock::time_point now = FlightClock::time_point{} + 1s;
     for (const std::string_view end : {"x", "\x03", "\x04", "\x1bx", "\x1b\x1b", "\x1b[\x03", "\x1b[x\x1b[Ax"}) {

@@ -43,13 +43,15 @@ protected:
     Simulation simulation;
     ViewSource view{wall, ""};
     Loader loader{{}, {}, [](LoadFinished) {}};
+    ManipulatorDrags drags;
     RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15, .maxFrameChanges = 50};
     RequestDesk desk{{.wall = wall,
                       .blobs = blobs,
                       .session = server.session,
                       .simulation = simulation,
                       .view = view,
-                      .loader = loader},
+                      .loader = loader,
+                      .drags = drags},
                      limits};
     std::uint64_t asked = 0;
 };

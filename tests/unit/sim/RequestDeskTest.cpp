@@ -65,12 +65,14 @@ private:
             events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
         });
         Loader loader({}, {}, [](LoadFinished) {});
+        ManipulatorDrags drags;
         RequestDesk desk({.wall = wall,
                           .blobs = blobs,
                           .session = peers.session(),
                           .simulation = simulation,
                           .view = view,
-                          .loader = loader});
+                          .loader = loader,
+                          .drags = drags});
         port_.set_value(peers.listen({"127.0.0.1", 0}).value_or(0));
         while (const std::optional<Event> event = events_.pop()) (*event)(peers, desk);
     }

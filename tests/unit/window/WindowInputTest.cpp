@@ -127,6 +127,59 @@ TEST_F(WindowInputs, DragsAreSumsInHeightsOfTheWindow) {
     EXPECT_NEAR(static_cast<double>(state().panRight) / InputState::kUnit, 0.2, 1e-4) << "Shift shifts";
 }
 
+TEST_F(WindowInputs, TheLeftButtonTakesHoldAndHoldsUntilItIsLetGo) {
+    const auto takes = [this] { return state().asked[kHandTakes]; };
+    const auto holds = [this] { return (state().held & kHandHolds) != 0; };
+    button(SDL_BUTTON_LEFT, true, 200, 100);
+    EXPECT_EQ(takes(), 1);
+    EXPECT_TRUE(holds());
+    EXPECT_EQ(asked(InputAction::kGrab), 1) << "the view's, too";
+    motion(40, 0);
+    EXPECT_EQ(state().cursorX, 16384) << "where it was taken: the way since is in the sums";
+    button(SDL_BUTTON_LEFT, false);
+    EXPECT_FALSE(holds());
+    EXPECT_EQ(takes(), 1);
+    for (const Uint8 other : {SDL_BUTTON_MIDDLE, SDL_BUTTON_RIGHT}) {
+        button(other, true);
+        button(SDL_BUTTON_LEFT, true);
+        EXPECT_FALSE(holds()) << "not beside another button";
+        button(SDL_BUTTON_LEFT, false);
+        button(other, false);
+    }
+    key(SDL_SCANCODE_LSHIFT, true);
+    button(SDL_BUTTON_LEFT, true);
+    EXPECT_FALSE(holds()) << "Shift shifts";
+    button(SDL_BUTTON_LEFT, false);
+    key(SDL_SCANCODE_LSHIFT, false);
+    EXPECT_EQ(takes(), 1);
+    button(SDL_BUTTON_LEFT, true);
+    EXPECT_TRUE(holds());
+    SDL_Event lost{};
+    lost.type = SDL_WINDOWEVENT;
+    lost.window.event = SDL_WINDOWEVENT_FOCUS_LOST;
+    push(lost);
+    EXPECT_FALSE(holds()) << "without the keyboard it holds nothing";
+}
+
+TEST_F(WindowInputs, TheCursorCountsWithinThePictureWhereThereIsBlackBesideIt) {
+    input_->pictureIs(100, 100);  // in 800 x 400: 400 x 400 from 200 on
+    button(SDL_BUTTON_LEFT, true, 200, 0);
+    EXPECT_EQ(state().cursorX, 0);
+    button(SDL_BUTTON_LEFT, false);
+    button(SDL_BUTTON_LEFT, true, 400, 100);
+    EXPECT_EQ(state().cursorX, 32768);
+    EXPECT_EQ(state().cursorY, 16384);
+    button(SDL_BUTTON_LEFT, false);
+    button(SDL_BUTTON_LEFT, true, 799, 399);
+    EXPECT_EQ(state().cursorX, 65535) << "beside it counts as its edge";
+    button(SDL_BUTTON_LEFT, false);
+    input_->pictureIs(800, 200);  // 100 rows of black above
+    button(SDL_BUTTON_LEFT, true, 0, 150);
+    EXPECT_EQ(state().cursorY, 16384);
+    motion(0, 50);
+    EXPECT_NEAR(static_cast<double>(state().lookDown) / InputState::kUnit, 0.25, 1e-4) << "of 200 pixels";
+}
+
 TEST_F(WindowInputs, WheelAndActionsCount) {
     SDL_Event wheel{};
     wheel.type = SDL_MOUSEWHEEL;

@@ -1,0 +1,24 @@
+/// Nodes that whoever serves a scene hangs into it so that something is seen: no file has them, and they do not make a scene larger.
+#pragma once
+
+#include <string_view>
+
+#include "common/scene/Aspect.h"
+
+namespace tessera {
+
+inline constexpr std::string_view kHandlesName = "handles";                  ///< of manipulators (server/manipulators)
+inline constexpr std::string_view kProgramNoticesName = "program-problems";  ///< of programs (server/programs), below the root
+
+/// Whether the node is the top of such nodes. They are known by name, place and core. Costs a comparison for any other node.
+[[nodiscard]] inline bool isServersOwn(const Aspect& scene, const Node& node) {
+    if (node.name == kHandlesName) {
+        const Node* bearer = scene.get<Node>(node.parent);
+        return bearer && scene.coreOf<Manipulator>(*bearer) && scene.coreOf<InverseTransform>(node);
+    }
+    if (node.name != kProgramNoticesName || node.parent != kRootNode) return false;
+    const CollisionObject* object = scene.coreOf<CollisionObject>(node);
+    return object && object->layers == 0;
+}
+
+}  // namespace tessera

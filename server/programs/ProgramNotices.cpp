@@ -1,0 +1,490 @@
+#include "server/programs/ProgramNotices.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/drawable/SceneBounds.h"
+#include "common/scene/Action.h"
+#include "common/scene/Edits.h"
+#include "common/scene/FieldTable.h"
+#include "common/scene/ServerNodes.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kLineSpacing = 1.2, kAdvance = 0.605;  ///< ems; of a monospaced letter
+constexpr double kMargin = 0.6;
+constexpr double kShareOfScreen = 1.0 / 40;  ///< an em, of the screen's height
+
+// --- Words
+
+struct Letter {
+    char32_t code = 0;
+    std::size_t size = 1;  ///< in bytes
+};
+/// The first character of UTF-8 `text`, which is not empty; '?' for a byte that begins none.
+Letter firstLetter(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+    const unsigned lead = byte(0);
+    const std::size_t size = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+    if (size == 1) return {lead, 1};
+    if (size == 0) return {U'?', 1};
+    char32_t code = lead & (0x7fu >> size);
+    for (std::size_t i = 1; i < size; ++i) {
+        if ((byte(i) & 0xc0u) != 0x80u) return {U'?', 1};
+        code = code << 6 | (byte(i) & 0x3fu);
+    }
+    constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
+    const bool none = code < kLeast[size] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000);
+    return none ? Letter{U'?', 1} : Letter{code, size};
+}
+
+/// Neither a letter nor a sign: control characters, what turns the direction of others, ends of lines.
+bool isBlank(char32_t c) {
+    return c <= 0x20 || (c >= 0x7f && c <= 0xa0) || c == 0xad || c == 0x61c || (c >= 0x200b && c <= 0x200f) || (c >= 0x2028 && c <= 0x202f) ||
+           (c >= 0x2060 && c <= 0x206f) || c == 0xfeff || (c >= 0xfff0 && c <= 0xfffb) || c >= 0xe0000;
+}
+
+/// Of what stands in one word, or is cut.
+std::size_t widthOf(char32_t c) {
+    return c >= 0x2e80 ? 2 : 1;
+}
+
+void appendUtf8(std::string& out, char32_t c) {
+    const auto put = [&](char32_t byte) { out.push_back(static_cast<char>(static_cast<unsigned char>(byte))); };
+    if (c < 0x80) return put(c);
+    if (c < 0x800) return put(0xc0 | c >> 6), put(0x80 | (c & 0x3f));
+    if (c < 0x10000) return put(0xe0 | c >> 12), put(0x80 | (c >> 6 & 0x3f)), put(0x80 | (c & 0x3f));
+    put(0xf0 | c >> 18), put(0x80 | (c >> 12 & 0x3f)), put(0x80 | (c >> 6 & 0x3f)), put(0x80 | (c & 0x3f));
+}
+
+/// Letters, with single blanks between words and none at the ends.
+std::u32string lettersOf(std::string_view text) {
+    std::u32string letters;
+    while (!text.empty()) {
+        const Letter letter = firstLetter(text);
+        text.remove_prefix(letter.size);
+        if (!isBlank(letter.code))
+            letters.push_back(letter.code);
+        else if (!letters.empty() && letters.back() != U' ')
+            letters.push_back(U' ');
+    }
+    if (!letters.empty() && letters.back() == U' ') letters.pop_back();
+    return letters;
+}
+
+std::size_t columnsOf(std::u32string_view letters) {
+    std::size_t columns = 0;
+    for (const char32_t c : letters) columns += widthOf(c);
+    return columns;
+}
+
+/// As much of `letters` as fits into a line, and as ends where a word does if one does in its second half; takes it away.
+std::u32string_view takeLine(std::u32string_view& letters) {
+    std::size_t end = 0, columns = 0;
+    while (end < letters.size() && columns + widthOf(letters[end]) <= NoticeText::kColumns) columns += widthOf(letters[end++]);
+    if (end < letters.size()) {
+        const std::size_t blank = letters.substr(0, end + 1).rfind(U' ');
+        if (blank != std::u32string_view::npos && blank > end / 2) end = blank;
+    }
+    const std::u32string_view line = letters.substr(0, end);
+    letters.remove_prefix(end);
+    if (!letters.empty() && letters.front() == U' ') letters.remove_prefix(1);
+    return line;
+}
+
+// --- Nodes
+
+const MeshArrays& plateShape() {
+    static const MeshArrays shape = [] {
+        MeshData sheet;
+        sheet.positions = {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0, -0.5f, 0.5f, 0};
+        sheet.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+        sheet.indices = {0, 1, 2, 0, 2, 3};
+        return sheet.toArrays();
+    }();
+    return shape;
+}
+
+struct WantedNotice {
+    NoticeText words;
+    Vec3d at;
+    double em = 1;
+    [[nodiscard]] Vec3d plateSize() const {
+        return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
+    }
+    /// Of the first baseline, so that all lines lie about the origin: letters reach about 0.75 em up and 0.25 em down.
+    [[nodiscard]] double firstLine() const { return 0.5 * static_cast<double>(words.lines - 1) * kLineSpacing - 0.25; }
+};
+
+/// The objects of a notice as they stand in the scene.
+struct PresentNotice {
+    ObjectId place, plate, lines, text;  ///< three Transforms and a Text
+};
+
+template <typename Core>
+const Node* childOf(const Aspect& scene, const Node& parent, std::size_t index, std::size_t children) {
+    if (parent.children.size() != children) return nullptr;
+    const Node* child = scene.get<Node>(parent.children[index]);
+    return scene.coreOf<Core>(*child) ? child : nullptr;
+}
+
+std::optional<PresentNotice> readNotice(const Aspect& scene, const Node& node) {
+    if (node.name != "notice" || !scene.coreOf<Transform>(node)) return std::nullopt;
+    const Node* turn = childOf<Billboard>(scene, node, 0, 1);
+    const Node* plate = turn ? childOf<Transform>(scene, *turn, 0, 2) : nullptr;
+    const Node* lines = turn ? childOf<Transform>(scene, *turn, 1, 2) : nullptr;
+    const Node* shape = plate ? childOf<Geometry>(scene, *plate, 0, 1) : nullptr;
+    const Node* words = lines ? childOf<Text>(scene, *lines, 0, 1) : nullptr;
+    if (!shape || !words || !shape->children.empty() || !words->children.empty()) return std::nullopt;
+    const Geometry& sheet = *scene.coreOf<Geometry>(*shape);
+    if (sheet.positions != plateShape().positions || sheet.indices != plateShape().indices || !scene.get<Material>(sheet.material)) return std::nullopt;
+    return PresentNotice{.place = node.core, .plate = plate->core, .lines = lines->core, .text = words->core};
+}
+
+std::optional<std::vector<PresentNotice>> readNotices(const Aspect& scene, const Node& top) {
+    std::vector<PresentNotice> all;
+    for (std::size_t i = 0; i < top.children.size(); ++i) {
+        const std::optional<PresentNotice> one = readNotice(scene, *scene.get<Node>(top.children[i]));
+        if (!one) return std::nullopt;
+        all.push_back(*one);
+    }
+    return all;
+}
+
+/// What others have hung among them.
+std::vector<ObjectId> othersBelow(const Aspect& scene, const Node& top) {
+    const auto isOurs = [&](const Node& node) {
+        if (node.name == "notice" || node.name == "plate" || node.name == "lines") return scene.coreOf<Transform>(node) != nullptr;
+        if (node.name == "turn") return scene.coreOf<Billboard>(node) != nullptr;
+        return (node.name == "shape" && scene.coreOf<Geometry>(node)) || (node.name == "words" && scene.coreOf<Text>(node));
+    };
+    std::vector<ObjectId> others;
+    std::vector<const Node*> open{&top};
+    while (!open.empty()) {
+        const Node* node = open.back();
+        open.pop_back();
+        for (std::size_t i = 0; i < node->children.size(); ++i) {
+            const Node* child = scene.get<Node>(node->children[i]);
+            isOurs(*child) ? open.push_back(child) : others.push_back(node->children[i]);
+        }
+    }
+    return others;
+}
+
+void setPlace(ChangeListBuilder& list, ObjectId id, const Transform& from, const Vec3d& translation, const Vec3d& scale) {
+    if (translation != from.translation) setField<&Transform::translation>(list, id, translation);
+    if (from.rotation.coeffs() != Quatd::Identity().coeffs()) setField<&Transform::rotation>(list, id, Quatd::Identity());
+    if (scale != from.scale) setField<&Transform::scale>(list, id, scale);
+}
+
+void setNotice(const Aspect& scene, ChangeListBuilder& list, const PresentNotice& now, const WantedNotice& wanted) {
+    const auto transform = [&](ObjectId id) {
+        const Transform* present = scene.get<Transform>(id);
+        return present ? *present : Transform();
+    };
+    const Text* text = scene.get<Text>(now.text);
+    setPlace(list, now.place, transform(now.place), wanted.at, Vec3d::Constant(wanted.em));
+    setPlace(list, now.plate, transform(now.plate), Vec3d(0, 0, -0.1), wanted.plateSize());
+    setPlace(list, now.lines, transform(now.lines), Vec3d(0, wanted.firstLine(), 0), Vec3d::Ones());
+    if (!text || text->text != wanted.words.text) setField<&Text::text>(list, now.text, wanted.words.text);
+    if (!text || text->alignment != Text::kCenter) setField<&Text::alignment>(list, now.text, Text::kCenter);
+    if (!text || text->font != "monospace") setField<&Text::font>(list, now.text, std::string("monospace"));
+}
+
+/// Makes nodes and cores, with placeholders.
+class NoticeBuild {
+public:
+    explicit NoticeBuild(ChangeListBuilder& list) : list_(list) {}
+
+    template <typename Core>
+    ObjectId make() {
+        const ObjectId id{kFirstPlaceholder + placeholders_++};
+        list_.create(id, typeOf<Core>());
+        return id;
+    }
+    ObjectId node(ObjectId parent, std::string_view name, ObjectId core) {
+        const ObjectId id = make<Node>();
+        setField<&Node::name>(list_, id, std::string(name));
+        setField<&Node::core>(list_, id, core);
+        list_.place(id, parent);
+        return id;
+    }
+    /// Seen as it is, whatever shines on it. Letters are opaque: what is blended would be sorted among the triangles of the sheet behind them.
+    ObjectId material(const Vec4f& color) {
+        const ObjectId id = make<Material>();
+        setField<&Material::baseColor>(list_, id, color);
+        setField<&Material::unlit>(list_, id, true);
+        setField<&Material::doubleSided>(list_, id, true);
+        return id;
+    }
+
+private:
+    ChangeListBuilder& list_;
+    std::uint64_t placeholders_ = 0;
+};
+
+void buildNotices(const Aspect& scene, ChangeListBuilder& list, const std::vector<WantedNotice>& wanted) {
+    NoticeBuild build(list);
+    const ObjectId object = build.make<CollisionObject>();
+    const ObjectId top = build.node(kRootNode, kProgramNoticesName, object);
+    setField<&CollisionObject::node>(list, object, top);
+    setField<&CollisionObject::layers>(list, object, std::int64_t{0});
+    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
+    const ObjectId sheet = build.make<Geometry>();
+    setField<&Geometry::positions>(list, sheet, plateShape().positions);
+    setField<&Geometry::normals>(list, sheet, plateShape().normals);
+    setField<&Geometry::indices>(list, sheet, plateShape().indices);
+    setField<&Geometry::material>(list, sheet, dark);
+    for (const WantedNotice& one : wanted) {
+        const PresentNotice made{.place = build.make<Transform>(), .plate = build.make<Transform>(), .lines = build.make<Transform>(), .text = build.make<Text>()};
+        const ObjectId about = build.make<Billboard>();
+        setField<&Billboard::axis>(list, about, Vec3d::Zero().eval());
+        const ObjectId turn = build.node(build.node(top, "notice", made.place), "turn", about);
+        (void)build.node(build.node(turn, "plate", made.plate), "shape", sheet);
+        setField<&Text::material>(list, made.text, bright);
+        (void)build.node(build.node(turn, "lines", made.lines), "words", made.text);
+        setNotice(scene, list, made, one);
+    }
+}
+
+/// Whether nothing stands behind it but contacts, which want to be the last.
+bool isLast(const Aspect& scene, ObjectId top) {
+    const auto& children = scene.root().children;
+    for (std::size_t i = children.size(); i > 0; --i) {
+        if (children[i - 1] == top) return true;
+        const Node* node = scene.get<Node>(children[i - 1]);
+        const CollisionObject* object = scene.coreOf<CollisionObject>(*node);
+        if (node->name != "contacts" || !object || object->layers != 0) return false;
+    }
+    return true;
+}
+
+/// Bad programs that a material is drawn with, its passes and what stands for it where it is small.
+void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad, std::vector<ObjectId>& found) {
+    for (int i = 0; i < 8 && material; ++i) {
+        const Material* one = scene.get<Material>(material);
+        if (!one) return;
+        if (bad.contains(one->program)) found.push_back(one->program);
+        for (std::size_t pass = 0; pass < one->passes.size(); ++pass)
+            if (const auto* over = scene.get<Material>(one->passes[pass]); over && bad.contains(over->program)) found.push_back(over->program);
+        material = one->coarser;
+    }
+}
+
+}  // namespace
+
+NoticeText noticeText(std::string_view path, ObjectId program, std::string_view problem) {
+    std::u32string head = lettersOf(path);
+    const std::u32string number = lettersOf(fmt::format(": SurfaceProgram #{}", program.value));
+    // Of a long path the end says more.
+    if (const std::size_t room = NoticeText::kColumns - number.size(); head.size() > room) {
+        std::u32string end(1, U'…');
+        end.append(head, head.size() - room + 1, room);
+        head.swap(end);
+    }
+    head += number;
+    const std::u32string letters = lettersOf(problem.empty() ? std::string_view("it is bad") : problem);
+    std::vector<std::u32string> lines{head};
+    std::u32string_view rest = letters;
+    while (!rest.empty() && lines.size() + 1 < NoticeText::kMostLines) lines.emplace_back(takeLine(rest));
+    // Either the last line, or how much there is beside.
+    if (columnsOf(rest) <= NoticeText::kColumns) {
+        if (!rest.empty()) lines.emplace_back(rest);
+    } else {
+        lines.push_back(lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), program.value)));
+    }
+    NoticeText notice{.text = {}, .lines = lines.size(), .columns = 0};
+    for (const std::u32string& line : lines) {
+        if (!notice.text.empty()) notice.text.push_back('\n');
+        for (const char32_t c : line) appendUtf8(notice.text, c);
+        notice.columns = std::max(notice.columns, columnsOf(line));
+    }
+    return notice;
+}
+
+ProgramNotices::ProgramNotices(const Wall& wall) : wall_(wall) {}
+
+void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
+    const auto lookAtProgram = [&](ObjectId id) {
+        const auto* program = scene.get<SurfaceProgram>(id);
+        const bool isBad = program && program->verdict == SurfaceProgram::kBad;
+        const bool changed = isBad ? bad_.insert(id).second : bad_.erase(id) > 0;
+        if (!changed) return;
+        lookDue_ = true;
+        sinceLook_ = kPatience;
+    };
+    const auto lookAtName = [&](ObjectId id) {
+        const Node* node = scene.get<Node>(id);
+        node && node->name == kProgramNoticesName ? (void)named_.insert(id) : (void)named_.erase(id);
+    };
+    if (!list) {
+        bad_.clear();
+        named_.clear();
+        places_.clear();
+        for (const ObjectId id : scene.ids()) {
+            lookAtProgram(id);
+            lookAtName(id);
+        }
+        return;
+    }
+    bool tree = !list->placements.empty();
+    for (const FieldColumn& column : list->columns) {
+        if (column.type == typeOf<SurfaceProgram>())
+            for (const ObjectId id : column.ids) lookAtProgram(id);
+        if (column.type == typeOf<Node>() && column.field == fieldId<&Node::name>)
+            for (const ObjectId id : column.ids) lookAtName(id);
+        const bool refers = column.kind() == FieldKind::kRef || column.kind() == FieldKind::kRefs;
+        tree = tree || refers || (effectsOf(column) & (Effect::kStructure | Effect::kVisibility));
+    }
+    for (const ObjectId id : list->destructions) {
+        lookAtProgram(id);
+        named_.erase(id);
+    }
+    if (bad_.empty() || !tree) return;
+    lookDue_ = true;
+    // What is gone is seen to be gone at once.
+    if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); })) sinceLook_ = kPatience;
+}
+
+void ProgramNotices::look(const Aspect& scene) {
+    places_.clear();
+    visited_ = 0;
+    std::set<ObjectId> wanted;
+    for (const ObjectId id : bad_)
+        if (wanted.size() < kMost) wanted.insert(id);
+    std::vector<ObjectId> found;
+    Action action;
+    action.onNode([&](const Visit& visit) {
+        if (wanted.empty() || ++visited_ > kMostVisited || isServersOwn(scene, visit.node)) return Descend::kPast;
+        const MaterialGroup* group = visit.core.as<MaterialGroup>();
+        const Drawable drawable = drawableOf(visit.core);
+        if (!group && !drawable) return Descend::kInto;
+        found.clear();
+        appendPrograms(scene, group ? group->material : drawable.material(), wanted, found);
+        for (const ObjectId program : found) {
+            if (wanted.erase(program) == 0) continue;
+            Place place{.program = program, .node = visit.nodeId, .key = {}, .local = {}, .world = {}};
+            if (group) place.world = sceneBounds(scene, visit.nodeId);
+            if (!group || !place.world.empty()) places_.push_back(std::move(place));
+        }
+        return Descend::kInto;
+    });
+    action.run(scene);
+    std::ranges::sort(places_, {}, &Place::program);
+    std::erase_if(stands_, [&](const auto& stand) { return std::ranges::find(places_, stand.first, &Place::program) == places_.end(); });
+}
+
+/// What they are of moves, and bends.
+void ProgramNotices::follow(const Aspect& scene) {
+    for (Place& place : places_) {
+        const Node* node = scene.get<Node>(place.node);
+        const Drawable drawable = node ? drawableOf(scene, *node) : Drawable();
+        if (!drawable) continue;  // a group's bounds are of the last look
+        if (const MeshKey key = drawable.key(); key != place.key || place.local.empty()) {
+            place.key = key;
+            place.local = drawable.bounds();
+        }
+        place.world = place.local.empty() ? Box() : place.local.transformed(worldTransform(scene, place.node));
+    }
+}
+
+ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& view) {
+    const Screen& screen = wall_.screens.front();
+    const User& user = wall_.users.front();
+    const User* there = view.findUser(user.name);
+    const Vec3d head = (there ? *there : user).position;
+    const Vec3d eye = view.world_T_wall() * head, way = eye - place.world.center();
+    // How high the screen is at a distance of 1 from the eye.
+    const Vec3d normal = (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
+    const double height = screen.heightMetres() / std::max(0.05, std::abs(normal.dot(head - screen.lowerLeft)));
+    const double distance = std::max(way.norm(), 1e-9), radius = 0.51 * place.world.size().norm();
+    Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()), .away = std::min(radius, 0.5 * distance), .em = 0};
+    const auto known = stands_.find(place.program);
+    if (known != stands_.end()) {
+        Stand& stand = known->second;
+        constexpr double kNearEnough = 1.25, kCosine = 0.97;  // about 14 degrees
+        const auto keeps = [](double now, double then) { return now <= then * kNearEnough && then <= now * kNearEnough; };
+        if (stand.towards.dot(wanted.towards) > kCosine) wanted.towards = stand.towards;
+        if (keeps(wanted.away, stand.away)) wanted.away = stand.away;
+    }
+    wanted.em = std::max(distance - wanted.away, 0.05 * view.worldUnitsPerMetre) * height * kShareOfScreen;
+    if (known != stands_.end()) {
+        const double then = known->second.em;
+        if (wanted.em <= then * 1.25 && then <= wanted.em * 1.25) wanted.em = then;
+    }
+    stands_[place.program] = wanted;
+    return wanted;
+}
+
+std::vector<ObjectId> ProgramNotices::tops(const Aspect& scene) const {
+    std::vector<ObjectId> all;
+    for (const ObjectId id : named_)
+        if (isServersOwn(scene, *scene.get<Node>(id))) all.push_back(id);
+    return all;
+}
+
+ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
+    if ((bad_.empty() && named_.empty()) || wall_.users.empty() || wall_.screens.empty()) return {};
+    sinceLook_ = std::min(sinceLook_ + 1, kPatience + 1);
+    if (bad_.empty()) places_.clear();
+    if (!bad_.empty() && lookDue_ && sinceLook_ > kPatience) {
+        lookDue_ = false;
+        sinceLook_ = 0;
+        look(scene);
+    }
+    follow(scene);
+    std::vector<WantedNotice> wanted;
+    for (const Place& place : places_) {
+        const auto* program = scene.get<SurfaceProgram>(place.program);
+        if (!program || !bad_.contains(place.program) || !scene.get<Node>(place.node) || place.world.empty()) continue;
+        if (!place.world.lower.allFinite() || !place.world.upper.allFinite()) continue;
+        const Stand stand = standOf(place, view);
+        const Vec3d at = place.world.center() + stand.away * stand.towards;
+        if (!at.allFinite() || !(stand.em > 1e-12 && stand.em < 1e12)) continue;
+        wanted.push_back({.words = noticeText(pathOf(scene, place.node), place.program, program->problem), .at = at, .em = stand.em});
+    }
+    if (bad_.size() > kMost && !wanted.empty()) {
+        NoticeText& last = wanted.back().words;
+        const std::string more = fmt::format("and {} bad programs more", bad_.size() - kMost);
+        last.text += "\n" + more;
+        ++last.lines;
+        last.columns = std::max(last.columns, more.size());
+    }
+
+    ChangeListBuilder list;
+    std::vector<ObjectId> going = tops(scene);
+    if (!going.empty() && !wanted.empty()) {
+        const ObjectId top = going.front();
+        const std::optional<std::vector<PresentNotice>> present = readNotices(scene, *scene.get<Node>(top));
+        if (present && present->size() == wanted.size()) {
+            for (std::size_t i = 0; i < wanted.size(); ++i) setNotice(scene, list, (*present)[i], wanted[i]);
+            if (!isLast(scene, top)) list.place(top, kRootNode);
+            going.erase(going.begin());
+            wanted.clear();
+        }
+    }
+    std::vector<ObjectId> gone;
+    for (const ObjectId top : going) {
+        const std::vector<ObjectId> others = othersBelow(scene, *scene.get<Node>(top));
+        for (const ObjectId id : others) list.place(id, kRootNode);
+        if (others.empty()) gone.push_back(top);  // else once they are out of the way
+    }
+    if (!gone.empty()) {
+        ChangeList removal = removalOf(scene, gone);
+        for (const Placement& placement : removal.placements) list.place(placement.node, placement.parent, placement.index);
+        for (const ObjectId id : removal.destructions) list.destroy(id);
+    }
+    if (!wanted.empty() && gone.size() == going.size()) buildNotices(scene, list, wanted);
+    return list.take();
+}
+
+std::vector<Blob> ProgramNotices::blobs() {
+    return {plateShape().positions, plateShape().normals, plateShape().indices};
+}
+
+}  // namespace tessera

@@ -1,0 +1,94 @@
+/// What is wrong with programs of materials, said on the wall beside what they are of.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/change/ChangeList.h"
+#include "common/drawable/Drawable.h"
+#include "common/scene/Aspect.h"
+#include "common/wall/View.h"
+
+namespace tessera {
+
+/// Lines of about `kColumns` letters: a node's path with the program's number, then the problem, cut at `kMostLines` lines with how much is left out.
+/// Whatever the problem holds, the text is UTF-8 without control characters or ones that turn the direction of others.
+struct NoticeText {
+    static constexpr std::size_t kColumns = 44, kMostLines = 8;
+    std::string text;
+    std::size_t lines = 0, columns = 0;  ///< of the longest line
+    bool operator==(const NoticeText&) const = default;
+};
+[[nodiscard]] NoticeText noticeText(std::string_view path, ObjectId program, std::string_view problem);
+
+/// Keeps one node, "program-problems", last below the root but for contacts, as long as a SurfaceProgram is bad and something that is seen has it:
+///
+///     program-problems   CollisionObject without layers: nobody's obstacle
+///       notice           Transform: where, and how large an em is
+///         turn           Billboard: towards each user
+///           plate        Transform ─ shape: Geometry, a dark sheet behind the letters
+///           words        Text
+///
+/// One for each program and not for each thing that it is of: it stands before the first of these, in the order of the document, so that the eye of
+/// the first user sees all of it, about as large there as letters that are read from afar, whatever the size of the thing. It goes when the program
+/// is good, changed, or of nothing that is seen.
+///
+/// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: they
+/// are known by how they look. Files leave them out (common/scene/ServerNodes.h).
+///
+/// Costs nothing while no program is bad. While one is, each frame looks at what is shown; what is shown is found anew at most every kPatience frames,
+/// by a walk over kMostVisited nodes. Not thread-safe.
+class ProgramNotices {
+public:
+    static constexpr std::uint64_t kTicket = ~std::uint64_t{6};
+    static constexpr std::size_t kMost = 16;  ///< programs, by number; the last notice says how many more there are
+    static constexpr std::size_t kMostVisited = 200'000;
+    static constexpr unsigned kPatience = 10;
+
+    explicit ProgramNotices(const Wall& wall);
+
+    /// After each list applied to the scene, with that list; null: anything may have changed.
+    void update(const Aspect& scene, const ChangeList* list);
+    /// What is missing, or too much; empty where nothing is. New objects carry placeholders.
+    [[nodiscard]] ChangeList notices(const Aspect& scene, const View& view);
+
+    /// The arrays that notices name, but for letters.
+    [[nodiscard]] static std::vector<Blob> blobs();
+    /// Nodes looked at by the last walk.
+    [[nodiscard]] std::size_t visited() const { return visited_; }
+
+private:
+    /// What a program is of.
+    struct Place {
+        ObjectId program, node;
+        MeshKey key;  ///< of what `local` is of; nothing of a group
+        Box local;
+        Box world;
+    };
+    /// How a notice stands towards the eye: kept while that is good enough, so that a moving head does not make lists without end.
+    struct Stand {
+        Vec3d towards = Vec3d::UnitZ();  ///< from the middle of what it is of
+        double away = 0, em = 0;
+    };
+    void look(const Aspect& scene);
+    void follow(const Aspect& scene);
+    [[nodiscard]] Stand standOf(const Place& place, const View& view);
+    [[nodiscard]] std::vector<ObjectId> tops(const Aspect& scene) const;
+
+    Wall wall_;
+    std::set<ObjectId> bad_;
+    std::set<ObjectId> named_;  ///< nodes of the name that is ours
+    std::vector<Place> places_;
+    std::map<ObjectId, Stand> stands_;  ///< by program
+    bool lookDue_ = false;
+    unsigned sinceLook_ = 0;
+    std::size_t visited_ = 0;
+};
+
+}  // namespace tessera

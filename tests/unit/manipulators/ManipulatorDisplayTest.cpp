@@ -1,0 +1,153 @@
+/// Handles as nodes: they are there, where their target is, as large as they should be, and nobody's but the server's.
+#include "server/manipulators/ManipulatorDisplay.h"
+
+#include <gtest/gtest.h>
+
+#include "common/drawable/SceneBounds.h"
+#include "common/scene/Edits.h"
+#include "common/scene/ServerNodes.h"
+#include "tests/property/Seeds.h"
+#include "tests/unit/manipulators/ManipulatorScene.h"
+
+namespace tessera {
+namespace {
+
+/// A box of 2 on a Transform, and a manipulator beside it.
+struct Table : ManipulatorScene {
+    explicit Table(std::int64_t kind = Manipulator::kMove, const Pose& pose = {}) {
+        core = transform(pose);
+        target = node(core);
+        (void)box(target, Vec3d(2, 2, 2));
+        manipulate(kind, target);
+        apply();
+    }
+    [[nodiscard]] std::optional<ObjectId> top() const {
+        const Node* bearer = scene.get<Node>(manipulatorNode);
+        for (std::size_t i = 0; bearer && i < bearer->children.size(); ++i)
+            if (isServersOwn(scene, *scene.get<Node>(bearer->children[i]))) return bearer->children[i];
+        return std::nullopt;
+    }
+    /// World bounds of the handles alone.
+    [[nodiscard]] Box seen() const { return top() ? sceneBounds(scene, *top()) : Box(); }
+    /// The least difference between two boxes' corners.
+    static double apart(const Box& a, const Box& b) { return std::max((a.lower - b.lower).norm(), (a.upper - b.upper).norm()); }
+    void move(const Vec3d& to) {
+        setField<&Transform::translation>(edit, core, to);
+        apply();
+        frame();
+    }
+};
+
+TEST(ManipulatorDisplay, HandlesComeFollowTheirTargetAndGoWithIt) {
+    Table table;
+    EXPECT_FALSE(table.top());
+    table.frame();
+    ASSERT_TRUE(table.top());
+    const Box first = table.seen();
+    EXPECT_GT(first.upper.minCoeff(), 1.3) << "out of the box that they move";
+    EXPECT_LT(first.lower.maxCoeff(), 0) << "from its middle";
+    const std::size_t objects = table.scene.objectCount();
+    const Vec3d way(3, -2, 5);
+    table.move(way);
+    EXPECT_LT((table.seen().center() - first.center() - way).norm(), 1e-5);
+    EXPECT_EQ(table.scene.objectCount(), objects) << "values alone travel";
+    EXPECT_TRUE(table.display.update(table.scene).empty()) << "nothing more to say";
+    // Twice as large a thing has handles twice as large; a size that is said has not.
+    setField<&Transform::scale>(table.edit, table.core, Vec3d(2, 2, 2));
+    table.apply();
+    table.frame();
+    EXPECT_NEAR(table.seen().size().x(), 2 * first.size().x(), 1e-5);
+    setField<&Manipulator::size>(table.edit, table.manipulator, 0.5);
+    table.apply();
+    table.frame();
+    EXPECT_LT((table.seen().upper - way - Vec3d::Constant(0.25)).norm(), 1e-5) << "half of it each way";
+    // Without a target there are none.
+    setField<&Manipulator::target>(table.edit, table.manipulator, ObjectId());
+    table.apply();
+    table.frame();
+    EXPECT_FALSE(table.top());
+}
+
+/// After any edits of targets, parents, kinds and sizes the handles that have followed are those that would be made anew.
+TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
+    forSeeds(100, [](Random& random) {
+        ManipulatorScene stage;
+        const ObjectId parentCore = stage.transform(randomPose(random)), parent = stage.node(parentCore);
+        stage.core = stage.transform(randomPose(random));
+        stage.target = stage.node(stage.core, parent);
+        (void)stage.box(stage.target, Vec3d(1, 2, 3));
+        stage.manipulate(Manipulator::kMove, stage.target);
+        stage.apply();
+        stage.frame();
+        for (int i = 0; i < 20; ++i) {
+            const ObjectId which = oneIn(random, 2) ? parentCore : stage.core;
+            const Pose pose = randomPose(random);
+            switch (below(random, 6)) {
+                case 0: setField<&Transform::translation>(stage.edit, which, pose.translation); break;
+                case 1: setField<&Transform::rotation>(stage.edit, which, pose.rotation); break;
+                case 2: setField<&Transform::scale>(stage.edit, which, pose.scale); break;
+                case 3: setField<&Manipulator::size>(stage.edit, stage.manipulator, oneIn(random, 2) ? 0.0 : uniform(random, 0.1, 4)); break;
+                case 4: setField<&Manipulator::world>(stage.edit, stage.manipulator, oneIn(random, 2)); break;
+                default: {
+                    constexpr std::array kKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
+                                                Manipulator::kJack, Manipulator::kTransformer};
+                    setField<&Manipulator::kind>(stage.edit, stage.manipulator, kKinds[below(random, kKinds.size())]);
+                }
+            }
+            stage.apply();
+            if (oneIn(random, 2)) stage.frame();
+        }
+        stage.frame();
+        const auto boxOf = [&] { return sceneBounds(stage.scene, stage.scene.get<Node>(stage.manipulatorNode)->children[0]); };
+        const Box followed = boxOf();
+        ASSERT_EQ(stage.scene.get<Node>(stage.manipulatorNode)->children.size(), 1u);
+        stage.apply(removalOf(stage.scene, std::array{stage.scene.get<Node>(stage.manipulatorNode)->children[0]}));
+        stage.display = ManipulatorDisplay();
+        stage.display.sceneChanged(stage.scene, nullptr);
+        stage.frame();
+        const Box anew = boxOf();
+        EXPECT_LT(Table::apart(followed, anew), 1e-6 * (1 + anew.size().norm() + anew.center().norm()));
+    });
+}
+
+TEST(ManipulatorDisplay, WhatPeopleDoToHandlesIsMadeGood) {
+    Table table;
+    table.frame();
+    const Box first = table.seen();
+    // One is bent away, one is taken out of the tree.
+    const ObjectId turn = table.scene.get<Node>(table.scene.get<Node>(*table.top())->children[0])->core;
+    setField<&Transform::translation>(table.edit, turn, Vec3d(9, 9, 9));
+    table.apply();
+    table.frame();
+    EXPECT_LT(Table::apart(table.seen(), first), 1e-6);
+    table.apply(removalOf(table.scene, std::array{table.scene.get<Node>(*table.top())->children[0]}));
+    table.frame();
+    EXPECT_LT(Table::apart(table.seen(), first), 1e-6);
+    // What somebody hangs among them stays theirs.
+    const ObjectId hat = table.box(*table.top(), Vec3d(0.1, 0.1, 0.1));
+    table.apply();
+    table.apply(removalOf(table.scene, std::array{table.scene.get<Node>(*table.top())->children[0]}));
+    table.frame();
+    table.frame();
+    ASSERT_TRUE(table.scene.get<Node>(hat));
+    EXPECT_EQ(table.scene.get<Node>(hat)->parent, table.manipulatorNode);
+    EXPECT_LT(Table::apart(table.seen(), first), 1e-6);
+}
+
+TEST(ManipulatorDisplay, HandlesMakeNoSceneLarger) {
+    Table table;
+    const Box bare = sceneBounds(table.scene);
+    table.frame();
+    ASSERT_GT(table.seen().upper.minCoeff(), bare.upper.maxCoeff());
+    EXPECT_EQ(Table::apart(sceneBounds(table.scene), bare), 0) << "first views and fits are of the scene";
+    // Where they are all that there is, they are what can be looked at.
+    EXPECT_EQ(Table::apart(sceneBounds(table.scene, table.manipulatorNode), table.seen()), 0);
+    // A node that is only called so is no handle.
+    (void)table.box(kRootNode, Vec3d(40, 1, 1));
+    setField<&Node::name>(table.edit, ObjectId(table.nextId - 1), std::string("handles"));
+    table.apply();
+    EXPECT_NEAR(sceneBounds(table.scene).size().x(), 40, 1e-5);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,383 @@
+/// What the wall says of bad programs: comes, stands where it can be read, goes, and is nobody's but the server's.
+#include "server/programs/ProgramNotices.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/drawable/SceneBounds.h"
+#include "common/scene/Action.h"
+#include "common/scene/Edits.h"
+#include "common/scene/ServerNodes.h"
+#include "server/sim/frame/Simulation.h"
+#include "tests/property/Seeds.h"
+#include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/SingleEdits.h"
+
+namespace tessera {
+namespace {
+
+using test::ListMaker;
+
+/// Whole UTF-8, no control characters but ends of lines, nothing that turns the direction of what follows.
+bool harmless(std::string_view text) {
+    for (std::size_t i = 0; i < text.size();) {
+        const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0); };
+        if (byte(0) < 0x80) {
+            if ((byte(0) < 0x20 && text[i] != '\n') || byte(0) == 0x7f) return false;
+            ++i;
+            continue;
+        }
+        const std::size_t size = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+        if (byte(0) < 0xc2 || byte(0) > 0xf4) return false;
+        for (std::size_t k = 1; k < size; ++k)
+            if ((byte(k) & 0xc0) != 0x80) return false;
+        const std::string_view letter = text.substr(i, size);
+        for (const std::string_view bad : {"\xc2\x85", "\xe2\x80\xae", "\xe2\x80\xaa", "\xe2\x81\xa6", "\xe2\x80\xa8", "\xef\xbb\xbf"})
+            if (letter == bad) return false;
+        i += size;
+    }
+    return true;
+}
+
+TEST(NoticeText, SaysWhereAndWhatAndHowMuchIsLeftOut) {
+    const NoticeText brief = noticeText("/hall/pump", ObjectId(12), "surface, line 3: 'colour' undeclared");
+    EXPECT_EQ(brief.text, "/hall/pump: SurfaceProgram #12\nsurface, line 3: 'colour' undeclared");
+    EXPECT_EQ(brief.lines, 2u);
+    EXPECT_EQ(brief.columns, 36u);
+    EXPECT_NE(noticeText("/" + std::string(500, 'a') + "/pump", ObjectId(3), "x").text.find("aa/pump: SurfaceProgram #3\n"), std::string::npos);
+    std::string words;
+    for (int i = 0; i < 500; ++i) words += "word ";
+    const NoticeText cut = noticeText("/a", ObjectId(7), words);
+    EXPECT_EQ(cut.lines, NoticeText::kMostLines);
+    EXPECT_EQ(cut.text.find("wo\n"), std::string::npos) << "between words";
+    EXPECT_NE(cut.text.find("letters more: tessera-ctl get #7"), std::string::npos) << cut.text;
+    // What is said and what is left out are all of it.
+    const std::size_t begin = cut.text.find('\n') + 1, end = cut.text.rfind("… and ");
+    const std::string said = cut.text.substr(begin, end - begin);
+    EXPECT_EQ(said.size() + std::stoul(cut.text.substr(end + 8)), words.size() - 1);
+    EXPECT_EQ(noticeText("/a", ObjectId(7), "").lines, 2u);
+    // One letter too many for a line, and none that a line could end at.
+    const NoticeText solid = noticeText("/a", ObjectId(7), std::string(NoticeText::kColumns + 1, 'x'));
+    EXPECT_EQ(solid.lines, 3u);
+}
+
+TEST(NoticeText, WhateverAProgramSaysIsHarmless) {
+    EXPECT_EQ(noticeText("/a", ObjectId(1), "one\x1b[31m two\r\nthree\x07").text, "/a: SurfaceProgram #1\none [31m two three");
+    EXPECT_EQ(noticeText("/a", ObjectId(1), "\xff\xfe a \xc3").text, "/a: SurfaceProgram #1\n?? a ?");
+    EXPECT_EQ(noticeText("/a", ObjectId(1), "\xe2\x80\xae" "abc").text, "/a: SurfaceProgram #1\nabc") << "not from right to left";
+    forSeeds(100, [](Random& random) {
+        for (int round = 0; round < 200; ++round) {
+            std::string problem(below(random, 600), '\0'), path(below(random, 80), '\0');
+            const auto any = [&] { return static_cast<char>(oneIn(random, 2) ? random() : "ab \xe2\x80\xae\xf0\x9f\x98\x80"[below(random, 11)]); };
+            std::ranges::generate(problem, any);
+            std::ranges::generate(path, any);
+            const NoticeText notice = noticeText(path, ObjectId(random()), problem);
+            ASSERT_TRUE(harmless(notice.text));
+            ASSERT_LE(notice.lines, NoticeText::kMostLines);
+            ASSERT_EQ(static_cast<std::size_t>(std::ranges::count(notice.text, '\n')) + 1, notice.lines);
+            ASSERT_LE(notice.columns, NoticeText::kColumns + 20);
+        }
+    });
+}
+
+/// Boxes with programs of their own, and a server's frames.
+struct Shop {
+    explicit Shop(std::size_t boxes = 1) {
+        ListMaker make;
+        for (std::size_t i = 0; i < boxes; ++i) {
+            const ObjectId program = make.create<SurfaceProgram>();
+            setField<&SurfaceProgram::surface>(make.builder, program, "text " + std::to_string(i));
+            const ObjectId material = make.create<Material>();
+            setField<&Material::program>(make.builder, material, program);
+            const ObjectId core = make.box(Vec3d(1, 1, 1));
+            setField<&Geometry::material>(make.builder, core, material);
+            const ObjectId place = make.node("thing" + std::to_string(i), kRootNode, make.transform(Vec3d(3.0 * static_cast<double>(i), 0, -5)));
+            (void)make.node("box", place, core);
+            (void)make.node("twin", place, core);
+        }
+        EXPECT_TRUE(simulation.load({make.builder.take()}));
+        notices.update(scene(), nullptr);
+        for (const ObjectId id : scene().ids())
+            if (scene().get<SurfaceProgram>(id)) programs.push_back(id);
+        std::ranges::sort(programs);
+        view.users = wall.users;
+    }
+    [[nodiscard]] const Aspect& scene() const { return simulation.scene(); }
+    void frame(std::vector<Edit> edits = {}) {
+        if (ChangeList list = notices.notices(scene(), view); !list.empty()) {
+            ++lists;
+            edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(list), .undoable = false});
+        }
+        const FrameResult made = simulation.step(std::exchange(begin, false), std::move(edits));
+        for (const EditOutcome& outcome : made.outcomes) EXPECT_TRUE(outcome.result) << outcome.result.error().message;
+        if (made.commit.list) notices.update(scene(), made.commit.list.get());
+    }
+    void frames(int count = 2 * ProgramNotices::kPatience) {
+        for (int i = 0; i < count; ++i) frame();
+    }
+    void verdict(std::size_t which, std::int64_t verdict, const std::string& problem = "") {
+        ChangeListBuilder list;
+        setField<&SurfaceProgram::verdict>(list, programs.at(which), verdict);
+        setField<&SurfaceProgram::problem>(list, programs.at(which), problem);
+        frame(test::one(Edit{.ticket = 9, .list = list.take(), .undoable = false}));
+        frame();
+    }
+    [[nodiscard]] ObjectId top() const {
+        for (std::size_t i = 0; i < scene().root().children.size(); ++i)
+            if (isServersOwn(scene(), *scene().get<Node>(scene().root().children[i]))) return scene().root().children[i];
+        return {};
+    }
+    [[nodiscard]] std::vector<Text> texts() const {
+        std::vector<Text> all;
+        Action action;
+        action.on<Text>([&](const Visit&, const Text& text) {
+            all.push_back(text);
+            return Descend::kInto;
+        });
+        if (top()) action.run(scene(), top());
+        return all;
+    }
+    [[nodiscard]] Box seen() const { return sceneBounds(scene(), top()); }
+
+    Wall wall = test::wallOfOne();
+    View view;
+    Simulation simulation;
+    ProgramNotices notices{wall};
+    std::vector<ObjectId> programs;
+    bool begin = true;
+    int lists = 0;
+};
+
+TEST(ProgramNotices, ComeAndGoWithVerdicts) {
+    Shop shop(3);
+    shop.frames();
+    EXPECT_EQ(shop.lists, 0) << "while nothing is wrong there is nothing to say";
+    const std::size_t objects = shop.scene().objectCount();
+    shop.verdict(1, SurfaceProgram::kBad, "surface, line 2: no");
+    ASSERT_EQ(shop.texts().size(), 1u) << "one, though two things have it";
+    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nsurface, line 2: no");
+    EXPECT_FALSE(shop.texts()[0].outlines.empty()) << "letters travel as outlines";
+    const int once = shop.lists;
+    shop.frames(50);
+    EXPECT_EQ(shop.lists, once) << "and it is said once";
+    shop.verdict(0, SurfaceProgram::kBad, "surface, line 9: nor this");
+    ASSERT_EQ(shop.texts().size(), 2u);
+    shop.verdict(1, SurfaceProgram::kBad, "surface, line 3: still not");
+    EXPECT_NE(shop.texts()[1].text.find("line 3"), std::string::npos);
+    shop.verdict(1, SurfaceProgram::kGood);
+    shop.verdict(0, SurfaceProgram::kUntried);
+    EXPECT_FALSE(shop.top());
+    EXPECT_EQ(shop.scene().objectCount(), objects) << "nothing is left";
+    EXPECT_EQ(shop.simulation.history().undoDepth(), 0u);
+}
+
+TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
+    Shop shop;
+    shop.verdict(0, SurfaceProgram::kBad, "no");
+    const auto remove = [&](const char* path) { shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value()))); };
+    remove("/thing0/box");
+    shop.frame();
+    ASSERT_EQ(shop.texts().size(), 1u);
+    EXPECT_TRUE(shop.texts()[0].text.starts_with("/thing0/twin: "));
+    remove("/thing0");
+    shop.frame();
+    EXPECT_FALSE(shop.top());
+    shop.frame(test::one(Edit::Kind::kUndo));
+    shop.frames();
+    EXPECT_EQ(shop.texts().size(), 1u) << "what comes back is still wrong";
+    // What is not seen needs no words: the thing hangs below a Switch that shows nothing.
+    ListMaker make;
+    const ObjectId off = make.create<Switch>();
+    setField<&Switch::choice>(make.builder, off, Switch::kNone);
+    const ObjectId hidden = make.node("hidden", kRootNode, off);
+    make.builder.place(findNode(shop.scene(), "/thing0").value(), hidden);
+    shop.frame(test::one(make.builder.take()));
+    shop.frames();
+    EXPECT_FALSE(shop.top());
+}
+
+/// Where the reader stands, how large the thing is: between the eye and the thing, and about as high on the screen.
+TEST(ProgramNotices, StandWhereTheyCanBeRead) {
+    forSeeds(100, [](Random& random) {
+        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        Shop shop;
+        shop.frame();
+        ChangeListBuilder list;
+        const ObjectId core = test::transformAt(shop.scene(), "/thing0");
+        const double size = std::pow(10.0, uniform(-2, 3));
+        const Vec3d middle(uniform(-5, 5), uniform(-5, 5), uniform(-5, 5));
+        setField<&Transform::translation>(list, core, middle);
+        setField<&Transform::scale>(list, core, Vec3d(size, size * uniform(0.1, 1), size * uniform(0.1, 1)));
+        shop.frame(test::one(list.take()));
+        shop.view.worldUnitsPerMetre = std::pow(10.0, uniform(-1, 2));
+        shop.verdict(0, SurfaceProgram::kBad, "surface, line 1: a complaint of some length that goes on");
+        for (int i = 0; i < 5; ++i) {
+            shop.view.position = Vec3d(uniform(-20, 20), uniform(-20, 20), uniform(-20, 20)) * size;
+            shop.frames(3);
+            const Vec3d eye = shop.view.world_T_wall() * shop.wall.users.front().position;
+            const Node& notice = *shop.scene().get<Node>(shop.scene().get<Node>(shop.top())->children[0]);
+            const Transform& stands = *shop.scene().coreOf<Transform>(notice);
+            const Vec3d to = stands.translation - eye, way = middle - eye;
+            EXPECT_LT(to.norm(), way.norm() * 1.0001) << "before the thing";
+            // A thing that one stands in may be anywhere about one.
+            if (way.norm() > 2 * size) {
+                EXPECT_GT(to.normalized().dot(way.normalized()), 0.7);
+            }
+            const double height = 1.0 / 2.4;  // of the screen, seen from 2.4 m
+            const double share = stands.scale.x() / std::max(to.norm(), 0.05 * shop.view.worldUnitsPerMetre) / height;
+            EXPECT_GT(share, 1.0 / 80);
+            EXPECT_LT(share, 1.0 / 20);
+        }
+        const int lists = shop.lists;
+        for (int i = 0; i < 30; ++i) {  // a head that trembles
+            shop.view.position.x() += 1e-4 * size * (i % 2 == 0 ? 1 : -1);
+            shop.frame();
+        }
+        EXPECT_LE(shop.lists, lists + 2);
+    });
+}
+
+TEST(ProgramNotices, AreBoundedInNumberAndInWork) {
+    Shop shop(40);
+    ChangeListBuilder list;
+    for (const ObjectId id : shop.programs) setField<&SurfaceProgram::verdict>(list, id, SurfaceProgram::kBad);
+    shop.frame(test::one(Edit{.ticket = 9, .list = list.take(), .undoable = false}));
+    shop.frame();
+    ASSERT_EQ(shop.texts().size(), ProgramNotices::kMost);
+    EXPECT_NE(shop.texts().back().text.find("and 24 bad programs more"), std::string::npos) << shop.texts().back().text;
+    // A tree that changes in every frame is looked at every tenth, by whoever looks for what nothing has: each walk goes further.
+    Shop other;
+    ChangeListBuilder bare;
+    setField<&Geometry::material>(bare, other.scene().get<Node>(findNode(other.scene(), "/thing0/box").value())->core, ObjectId());
+    other.frame(test::one(bare.take()));
+    other.verdict(0, SurfaceProgram::kBad, "no");
+    EXPECT_FALSE(other.top());
+    std::size_t walks = 0;
+    for (int i = 0; i < 100; ++i) {
+        ListMaker make;
+        (void)make.node("more", kRootNode);
+        const std::size_t before = other.notices.visited();
+        other.frame(test::one(make.builder.take()));
+        walks += other.notices.visited() != before ? 1 : 0;
+    }
+    EXPECT_LE(walks, 11u);
+    EXPECT_GE(walks, 8u);
+}
+
+TEST(ProgramNotices, MakeNoSceneLargerAndAreNobodysObstacle) {
+    Shop shop;
+    shop.frames(2);
+    const Box bare = sceneBounds(shop.scene());
+    shop.verdict(0, SurfaceProgram::kBad, "no");
+    ASSERT_FALSE(shop.seen().empty());
+    EXPECT_EQ(sceneBounds(shop.scene()).lower, bare.lower);
+    EXPECT_EQ(sceneBounds(shop.scene()).upper, bare.upper);
+    // Dragged right through it.
+    ListMaker make;
+    const ObjectId interest = make.create<Interest>();
+    setField<&Interest::object>(make.builder, interest, findNode(shop.scene(), "/thing0").value());
+    setField<&Interest::response>(make.builder, interest, Interest::kStop);
+    (void)make.node("interest", kRootNode, interest);
+    shop.frame(test::one(make.builder.take()));
+    const Vec3d through = shop.seen().center();
+    shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), "/thing0"), through)));
+    EXPECT_EQ(test::placeOf(shop.scene(), "/thing0"), through);
+}
+
+/// What people do to it is made good, whatever it is; what they hang among it stays theirs.
+TEST(ProgramNotices, WhatPeopleDoToThemIsMadeGood) {
+    Shop shop(2);
+    shop.verdict(0, SurfaceProgram::kBad, "no");
+    const Box first = shop.seen();
+    const auto asItWas = [&] {
+        shop.frames(3);
+        return shop.top() && shop.texts().size() == 1 && (shop.seen().center() - first.center()).norm() < 1e-9;
+    };
+    const auto notice = [&] { return shop.scene().get<Node>(shop.top())->children[0]; };
+    ChangeListBuilder list;
+    setField<&Transform::translation>(list, shop.scene().get<Node>(notice())->core, Vec3d(7, 7, 7));
+    shop.frame(test::one(list.take()));
+    EXPECT_TRUE(asItWas());
+    shop.frame(test::one(*removalList(shop.scene(), notice())));
+    EXPECT_TRUE(asItWas());
+    shop.frame(test::one(*removalList(shop.scene(), shop.top())));
+    EXPECT_TRUE(asItWas());
+    shop.frame(test::one(Edit::Kind::kUndo));  // there are two of them now
+    EXPECT_TRUE(asItWas());
+    EXPECT_EQ(std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }), 1);
+    ListMaker make;
+    (void)make.node("hat", notice(), make.box(Vec3d(0.1, 0.1, 0.1)));
+    shop.frame(test::one(make.builder.take()));
+    EXPECT_TRUE(asItWas());
+    EXPECT_TRUE(findNode(shop.scene(), "/hat"));
+    // Something else of that name is left alone.
+    ListMaker other;
+    (void)other.node(std::string(kProgramNoticesName), kRootNode, other.box(Vec3d(1, 1, 1)));
+    shop.frame(test::one(other.builder.take()));
+    EXPECT_TRUE(asItWas());
+    shop.verdict(0, SurfaceProgram::kGood);
+    EXPECT_TRUE(findNode(shop.scene(), "/" + std::string(kProgramNoticesName)));
+    EXPECT_FALSE(shop.top());
+}
+
+/// A server that goes on from its journal has the scene and remembers nothing else.
+TEST(ProgramNotices, WhoGoesOnFromAJournalFindsThem) {
+    Shop shop(2);
+    shop.verdict(0, SurfaceProgram::kBad, "no");
+    const ObjectId top = shop.top();
+    shop.notices = ProgramNotices(shop.wall);
+    shop.notices.update(shop.scene(), nullptr);
+    shop.frames();
+    EXPECT_EQ(shop.top(), top) << "the same ones";
+    EXPECT_EQ(shop.texts().size(), 1u);
+    shop.verdict(0, SurfaceProgram::kGood);
+    EXPECT_FALSE(shop.top());
+}
+
+/// Random edits of programs, things, the tree and the view: after a while what is shown is what a fresh start shows.
+TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
+    forSeeds(100, [](Random& random) {
+        Shop shop(4);
+        for (int i = 0; i < 40; ++i) {
+            const std::size_t which = below(random, 4);
+            const std::string path = "/thing" + std::to_string(which);
+            const bool there = findNode(shop.scene(), path).has_value();
+            switch (below(random, 6)) {
+                case 0:
+                    if (!shop.scene().get<SurfaceProgram>(shop.programs[which])) break;  // gone with the last that it was of
+                    shop.verdict(which, static_cast<std::int64_t>(below(random, 3)), "problem " + std::to_string(below(random, 3)));
+                    break;
+                case 1:
+                    if (there) shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), path), Vec3d(static_cast<double>(below(random, 9)), 0, -5))));
+                    break;
+                case 2:
+                    if (there && oneIn(random, 3)) shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
+                    break;
+                case 3:
+                    if (shop.simulation.history().undoDepth() > 0) shop.frame(test::one(Edit::Kind::kUndo));
+                    break;
+                case 4: {
+                    ListMaker make;
+                    (void)make.node("more", kRootNode);
+                    shop.frame(test::one(make.builder.take()));
+                    break;
+                }
+                default: shop.view.position.x() = static_cast<double>(below(random, 5)); shop.frame();
+            }
+            if (::testing::Test::HasFailure()) return;
+        }
+        shop.frames();
+        std::vector<std::string> followed, anew;
+        for (const Text& text : shop.texts()) followed.push_back(text.text);
+        shop.notices = ProgramNotices(shop.wall);
+        shop.notices.update(shop.scene(), nullptr);
+        shop.frames();
+        for (const Text& text : shop.texts()) anew.push_back(text.text);
+        EXPECT_EQ(followed, anew);
+        EXPECT_EQ(shop.scene().root().children[shop.scene().root().children.size() - 1] == shop.top(), shop.top().value != 0);
+    });
+}
+
+}  // namespace
+}  // namespace tessera
