@@ -18,7 +18,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       gl(functions),
       options(o),
       textures(gl, o.textureBudgetBytes),
-      volumes(gl, o.textureBudgetBytes),
+      volumes(gl, o.textureBudgetBytes, o.leaveOutEmpty),
       tile(gl, o.samples),
       ids(gl, 1),
       lights(gl),

@@ -24,7 +24,8 @@ struct RendererOptions {
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
     /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
     bool clusterLights = true;
-    /// False: every pixel goes through every pass. The same picture, to the bit, and slow: what `ScreenBlocks` are tested against.
+    /// False: every pixel goes through every pass, and rays through volumes sample what is empty too. The same picture, to the bit, and slow: what
+    /// `ScreenBlocks` and `VolumeBricks` are tested against.
     bool leaveOutEmpty = true;
 };
 

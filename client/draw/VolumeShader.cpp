@@ -4,7 +4,8 @@
 namespace tessera::shader_text {
 
 // A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on the screen, the eye and the
-// volume alone. Colours are blended as bytes stand, as all that is transparent here. MARCHED: which of the bits of VolumeTextures.h.
+// volume alone. Colours are blended as bytes stand, as all that is transparent here. MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in
+// empty bricks are counted, not looked at: the same numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
 const char kVolumeFragment[] = R"(
 layout(std140, binding = 3) uniform VolumeBlock {
     vec4 stepsRow0, stepsRow1, stepsRow2;
@@ -14,6 +15,13 @@ layout(std140, binding = 3) uniform VolumeBlock {
 } volume;
 layout(binding = 20) uniform sampler3D voxels;
 layout(binding = 21) uniform samplerBuffer transfer;
+#ifdef MARCHED
+#if (MARCHED & 3) == 2
+layout(binding = 22) uniform sampler3D bricks;
+#else
+layout(binding = 22) uniform usampler3D bricks;
+#endif
+#endif
 
 #ifdef MARCHED
 centroid in vec3 vPosition;
@@ -60,6 +68,20 @@ float solidAt(int i) {
 float clearness(float a) {
     float series = -1.44269504 * a * (1.0 + a * (0.5 + a * (0.33333333 + a * (0.25 + a * (0.2 + a * 0.16666667)))));
     return a < 0.125 ? series : log2(max(1.0 - a, 1.0 / 65536.0));
+}
+
+// Over all pieces but the last whose middles lie in bricks that are empty: those nearer than so many steps. False: there is something, or might be.
+bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float margin, float perPace, float pace, float far, float lastPiece,
+          inout float begin, inout float piece, inout int left) {
+    vec3 lower = (brick - (steps - 1.0)) * BRICK_SIDE + margin, upper = (brick + steps) * BRICK_SIDE - margin;
+    vec3 out3 = max((lower - from3) * inverse, (upper - from3) * inverse);
+    float leaves = min(min(out3.x, out3.y), out3.z);
+    float next = min(min(floor(leaves * perPace + 0.5) + 1.0, lastPiece), piece + float(left) - 1.0);
+    bool leaps = steps > 0.0 && next > piece && all(greaterThan(at, lower)) && all(lessThan(at, upper));
+    left -= leaps ? int(next - piece) : 0;
+    begin = leaps ? clamp((next - 1.0) * pace, begin, far) : begin;
+    piece = leaps ? next : piece;
+    return leaps;
 }
 
 #if (MARCHED & 3) == 1
@@ -121,16 +143,26 @@ void main() {
 #endif
     bool met = far > near;
     far = met ? far : near;
-    float begin = near, piece = floor(near / pace) + 1.0;
+    float begin = near, piece = floor(near / pace) + 1.0, perPace = 1.0 / pace, lastPiece = floor(far / pace);
+    // So far within a brick its samples are surely its own.
+    float margin = 1e-3 + 1e-6 * max(max(abs(from3.x), abs(from3.y)), abs(from3.z));
     int left = MOST_SAMPLES;
 #if (MARCHED & 3) == 2
     float greatest = -3.4e38;
     do {
+        bool lower;
+        do {
+            vec3 at = clamp(from3 + along * (0.5 * (begin + clamp(piece * pace, begin, far))), vec3(0.0), last);
+            vec3 brick = floor(at * BRICK_INVERSE);
+            float most = texelFetch(bricks, ivec3(brick), 0).r;
+            lower = leap(most <= greatest ? 1.0 : 0.0, brick, at, from3, inverse, margin, perPace, pace, far, lastPiece, begin, piece, left);
+        } while (lower);
         float end = clamp(piece * pace, begin, far);
         greatest = max(greatest, fieldAt(clamp(from3 + along * (0.5 * (begin + end)), vec3(0.0), last), texel));
         begin = end;
         piece += 1.0;
-    } while (begin < far && --left > 0);
+        // Beyond its last stop the transfer function is what it is there.
+    } while (begin < far && greatest * toTable.x + toTable.y < toTable.z && --left > 0);
     vec4 color = colored(greatest, toTable);
     outColor = vec4(color.rgb, met ? color.a : 0.0);
 #else
@@ -144,6 +176,13 @@ void main() {
         vec3 at;
         float middle, thick;
         do {
+            bool empty;
+            do {
+                at = clamp(from3 + along * (0.5 * (begin + clamp(piece * pace, begin, far))), vec3(0.0), last);
+                vec3 brick = floor(at * BRICK_INVERSE);
+                float steps = float(texelFetch(bricks, ivec3(brick), 0).r);
+                empty = leap(steps, brick, at, from3, inverse, margin, perPace, pace, far, lastPiece, begin, piece, left);
+            } while (empty);
             float end = clamp(piece * pace, begin, far);
             middle = 0.5 * (begin + end);
             thick = (end - begin) * perLength;

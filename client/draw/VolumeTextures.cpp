@@ -1,6 +1,7 @@
 #include "client/draw/VolumeTextures.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -35,6 +36,17 @@ float finite(double v) {
 }
 
 std::array<float, 4> rowOf(const Affine3d& m, int row) { return {finite(m(row, 0)), finite(m(row, 1)), finite(m(row, 2)), finite(m(row, 3))}; }
+
+/// As GL reads voxels, and a little more: whatever filtering rounds to.
+std::vector<float> greatestRead(const VolumeBricks& bricks, const Volume& v, bool known) {
+    const VoxelTexels texels = texelsOf(v.format);
+    std::vector<float> greatest;
+    for (std::size_t i = 0; i < bricks.greatest().size(); ++i) {
+        const double least = (static_cast<double>(bricks.least()[i]) - texels.offset) / texels.scale, most = (static_cast<double>(bricks.greatest()[i]) - texels.offset) / texels.scale;
+        greatest.push_back(known ? finite(most + 1e-6 * std::max(std::abs(least), std::abs(most))) : 3e38f);
+    }
+    return greatest;
+}
 
 }  // namespace
 
@@ -77,15 +89,21 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
+VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty) : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
 
 VolumeTextures::~VolumeTextures() {
-    for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture.name);
+    for (auto& [key, texture] : textures_) drop(texture);
     if (transferTexture_) gl_.DeleteTextures(1, &transferTexture_);
     for (const GLuint* buffer : {&transferBuffer_, &blockBuffer_})
         if (*buffer) gl_.DeleteBuffers(1, buffer);
+}
+
+void VolumeTextures::drop(Texture& texture) {
+    gl_.DeleteTextures(1, &texture.name);
+    for (const BrickTexture& bricks : texture.brickTextures) gl_.DeleteTextures(1, &bricks.name);
+    texture.brickTextures.clear();
 }
 
 void VolumeTextures::beginDraw() {
@@ -96,21 +114,21 @@ void VolumeTextures::beginDraw() {
         if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
         const auto it = textures_.find(*candidate.key);
         clock_.remember(gone_, *candidate.key, it->second.uses);
-        gl_.DeleteTextures(1, &it->second.name);
+        drop(it->second);
         bytes_ -= it->second.bytes;
         textures_.erase(it);
     }
 }
 
-GLuint VolumeTextures::find(const Volume& v) {
-    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return 0;
+VolumeTextures::Found VolumeTextures::find(const Volume& v) {
+    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return {};
     const std::size_t bytes = bytesPerVoxel(v) * static_cast<std::size_t>(v.sizeX * v.sizeY * v.sizeZ);
-    if (v.voxels.sizeBytes() != bytes) return 0;
+    if (v.voxels.sizeBytes() != bytes) return {};
     const Key key{v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ};
     auto it = textures_.find(key);
     if (it == textures_.end() && takeOver(key, v)) it = textures_.find(key);
     if (it == textures_.end()) {
-        Texture texture{.bytes = bytes, .uses = UseClock::recall(gone_, key)};
+        Texture texture{.bytes = bytes, .uses = UseClock::recall(gone_, key), .bricks = VolumeBricks(v), .brickTextures = {}};
         gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
         gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
         gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -119,10 +137,42 @@ GLuint VolumeTextures::find(const Volume& v) {
         for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
         write(texture.name, v, 0, v.sizeZ);
         bytes_ += bytes;
-        it = textures_.emplace(key, texture).first;
+        it = textures_.emplace(key, std::move(texture)).first;
     }
     clock_.use(it->second.uses);
-    return it->second.name;
+    return {it->second.name, v.mode == Volume::kSlices ? 0 : bricksOf(it->second, v)};
+}
+
+GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
+    const bool maximum = v.mode == Volume::kMaximum;
+    const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
+    const std::array<Hash128, 3> parts{Hash128{maximum, 0}, maximum ? Hash128{} : Hash128{bits(v.low), bits(v.high)}, maximum ? Hash128{} : v.transfer.id()};
+    const Hash128 of = hash128(std::as_bytes(std::span(parts)));
+    auto known = std::ranges::find(texture.brickTextures, of, &BrickTexture::of);
+    if (known == texture.brickTextures.end()) {
+        // One of a transfer function that nobody has any more.
+        std::erase_if(texture.brickTextures, [&](const BrickTexture& other) {
+            const bool unused = other.lastDraw + 2 < clock_.draw();
+            if (unused) gl_.DeleteTextures(1, &other.name);
+            return unused;
+        });
+        known = texture.brickTextures.insert(texture.brickTextures.end(), {.of = of});
+        const auto [nx, ny, nz] = texture.bricks.counts();
+        gl_.CreateTextures(GL_TEXTURE_3D, 1, &known->name);
+        gl_.TextureStorage3D(known->name, 1, maximum ? GL_R32F : GL_R8UI, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz));
+        for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl_.TextureParameteri(known->name, filter, GL_NEAREST);
+        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+        const auto tell = [&](GLenum format, GLenum type, const void* numbers) {
+            gl_.TextureSubImage3D(known->name, 0, 0, 0, 0, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz), format, type, numbers);
+        };
+        if (maximum)
+            tell(GL_RED, GL_FLOAT, greatestRead(texture.bricks, v, leaveOutEmpty_).data());
+        else
+            tell(GL_RED_INTEGER, GL_UNSIGNED_BYTE, (leaveOutEmpty_ ? texture.bricks.emptySteps(v) : std::vector<std::uint8_t>(texture.bricks.greatest().size())).data());
+        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    }
+    known->lastDraw = clock_.draw();
+    return known->name;
 }
 
 bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
@@ -134,7 +184,11 @@ bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
         if (known == textures_.end() || clock_.usedNow(known->second.uses)) continue;
         auto texture = textures_.extract(known);
         texture.key() = key;
-        write(texture.mapped().name, v, static_cast<std::int64_t>(origin.begin / layer), static_cast<std::int64_t>((origin.end + layer - 1) / layer));
+        const auto first = static_cast<std::int64_t>(origin.begin / layer), end = static_cast<std::int64_t>((origin.end + layer - 1) / layer);
+        write(texture.mapped().name, v, first, end);
+        texture.mapped().bricks.update(v, first, end);
+        for (const BrickTexture& bricks : texture.mapped().brickTextures) gl_.DeleteTextures(1, &bricks.name);
+        texture.mapped().brickTextures.clear();
         textures_.insert(std::move(texture));
         return true;
     }
@@ -183,8 +237,9 @@ void VolumeTextures::upload(const std::vector<VolumeBlock>& blocks) {
     gl_.TextureBuffer(transferTexture_, GL_RGBA8, transferBuffer_);
 }
 
-void VolumeTextures::bind(GLuint texture, std::size_t block) const {
-    gl_.BindTextureUnit(kVoxelUnit, texture);
+void VolumeTextures::bind(const Found& textures, std::size_t block) const {
+    gl_.BindTextureUnit(kVoxelUnit, textures.voxels);
+    if (textures.bricks != 0) gl_.BindTextureUnit(kBrickUnit, textures.bricks);
     gl_.BindTextureUnit(kTransferUnit, transferTexture_);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, kVolumeBinding, blockBuffer_, static_cast<GLintptr>(block * sizeof(VolumeBlock)), sizeof(VolumeBlock));
 }
