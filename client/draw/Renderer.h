@@ -55,7 +55,7 @@ public:
     /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h). Where
     /// nobody says so each draw is a frame.
     void beginFrame();
-    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh and images: about `bytes` of the mesh, or
+    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh, voxels and images: about `bytes` of mesh or voxels, or
     /// one image. Pictures do not depend on it, and nothing is thrown out for it.
     struct Prepared {
         std::size_t bytes = 0;  ///< uploaded; 0: all of it is there, or cannot be

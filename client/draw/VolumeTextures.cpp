@@ -25,7 +25,7 @@ VoxelTexels texelsOf(std::int64_t format) {
     }
 }
 
-std::size_t bytesPerVoxel(const Volume& v) { return bytesOf(static_cast<VoxelFormat>(v.format)); }
+std::size_t layerBytes(const Volume& v) { return bytesOf(static_cast<VoxelFormat>(v.format)) * static_cast<std::size_t>(v.sizeX * v.sizeY); }
 
 /// Stops, at least two.
 std::size_t stopsOf(const Volume& v) { return v.transfer.empty() ? 2 : std::max<std::size_t>(2, v.transfer.sizeBytes() / 4); }
@@ -109,38 +109,56 @@ void VolumeTextures::drop(Texture& texture) {
 void VolumeTextures::beginDraw() {
     transfer_.clear();
     clock_.beginDraw();
-    if (bytes_ <= budgetBytes_) return;
-    for (const auto& candidate : clock_.lastNeededFirst(textures_)) {
-        if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
-        const auto it = textures_.find(*candidate.key);
-        clock_.remember(gone_, *candidate.key, it->second.uses);
-        drop(it->second);
-        bytes_ -= it->second.bytes;
-        textures_.erase(it);
-    }
+    clock_.giveWay(textures_, gone_, bytes_, budgetBytes_, [this](Texture& texture) { drop(texture); });
+}
+
+bool VolumeTextures::canBeShown(const Volume& v) const {
+    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return false;
+    return v.voxels.sizeBytes() == layerBytes(v) * static_cast<std::size_t>(v.sizeZ);
 }
 
 VolumeTextures::Found VolumeTextures::find(const Volume& v) {
-    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return {};
-    const std::size_t bytes = bytesPerVoxel(v) * static_cast<std::size_t>(v.sizeX * v.sizeY * v.sizeZ);
-    if (v.voxels.sizeBytes() != bytes) return {};
-    const Key key{v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ};
-    auto it = textures_.find(key);
-    if (it == textures_.end() && takeOver(key, v)) it = textures_.find(key);
-    if (it == textures_.end()) {
-        Texture texture{.bytes = bytes, .uses = UseClock::recall(gone_, key), .bricks = VolumeBricks(v), .brickTextures = {}};
-        gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
-        gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
-        gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
-        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
-        write(texture.name, v, 0, v.sizeZ);
-        bytes_ += bytes;
-        it = textures_.emplace(key, std::move(texture)).first;
-    }
-    clock_.use(it->second.uses);
-    return {it->second.name, v.mode == Volume::kSlices ? 0 : bricksOf(it->second, v)};
+    if (!canBeShown(v)) return {};
+    Texture& texture = textureOf(v);
+    fill(texture, v, v.voxels.sizeBytes());
+    clock_.use(texture.uses);
+    return {texture.name, v.mode == Volume::kSlices ? 0 : bricksOf(texture, v)};
+}
+
+std::optional<std::size_t> VolumeTextures::prepare(const Volume& v, std::size_t bytes) {
+    if (!canBeShown(v)) return 0;
+    const auto known = textures_.find(keyOf(v));
+    if (known != textures_.end() && known->second.layers == v.sizeZ) return 0;
+    if (known == textures_.end() && bytes_ + v.voxels.sizeBytes() > budgetBytes_) return std::nullopt;
+    Texture& texture = textureOf(v);
+    texture.uses.lastDraw = clock_.draw();
+    const std::size_t uploaded = fill(texture, v, bytes);
+    if (texture.layers == v.sizeZ && v.mode != Volume::kSlices) (void)bricksOf(texture, v);
+    return uploaded;
+}
+
+VolumeTextures::Texture& VolumeTextures::textureOf(const Volume& v) {
+    const Key key = keyOf(v);
+    if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
+    if (takeOver(key, v)) return textures_.find(key)->second;
+    Texture texture{.bytes = v.voxels.sizeBytes(), .uses = UseClock::recall(gone_, key), .bricks = {}, .brickTextures = {}};
+    gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
+    gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
+    gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
+    bytes_ += texture.bytes;
+    return textures_.emplace(key, std::move(texture)).first->second;
+}
+
+std::size_t VolumeTextures::fill(Texture& texture, const Volume& v, std::size_t bytes) {
+    if (texture.layers == v.sizeZ) return 0;
+    const std::int64_t first = texture.layers;
+    texture.layers = std::min(v.sizeZ, first + std::max<std::int64_t>(1, static_cast<std::int64_t>(bytes / layerBytes(v))));
+    write(texture.name, v, first, texture.layers);
+    if (texture.layers == v.sizeZ) texture.bricks = VolumeBricks(v);
+    return static_cast<std::size_t>(texture.layers - first) * layerBytes(v);
 }
 
 GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
@@ -176,12 +194,12 @@ GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
 }
 
 bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
-    const auto layer = static_cast<std::uint64_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    const std::uint64_t layer = layerBytes(v);
     for (const Blob::Origin& origin : v.voxels.origins()) {
         Key earlier = key;
         earlier.voxels = origin.id;
         const auto known = textures_.find(earlier);
-        if (known == textures_.end() || clock_.usedNow(known->second.uses)) continue;
+        if (known == textures_.end() || clock_.usedNow(known->second.uses) || known->second.layers < v.sizeZ) continue;
         auto texture = textures_.extract(known);
         texture.key() = key;
         const auto first = static_cast<std::int64_t>(origin.begin / layer), end = static_cast<std::int64_t>((origin.end + layer - 1) / layer);
@@ -197,7 +215,7 @@ bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
 
 void VolumeTextures::write(GLuint texture, const Volume& v, std::int64_t first, std::int64_t end) {
     const auto texels = texelsOf(v.format);
-    const std::size_t layer = static_cast<std::size_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    const std::size_t layer = layerBytes(v);
     std::vector<std::uint16_t> shifted;
     gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (std::int64_t z = first; z < end; ++z) {

@@ -68,6 +68,8 @@ public:
         GLuint voxels = 0, bricks = 0;
     };
     [[nodiscard]] Found find(const Volume& volume);
+    /// Ahead of need about so many bytes of its layers. How many were uploaded: 0, and all is there, or cannot be. Nothing: the budget has no room.
+    [[nodiscard]] std::optional<std::size_t> prepare(const Volume& volume, std::size_t bytes);
     /// Transfer functions of a list, one behind the other; the first texel of this one's.
     [[nodiscard]] std::size_t addTransfer(const Volume& volume);
     /// Behind the last `find` and `addTransfer` of a draw: what shaders read.
@@ -99,10 +101,17 @@ private:
     struct Texture {
         GLuint name = 0;
         std::size_t bytes = 0;
+        std::int64_t layers = 0;  ///< that are there; bricks once all are
         UseClock::Uses uses;
         VolumeBricks bricks;
         std::vector<BrickTexture> brickTextures;
     };
+    [[nodiscard]] static Key keyOf(const Volume& v) { return {v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ}; }
+    [[nodiscard]] bool canBeShown(const Volume& volume) const;
+    /// Known, taken over, or new without any layer.
+    [[nodiscard]] Texture& textureOf(const Volume& volume);
+    /// About so many bytes more of its layers; those uploaded.
+    std::size_t fill(Texture& texture, const Volume& volume, std::size_t bytes);
     [[nodiscard]] GLuint bricksOf(Texture& texture, const Volume& volume);
     void drop(Texture& texture);
     /// Layers [first, end).

@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 
+#include "client/draw/UploadAhead.h"
 #include "tests/unit/draw/VolumeStage.h"
 
 namespace tessera {
@@ -245,6 +246,48 @@ TEST_F(VolumeTest, OfEditedVoxelsTheirLayersAloneAreUploaded) {
     ASSERT_TRUE(aspect.apply(edit.take()));
     EXPECT_GT(center(draw(aspect, camera)).r, 100);
     EXPECT_EQ(renderer_->uploadedTextureBytes() - before, 16u * 16u);
+}
+
+// A slice of layers at a time, also while pictures are drawn; then drawing uploads nothing.
+TEST_F(VolumeTest, VoxelsComeAheadOfNeed) {
+    for (const std::int64_t mode : {Volume::kCloud, Volume::kMaximum, Volume::kSlices}) {
+        Volume v;
+        v.sizeX = v.sizeY = v.sizeZ = 32;
+        std::vector<double> values;
+        for (int i = 0; i < 32 * 32 * 32; ++i) values.push_back((i * 7 + i / 900) % 256);
+        v.voxels = numbersFrom<std::uint8_t>(values);
+        v.origin = Vec3d::Constant(-0.775);
+        v.spacing = Vec3d::Constant(0.05);
+        const std::vector<double> planes = {0, 0, 1, 0};
+        v.slices = Blob::of(std::span<const double>(planes));
+        v.mode = mode;
+        TestScene made;
+        made.setDark();
+        made.addNode(made.addCore(v));
+        const Aspect aspect = made.take();
+        const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        restart({.samples = 1});
+        const Picture expected = draw(aspect, camera);
+        for (const bool interrupted : {false, true}) {
+            restart({.samples = 1});
+            UploadAhead ahead;
+            int steps = 0;
+            for (bool more = true; more && steps < 1000; ++steps) {
+                const std::uint64_t before = renderer_->uploadedTextureBytes();
+                more = ahead.step(*renderer_, aspect, scene, camera.eyeWorld, 4096).value();
+                EXPECT_LE(renderer_->uploadedTextureBytes() - before, 4096u);
+                if (interrupted && steps == 4) {
+                    EXPECT_EQ(draw(aspect, camera).rgb, expected.rgb) << "in the middle of it";
+                }
+            }
+            EXPECT_GT(steps, interrupted ? 4 : 8);
+            EXPECT_EQ(renderer_->uploadedTextureBytes(), 32u * 32 * 32);
+            EXPECT_EQ(draw(aspect, camera).rgb, expected.rgb);
+            EXPECT_EQ(renderer_->uploadedTextureBytes(), 32u * 32 * 32) << "all was there";
+        }
+    }
 }
 
 // Any planes, such as touch, meet or repeat each other too: closed, and nothing of it beyond any of them.
