@@ -171,8 +171,8 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
 
 bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes, DrawCall& call) {
     const auto* volume = aspect.get<Volume>(item.geometry);
-    call.voxels = volume ? volumes.find(*volume) : 0;
-    if (call.voxels == 0) return false;
+    if (volume) call.voxels = volumes.find(*volume);
+    if (call.voxels.voxels == 0) return false;
     const std::optional<VolumeBlock> block = blockOf(*volume, item, camera, volumes.addTransfer(*volume));
     if (!block) return false;
     call.volume = static_cast<std::uint32_t>(volumes_.size());

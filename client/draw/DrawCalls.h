@@ -41,7 +41,7 @@ struct DrawCall {
     std::uint32_t block = 0;   ///< its ItemBlock, where it is large
     std::uint32_t look = 0;
     std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
-    GLuint voxels = 0;         ///< of volumes: their texture, and which of `volumes` says the rest
+    VolumeTextures::Found voxels;  ///< of volumes: their textures, and which of `volumes` says the rest
     std::uint32_t volume = 0;
     bool mirrored = false;
     bool equal = false;  ///< blended over a surface that is there: where depth is equal, too
@@ -63,7 +63,7 @@ public:
     [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
     /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
     [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
-        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels == 0 && b.voxels == 0 && a.sortedCount == 0 && b.sortedCount == 0;
+        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels.voxels == 0 && b.voxels.voxels == 0 && a.sortedCount == 0 && b.sortedCount == 0;
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }

@@ -327,7 +327,7 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     // What is solid ends a ray: its depth is looked up, not tested.
     const auto depthTest = [](const DrawCall& of) -> GLenum { return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER; };
     if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER)) gl.DepthFunc(depthTest(call));
-    if (use == ProgramKind::Use::kBlend && call.voxels != 0) volumes.bind(call.voxels, call.volume);
+    if (use == ProgramKind::Use::kBlend && call.voxels.voxels != 0) volumes.bind(call.voxels, call.volume);
     if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
     if (wanted.large)
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "client/draw/RendererImpl.h"
+#include "common/drawable/VolumeShapes.h"
 
 namespace tessera {
 namespace {
@@ -18,7 +19,7 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       gl(functions),
       options(o),
       textures(gl, o.textureBudgetBytes),
-      volumes(gl, o.textureBudgetBytes),
+      volumes(gl, o.textureBudgetBytes, o.leaveOutEmpty),
       tile(gl, o.samples),
       ids(gl, 1),
       lights(gl),
@@ -238,6 +239,9 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
         prepared.full = prepared.full || !uploaded;
     };
     if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable.at(fineness), bytes));
+    // Voxels of what has a box or planes: its fields have been checked.
+    const auto* volume = id && prepared.bytes == 0 && fineness.steps == kVolumeOnScreens ? aspect.get<Volume>(id) : nullptr;
+    if (volume && !drawableOf(aspect, id).at(fineness).arrays().positions.empty()) add(d.volumes.prepare(*volume, bytes));
     const auto* material = materialId ? aspect.get<Material>(materialId) : nullptr;
     if (material && prepared.bytes == 0)
         for (const auto& [imageId, use] : imagesOf(*material)) {

@@ -24,7 +24,8 @@ struct RendererOptions {
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
     /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
     bool clusterLights = true;
-    /// False: every pixel goes through every pass. The same picture, to the bit, and slow: what `ScreenBlocks` are tested against.
+    /// False: every pixel goes through every pass, and rays through volumes sample what is empty too. The same picture, to the bit, and slow: what
+    /// `ScreenBlocks` and `VolumeBricks` are tested against.
     bool leaveOutEmpty = true;
 };
 
@@ -54,7 +55,7 @@ public:
     /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h). Where
     /// nobody says so each draw is a frame.
     void beginFrame();
-    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh and images: about `bytes` of the mesh, or
+    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh, voxels and images: about `bytes` of mesh or voxels, or
     /// one image. Pictures do not depend on it, and nothing is thrown out for it.
     struct Prepared {
         std::size_t bytes = 0;  ///< uploaded; 0: all of it is there, or cannot be

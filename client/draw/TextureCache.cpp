@@ -103,15 +103,7 @@ TextureCache::~TextureCache() {
 
 void TextureCache::beginDraw() {
     clock_.beginDraw();
-    if (bytes_ <= budgetBytes_) return;
-    for (const auto& candidate : clock_.lastNeededFirst(textures_)) {
-        if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
-        const auto it = textures_.find(*candidate.key);
-        clock_.remember(gone_, *candidate.key, it->second.uses);
-        gl_.DeleteTextures(1, &it->second.name);
-        bytes_ -= it->second.bytes;
-        textures_.erase(it);
-    }
+    clock_.giveWay(textures_, gone_, bytes_, budgetBytes_, [this](const Texture& texture) { gl_.DeleteTextures(1, &texture.name); });
 }
 
 GLuint TextureCache::sampler(const Image& image) {

@@ -4,7 +4,8 @@
 namespace tessera::shader_text {
 
 // A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on the screen, the eye and the
-// volume alone. Colours are blended as bytes stand, as all that is transparent here. MARCHED: which of the bits of VolumeTextures.h.
+// volume alone. Colours are blended as bytes stand, as all that is transparent here. MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in
+// empty bricks are counted, not looked at: the same numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
 const char kVolumeFragment[] = R"(
 layout(std140, binding = 3) uniform VolumeBlock {
     vec4 stepsRow0, stepsRow1, stepsRow2;
@@ -14,6 +15,13 @@ layout(std140, binding = 3) uniform VolumeBlock {
 } volume;
 layout(binding = 20) uniform sampler3D voxels;
 layout(binding = 21) uniform samplerBuffer transfer;
+#ifdef MARCHED
+#if (MARCHED & 3) == 2
+layout(binding = 22) uniform sampler3D bricks;
+#else
+layout(binding = 22) uniform usampler3D bricks;
+#endif
+#endif
 
 #ifdef MARCHED
 centroid in vec3 vPosition;
@@ -60,6 +68,19 @@ float solidAt(int i) {
 float clearness(float a) {
     float series = -1.44269504 * a * (1.0 + a * (0.5 + a * (0.33333333 + a * (0.25 + a * (0.2 + a * 0.16666667)))));
     return a < 0.125 ? series : log2(max(1.0 - a, 1.0 / 65536.0));
+}
+
+// Over all pieces but the last whose middles lie in bricks that are empty: those nearer than so many steps. False, and nothing is another: there is
+// something, or might be.
+bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float margin, float perPace, float lastPiece, inout float piece, inout int left) {
+    vec3 lower = (brick - (steps - 1.0)) * BRICK_SIDE + margin, upper = (brick + steps) * BRICK_SIDE - margin;
+    vec3 out3 = max((lower - from3) * inverse, (upper - from3) * inverse);
+    float leaves = min(min(out3.x, out3.y), out3.z);
+    float next = min(min(floor(leaves * perPace + 0.5) + 1.0, lastPiece), piece + float(left) - 1.0);
+    bool leaps = steps > 0.0 && next > piece && all(greaterThan(at, lower)) && all(lessThan(at, upper));
+    left -= leaps ? int(next - piece) : 0;
+    piece = leaps ? next : piece;
+    return leaps;
 }
 
 #if (MARCHED & 3) == 1
@@ -121,16 +142,32 @@ void main() {
 #endif
     bool met = far > near;
     far = met ? far : near;
-    float begin = near, piece = floor(near / pace) + 1.0;
+    float piece = floor(near / pace) + 1.0, perPace = 1.0 / pace, lastPiece = floor(far / pace);
+    // So far within a brick its samples are surely its own.
+    float margin = 1e-3 + 1e-6 * max(max(abs(from3.x), abs(from3.y)), abs(from3.z));
     int left = MOST_SAMPLES;
+    // Pixels that have left a loop go through it with their neighbours, and some of what it says is read anew from what it has left (Mesa's llvmpipe keeps
+    // variables, not results): so an inner loop's last turn changes no variable, and what is summed up is tested at the start.
+    bool more = true;
 #if (MARCHED & 3) == 2
     float greatest = -3.4e38;
-    do {
-        float end = clamp(piece * pace, begin, far);
-        greatest = max(greatest, fieldAt(clamp(from3 + along * (0.5 * (begin + end)), vec3(0.0), last), texel));
-        begin = end;
+    while (more) {
+        float end;
+        vec3 at;
+        bool lower;
+        do {
+            end = clamp(piece * pace, near, far);
+            at = clamp(from3 + along * (0.5 * (clamp((piece - 1.0) * pace, near, far) + end)), vec3(0.0), last);
+            vec3 brick = floor(at * BRICK_INVERSE);
+            float most = texelFetch(bricks, ivec3(brick), 0).r;
+            lower = leap(most <= greatest ? 1.0 : 0.0, brick, at, from3, inverse, margin, perPace, lastPiece, piece, left);
+        } while (lower);
+        greatest = max(greatest, fieldAt(at, texel));
         piece += 1.0;
-    } while (begin < far && --left > 0);
+        --left;
+        // Beyond its last stop the transfer function is what it is there.
+        more = end < far && greatest * toTable.x + toTable.y < toTable.z && left > 0;
+    }
     vec4 color = colored(greatest, toTable);
     outColor = vec4(color.rgb, met ? color.a : 0.0);
 #else
@@ -138,28 +175,38 @@ void main() {
     gloss.scopes = look.material.w;
     float perLength = perDepth * volume.march.y, clear = 1.0, exponent = 0.0;
     vec3 seen = vec3(0.0);
-    do {
+    while (more) {
         // To the next place where there is anything: nothing else is done for what is empty.
         vec4 color;
         vec3 at;
-        float middle, thick;
+        float begin, end, middle;
+        bool empty;
         do {
-            float end = clamp(piece * pace, begin, far);
-            middle = 0.5 * (begin + end);
-            thick = (end - begin) * perLength;
-            at = clamp(from3 + along * middle, vec3(0.0), last);
+            do {
+                begin = clamp((piece - 1.0) * pace, near, far);
+                end = clamp(piece * pace, near, far);
+                middle = 0.5 * (begin + end);
+                at = clamp(from3 + along * middle, vec3(0.0), last);
+                vec3 brick = floor(at * BRICK_INVERSE);
+                float steps = float(texelFetch(bricks, ivec3(brick), 0).r);
+                empty = leap(steps, brick, at, from3, inverse, margin, perPace, lastPiece, piece, left);
+            } while (empty);
             color = colored(fieldAt(at, texel), toTable);
-            begin = end;
-            piece += 1.0;
-        } while (color.a <= 0.0 && begin < far && --left > 0);
-        exponent = max(exponent + thick * clearness(color.a), -30.0);
+            empty = color.a <= 0.0 && end < far && left > 1;
+            piece += empty ? 1.0 : 0.0;
+            left -= empty ? 1 : 0;
+        } while (empty);
+        exponent = max(exponent + (end - begin) * perLength * clearness(color.a), -30.0);
         float clearBehind = exponent > -30.0 ? exp2(exponent) : 0.0;
 #if (MARCHED & 3) == 1
         color.rgb = shadedAt(at, ray * middle, color.rgb, last, texel, steps_T_eye, gloss);
 #endif
         seen += (clear - clearBehind) * color.rgb;
         clear = clearBehind;
-    } while (begin < far && clear > 0.0005 && --left > 0);
+        piece += 1.0;
+        --left;
+        more = end < far && clear > 0.0005 && left > 0;
+    }
     float alpha = 1.0 - clear;
     outColor = vec4(seen / max(alpha, 1e-6), met ? alpha : 0.0);
 #endif

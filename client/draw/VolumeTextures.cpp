@@ -1,6 +1,7 @@
 #include "client/draw/VolumeTextures.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -24,7 +25,7 @@ VoxelTexels texelsOf(std::int64_t format) {
     }
 }
 
-std::size_t bytesPerVoxel(const Volume& v) { return bytesOf(static_cast<VoxelFormat>(v.format)); }
+std::size_t layerBytes(const Volume& v) { return bytesOf(static_cast<VoxelFormat>(v.format)) * static_cast<std::size_t>(v.sizeX * v.sizeY); }
 
 /// Stops, at least two.
 std::size_t stopsOf(const Volume& v) { return v.transfer.empty() ? 2 : std::max<std::size_t>(2, v.transfer.sizeBytes() / 4); }
@@ -35,6 +36,17 @@ float finite(double v) {
 }
 
 std::array<float, 4> rowOf(const Affine3d& m, int row) { return {finite(m(row, 0)), finite(m(row, 1)), finite(m(row, 2)), finite(m(row, 3))}; }
+
+/// As GL reads voxels, and a little more: whatever filtering rounds to.
+std::vector<float> greatestRead(const VolumeBricks& bricks, const Volume& v, bool known) {
+    const VoxelTexels texels = texelsOf(v.format);
+    std::vector<float> greatest;
+    for (std::size_t i = 0; i < bricks.greatest().size(); ++i) {
+        const double least = (static_cast<double>(bricks.least()[i]) - texels.offset) / texels.scale, most = (static_cast<double>(bricks.greatest()[i]) - texels.offset) / texels.scale;
+        greatest.push_back(known ? finite(most + 1e-6 * std::max(std::abs(least), std::abs(most))) : 3e38f);
+    }
+    return greatest;
+}
 
 }  // namespace
 
@@ -77,64 +89,124 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
+VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty) : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
 
 VolumeTextures::~VolumeTextures() {
-    for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture.name);
+    for (auto& [key, texture] : textures_) drop(texture);
     if (transferTexture_) gl_.DeleteTextures(1, &transferTexture_);
     for (const GLuint* buffer : {&transferBuffer_, &blockBuffer_})
         if (*buffer) gl_.DeleteBuffers(1, buffer);
 }
 
+void VolumeTextures::drop(Texture& texture) {
+    gl_.DeleteTextures(1, &texture.name);
+    for (const BrickTexture& bricks : texture.brickTextures) gl_.DeleteTextures(1, &bricks.name);
+    texture.brickTextures.clear();
+}
+
 void VolumeTextures::beginDraw() {
     transfer_.clear();
     clock_.beginDraw();
-    if (bytes_ <= budgetBytes_) return;
-    for (const auto& candidate : clock_.lastNeededFirst(textures_)) {
-        if (bytes_ <= UseClock::roomFor(candidate, budgetBytes_)) return;
-        const auto it = textures_.find(*candidate.key);
-        clock_.remember(gone_, *candidate.key, it->second.uses);
-        gl_.DeleteTextures(1, &it->second.name);
-        bytes_ -= it->second.bytes;
-        textures_.erase(it);
-    }
+    clock_.giveWay(textures_, gone_, bytes_, budgetBytes_, [this](Texture& texture) { drop(texture); });
 }
 
-GLuint VolumeTextures::find(const Volume& v) {
-    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return 0;
-    const std::size_t bytes = bytesPerVoxel(v) * static_cast<std::size_t>(v.sizeX * v.sizeY * v.sizeZ);
-    if (v.voxels.sizeBytes() != bytes) return 0;
-    const Key key{v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ};
-    auto it = textures_.find(key);
-    if (it == textures_.end() && takeOver(key, v)) it = textures_.find(key);
-    if (it == textures_.end()) {
-        Texture texture{.bytes = bytes, .uses = UseClock::recall(gone_, key)};
-        gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
-        gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
-        gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
-        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
-        write(texture.name, v, 0, v.sizeZ);
-        bytes_ += bytes;
-        it = textures_.emplace(key, texture).first;
+bool VolumeTextures::canBeShown(const Volume& v) const {
+    if (!v.voxels.resident() || std::max({v.sizeX, v.sizeY, v.sizeZ}) > mostPx_ || std::min({v.sizeX, v.sizeY, v.sizeZ}) < 2) return false;
+    return v.voxels.sizeBytes() == layerBytes(v) * static_cast<std::size_t>(v.sizeZ);
+}
+
+VolumeTextures::Found VolumeTextures::find(const Volume& v) {
+    if (!canBeShown(v)) return {};
+    Texture& texture = textureOf(v);
+    fill(texture, v, v.voxels.sizeBytes());
+    clock_.use(texture.uses);
+    return {texture.name, v.mode == Volume::kSlices ? 0 : bricksOf(texture, v)};
+}
+
+std::optional<std::size_t> VolumeTextures::prepare(const Volume& v, std::size_t bytes) {
+    if (!canBeShown(v)) return 0;
+    const auto known = textures_.find(keyOf(v));
+    if (known != textures_.end() && known->second.layers == v.sizeZ) return 0;
+    if (known == textures_.end() && bytes_ + v.voxels.sizeBytes() > budgetBytes_) return std::nullopt;
+    Texture& texture = textureOf(v);
+    texture.uses.lastDraw = clock_.draw();
+    const std::size_t uploaded = fill(texture, v, bytes);
+    if (texture.layers == v.sizeZ && v.mode != Volume::kSlices) (void)bricksOf(texture, v);
+    return uploaded;
+}
+
+VolumeTextures::Texture& VolumeTextures::textureOf(const Volume& v) {
+    const Key key = keyOf(v);
+    if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
+    if (takeOver(key, v)) return textures_.find(key)->second;
+    Texture texture{.bytes = v.voxels.sizeBytes(), .uses = UseClock::recall(gone_, key), .bricks = {}, .brickTextures = {}};
+    gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
+    gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
+    gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) gl_.TextureParameteri(texture.name, wrap, GL_MIRROR_CLAMP_TO_EDGE);
+    bytes_ += texture.bytes;
+    return textures_.emplace(key, std::move(texture)).first->second;
+}
+
+std::size_t VolumeTextures::fill(Texture& texture, const Volume& v, std::size_t bytes) {
+    if (texture.layers == v.sizeZ) return 0;
+    const std::int64_t first = texture.layers;
+    texture.layers = std::min(v.sizeZ, first + std::max<std::int64_t>(1, static_cast<std::int64_t>(bytes / layerBytes(v))));
+    write(texture.name, v, first, texture.layers);
+    if (texture.layers == v.sizeZ) texture.bricks = VolumeBricks(v);
+    return static_cast<std::size_t>(texture.layers - first) * layerBytes(v);
+}
+
+GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
+    const bool maximum = v.mode == Volume::kMaximum;
+    const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
+    const std::array<Hash128, 3> parts{Hash128{maximum, 0}, maximum ? Hash128{} : Hash128{bits(v.low), bits(v.high)}, maximum ? Hash128{} : v.transfer.id()};
+    const Hash128 of = hash128(std::as_bytes(std::span(parts)));
+    auto known = std::ranges::find(texture.brickTextures, of, &BrickTexture::of);
+    if (known == texture.brickTextures.end()) {
+        // One of a transfer function that nobody has any more.
+        std::erase_if(texture.brickTextures, [&](const BrickTexture& other) {
+            const bool unused = other.lastDraw + 2 < clock_.draw();
+            if (unused) gl_.DeleteTextures(1, &other.name);
+            return unused;
+        });
+        known = texture.brickTextures.insert(texture.brickTextures.end(), {.of = of});
+        const auto [nx, ny, nz] = texture.bricks.counts();
+        gl_.CreateTextures(GL_TEXTURE_3D, 1, &known->name);
+        gl_.TextureStorage3D(known->name, 1, maximum ? GL_R32F : GL_R8UI, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz));
+        for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl_.TextureParameteri(known->name, filter, GL_NEAREST);
+        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+        const auto tell = [&](GLenum format, GLenum type, const void* numbers) {
+            gl_.TextureSubImage3D(known->name, 0, 0, 0, 0, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz), format, type, numbers);
+        };
+        if (maximum)
+            tell(GL_RED, GL_FLOAT, greatestRead(texture.bricks, v, leaveOutEmpty_).data());
+        else
+            tell(GL_RED_INTEGER, GL_UNSIGNED_BYTE, (leaveOutEmpty_ ? texture.bricks.emptySteps(v) : std::vector<std::uint8_t>(texture.bricks.greatest().size())).data());
+        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     }
-    clock_.use(it->second.uses);
-    return it->second.name;
+    known->lastDraw = clock_.draw();
+    return known->name;
 }
 
 bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
-    const auto layer = static_cast<std::uint64_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    const std::uint64_t layer = layerBytes(v);
     for (const Blob::Origin& origin : v.voxels.origins()) {
         Key earlier = key;
         earlier.voxels = origin.id;
         const auto known = textures_.find(earlier);
-        if (known == textures_.end() || clock_.usedNow(known->second.uses)) continue;
+        if (known == textures_.end() || clock_.usedNow(known->second.uses) || known->second.layers < v.sizeZ) continue;
         auto texture = textures_.extract(known);
         texture.key() = key;
-        write(texture.mapped().name, v, static_cast<std::int64_t>(origin.begin / layer), static_cast<std::int64_t>((origin.end + layer - 1) / layer));
+        const auto first = static_cast<std::int64_t>(origin.begin / layer), end = static_cast<std::int64_t>((origin.end + layer - 1) / layer);
+        write(texture.mapped().name, v, first, end);
+        texture.mapped().bricks.update(v, first, end);
+        for (const BrickTexture& bricks : texture.mapped().brickTextures) gl_.DeleteTextures(1, &bricks.name);
+        texture.mapped().brickTextures.clear();
         textures_.insert(std::move(texture));
         return true;
     }
@@ -143,7 +215,7 @@ bool VolumeTextures::takeOver(const Key& key, const Volume& v) {
 
 void VolumeTextures::write(GLuint texture, const Volume& v, std::int64_t first, std::int64_t end) {
     const auto texels = texelsOf(v.format);
-    const std::size_t layer = static_cast<std::size_t>(v.sizeX * v.sizeY) * bytesPerVoxel(v);
+    const std::size_t layer = layerBytes(v);
     std::vector<std::uint16_t> shifted;
     gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (std::int64_t z = first; z < end; ++z) {
@@ -183,8 +255,9 @@ void VolumeTextures::upload(const std::vector<VolumeBlock>& blocks) {
     gl_.TextureBuffer(transferTexture_, GL_RGBA8, transferBuffer_);
 }
 
-void VolumeTextures::bind(GLuint texture, std::size_t block) const {
-    gl_.BindTextureUnit(kVoxelUnit, texture);
+void VolumeTextures::bind(const Found& textures, std::size_t block) const {
+    gl_.BindTextureUnit(kVoxelUnit, textures.voxels);
+    if (textures.bricks != 0) gl_.BindTextureUnit(kBrickUnit, textures.bricks);
     gl_.BindTextureUnit(kTransferUnit, transferTexture_);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, kVolumeBinding, blockBuffer_, static_cast<GLintptr>(block * sizeof(VolumeBlock)), sizeof(VolumeBlock));
 }

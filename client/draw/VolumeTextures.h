@@ -9,6 +9,7 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/UseClock.h"
+#include "client/draw/VolumeBricks.h"
 #include "client/render/DrawList.h"
 #include "common/drawable/VolumeArrays.h"
 #include "common/scene/Cores.h"
@@ -16,7 +17,7 @@
 namespace tessera {
 
 /// Units of GL that nobody else has.
-inline constexpr GLuint kVoxelUnit = 20, kTransferUnit = 21;
+inline constexpr GLuint kVoxelUnit = 20, kTransferUnit = 21, kBrickUnit = 22;
 /// Of uniform buffers.
 inline constexpr GLuint kVolumeBinding = 3;
 
@@ -48,24 +49,33 @@ static_assert(sizeof(VolumeBlock) == 1280 && sizeof(VolumeBlock) % 256 == 0);
 
 /// Of bytes and 16 bits as they are (what has signs is shifted by 32768), floats as floats. Where a range of voxels was edited the layers that it touches
 /// are uploaded alone. Above the budget goes what is needed last (UseClock.h).
+///
+/// Beside the voxels lies what rays need not look at (VolumeBricks.h): of clouds how far off anything is that the transfer function shows, of maxima the
+/// greatest value of each brick. Rays sample where they sample without it, only less often: pictures are the same, byte for byte.
 class VolumeTextures {
 public:
-    /// The surface must be current.
-    VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes);
+    /// The surface must be current. `leaveOutEmpty`: false, and rays sample everywhere.
+    VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty);
     ~VolumeTextures();
     VolumeTextures(const VolumeTextures&) = delete;
     VolumeTextures& operator=(const VolumeTextures&) = delete;
 
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw();
-    /// 0: bytes that are absent, or more voxels along an axis than GL takes. Of volumes whose fields have been checked.
-    [[nodiscard]] GLuint find(const Volume& volume);
+    /// Its voxels, and of what is marched its bricks. 0: bytes that are absent, or more voxels along an axis than GL takes. Of volumes whose fields have
+    /// been checked.
+    struct Found {
+        GLuint voxels = 0, bricks = 0;
+    };
+    [[nodiscard]] Found find(const Volume& volume);
+    /// Ahead of need about so many bytes of its layers. How many were uploaded: 0, and all is there, or cannot be. Nothing: the budget has no room.
+    [[nodiscard]] std::optional<std::size_t> prepare(const Volume& volume, std::size_t bytes);
     /// Transfer functions of a list, one behind the other; the first texel of this one's.
     [[nodiscard]] std::size_t addTransfer(const Volume& volume);
     /// Behind the last `find` and `addTransfer` of a draw: what shaders read.
     void upload(const std::vector<VolumeBlock>& blocks);
     /// For one of the blocks.
-    void bind(GLuint texture, std::size_t block) const;
+    void bind(const Found& textures, std::size_t block) const;
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
     /// Voxels given to GL since this began.
@@ -82,11 +92,28 @@ private:
             return std::hash<BlobId>{}(key.voxels) ^ static_cast<std::size_t>(key.format << 40 ^ key.sizeX << 24 ^ key.sizeY << 12 ^ key.sizeZ);
         }
     };
+    /// What a transfer function leaves of the bricks, or their greatest values.
+    struct BrickTexture {
+        GLuint name = 0;
+        Hash128 of;
+        std::uint64_t lastDraw = 0;
+    };
     struct Texture {
         GLuint name = 0;
         std::size_t bytes = 0;
+        std::int64_t layers = 0;  ///< that are there; bricks once all are
         UseClock::Uses uses;
+        VolumeBricks bricks;
+        std::vector<BrickTexture> brickTextures;
     };
+    [[nodiscard]] static Key keyOf(const Volume& v) { return {v.voxels.id(), v.format, v.sizeX, v.sizeY, v.sizeZ}; }
+    [[nodiscard]] bool canBeShown(const Volume& volume) const;
+    /// Known, taken over, or new without any layer.
+    [[nodiscard]] Texture& textureOf(const Volume& volume);
+    /// About so many bytes more of its layers; those uploaded.
+    std::size_t fill(Texture& texture, const Volume& volume, std::size_t bytes);
+    [[nodiscard]] GLuint bricksOf(Texture& texture, const Volume& volume);
+    void drop(Texture& texture);
     /// Layers [first, end).
     void write(GLuint texture, const Volume& volume, std::int64_t first, std::int64_t end);
     /// One that edits of ranges have led from to this, unless this draw needs it as it was.
@@ -94,6 +121,7 @@ private:
 
     const GlFunctions& gl_;
     std::size_t budgetBytes_, bytes_ = 0;
+    bool leaveOutEmpty_;
     GLint mostPx_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;
     std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;

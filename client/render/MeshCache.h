@@ -20,6 +20,7 @@ struct RenderMesh {
     std::uint64_t lines = 0;
     bool opaque = true;  ///< no vertex colour with alpha below 1
     Blob positions, indices;
+    Blob slices;  ///< of kSlices: their texcoords (VolumeShapes.h)
     DrawKind kind = DrawKind::kTriangles;
     double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0
     /// None of what has come by edits of ranges: it may go on changing.

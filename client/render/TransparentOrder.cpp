@@ -4,6 +4,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "common/drawable/VolumeArrays.h"
 #include "common/geometry/Points.h"
 
 namespace tessera {
@@ -66,7 +67,7 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
     const double offset = -camera.eye_T_world.translation().z();
     for (std::uint32_t i = 0; i < items.size(); ++i) {
         const Item& item = items[i];
-        Piece piece{item.depth, item.drawn.node, item.depth, item.drawn.node, Piece::kWhole, i};
+        Piece piece{item.depth, item.drawn.node, item.depth, item.drawn.node, {}, Piece::kWhole, i};
         if (byTriangles) {
             const Group& group = groups_[groupOf_[item.item]];
             piece.groupDepth = axis.dot(group.box.center()) + offset;
@@ -75,6 +76,8 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
         const RenderMesh& mesh = *scene.items[item.item].mesh;
         if (rowOf(mesh.kind).particles && mesh.pointRadius > 0)
             addParticles(mesh, item, piece, camera);
+        else if (mesh.kind == DrawKind::kSlices)
+            addSlices(mesh, item, piece, camera);
         else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).surface)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
@@ -82,8 +85,8 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
     }
     // Node ids are unique, so the order is total.
     std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
-        return std::tie(b.groupDepth, a.group, b.depth, a.node, a.triangle) <
-               std::tie(a.groupDepth, b.group, a.depth, b.node, b.triangle);
+        return std::tie(b.groupDepth, a.group, b.depth, a.node, a.sides, a.triangle) <
+               std::tie(a.groupDepth, b.group, a.depth, b.node, b.sides, b.triangle);
     });
     for (std::size_t i = 0; i < pieces_.size();) {
         const std::uint32_t of = pieces_[i].item;
@@ -127,6 +130,48 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
         piece.triangle = t;
         pieces_.push_back(piece);
     }
+}
+
+// Each lies on one side of all planes before its own. Where two of them differ first, what is beyond that plane comes before what is in it, and that
+// before what is on the eye's side. Depths never grow along that order, so that nothing between them, by its own depth, turns it around.
+void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
+    const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3, eye = eye_T_item.inverse().translation();
+    const double offset = -eye_T_item.translation().z();
+    const std::span<const float> positions = mesh.positions.as<float>(), texcoords = mesh.slices.as<float>();
+    const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
+    const auto cornerOf = [&](std::size_t t, std::size_t corner) {
+        const float* p = &positions[3 * std::size_t{indices[3 * t + corner]}];
+        return Vec3d(p[0], p[1], p[2]);
+    };
+    const auto sliceOf = [&](std::size_t t) { return std::min(kMostVolumePlanes - 1, static_cast<std::size_t>(std::max(0.0f, texcoords[2 * std::size_t{indices[3 * t]} + 1]))); };
+    // By its largest triangle.
+    struct SlicePlane {
+        Vec3d normal = Vec3d::Zero(), at = Vec3d::Zero();
+        [[nodiscard]] double off(const Vec3d& p) const { return normal.dot(p - at); }
+    };
+    std::array<SlicePlane, kMostVolumePlanes> planes;
+    const std::size_t count = indices.size() / 3;
+    for (std::size_t t = 0; t < count; ++t) {
+        const Vec3d at = cornerOf(t, 0), normal = (cornerOf(t, 1) - at).cross(cornerOf(t, 2) - at);
+        if (SlicePlane& plane = planes[sliceOf(t)]; normal.squaredNorm() > plane.normal.squaredNorm()) plane = {normal, at};
+    }
+    const std::size_t first = pieces_.size();
+    for (std::size_t t = 0; t < count; ++t) {
+        const Vec3d sum = cornerOf(t, 0) + cornerOf(t, 1) + cornerOf(t, 2);
+        piece.sides = {};
+        const std::size_t own = sliceOf(t);
+        for (std::size_t k = 0; k <= own; ++k) {
+            const bool beside = planes[k].off(sum / 3) * planes[k].off(eye) > 0;
+            piece.sides[k / 32] |= std::uint64_t{k == own ? 1u : beside ? 2u : 0u} << (62 - 2 * (k % 32));
+        }
+        piece.depth = axis.dot(sum) + offset;
+        piece.triangle = static_cast<std::uint32_t>(t);
+        pieces_.push_back(piece);
+    }
+    const auto from = pieces_.begin() + static_cast<std::ptrdiff_t>(first);
+    std::sort(from, pieces_.end(), [](const Piece& a, const Piece& b) { return std::tie(a.sides, a.triangle) < std::tie(b.sides, b.triangle); });
+    for (std::size_t i = first + 1; i < pieces_.size(); ++i) pieces_[i].depth = std::min(pieces_[i].depth, pieces_[i - 1].depth);
 }
 
 // A piece each, for both of its triangles, as far away as its middle.

@@ -1,15 +1,18 @@
 #include "common/drawable/VolumeArrays.h"
 
 #include "common/drawable/VolumeShapes.h"
+#include "common/geometry/PlaneCut.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -69,26 +72,44 @@ Expected<void> checkVolume(const void* core) {
 
 Hash128 recipeOfVolume(const Volume& v, const Fineness& fineness) {
     const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
-    const std::array<Hash128, 6> parts{Hash128{Volume::kType.value, fineness.steps},
+    const std::array<Hash128, 7> parts{Hash128{Volume::kType.value, fineness.steps},
                                        Hash128{static_cast<std::uint64_t>(v.format), bits(v.surfaceValue)},
                                        Hash128{static_cast<std::uint64_t>(v.sizeX) << 32 | static_cast<std::uint64_t>(v.sizeY), static_cast<std::uint64_t>(v.sizeZ)},
                                        Hash128{bits(v.origin.x()), bits(v.origin.y())},
                                        Hash128{bits(v.origin.z()), bits(v.spacing.x())},
-                                       Hash128{bits(v.spacing.y()), bits(v.spacing.z())}};
+                                       Hash128{bits(v.spacing.y()), bits(v.spacing.z())},
+                                       v.clipPlanes.id()};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
 /// What screens draw follows the box and the planes alone: whatever becomes of the voxels, it stays.
 Hash128 recipeOnScreens(const Volume& v) {
-    const std::array<Hash128, 4> parts{recipeOfVolume(v, kVolumeOnScreens), Hash128{static_cast<std::uint64_t>(v.mode), 0}, v.clipPlanes.id(), v.slices.id()};
+    const std::array<Hash128, 3> parts{recipeOfVolume(v, kVolumeOnScreens), Hash128{static_cast<std::uint64_t>(v.mode), 0}, v.slices.id()};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
+/// Voxels and clip planes.
+bool allHere(const Volume& v) { return (v.voxels.empty() || v.voxels.resident()) && (v.clipPlanes.empty() || v.clipPlanes.resident()); }
+
 std::optional<DerivedSource> sourceOfVolume(const void* core, const Fineness& fineness) {
     const Volume& v = volumeOf(core);
-    if (v.voxels.empty() || !v.voxels.resident()) return std::nullopt;
+    if (v.voxels.empty() || !allHere(v)) return std::nullopt;
     if (fineness.steps == kVolumeOnScreens) return DerivedSource{recipeOnScreens(v), {}};
     return DerivedSource{recipeOfVolume(v, fineness), v.voxels};
+}
+
+/// Of the whole surface, which is kept beside it: planes that move cut it anew, and nobody looks at the voxels again.
+DerivedMesh cutSurface(const Volume& v) {
+    Volume uncut = v;
+    uncut.clipPlanes = {};
+    const MeshArrays whole = derivedArrays(kVolumeDerivation, &uncut);
+    if (whole.indices.empty()) return {};
+    std::vector<Vec4d> planes;
+    const std::span<const double> numbers = v.clipPlanes.as<double>();
+    for (std::size_t i = 0; i + 3 < numbers.size(); i += 4) planes.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]);
+    const Expected<MeshData> left = cutAtPlanes(whole, planes, kMostVolumeTriangles);
+    if (!left || left->indices.empty()) return {.arrays = {}, .plan = std::make_shared<const MeshArrays>(whole)};
+    return {.arrays = left->toArrays(), .plan = std::make_shared<const MeshArrays>(whole)};
 }
 
 DerivedMesh deriveVolume(const void* core, const Fineness& fineness, const EarlierMesh*) {
@@ -98,7 +119,8 @@ DerivedMesh deriveVolume(const void* core, const Fineness& fineness, const Earli
         const MeshData shape = shapeOnScreens(v);
         return {.arrays = shape.indices.empty() ? MeshArrays() : shape.toArrays(), .plan = nullptr};
     }
-    if (!checkVoxels(v)) return {};
+    if (!checkVoxels(v) || !checkPlanes(v.clipPlanes, "clipPlanes")) return {};
+    if (!v.clipPlanes.empty()) return cutSurface(v);
     const Expected<MeshData> surface = isoSurface(gridOf(v), v.surfaceValue, kMostVolumeTriangles);
     if (!surface || surface->indices.empty()) return {};
     return {.arrays = surface->toArrays(), .plan = nullptr};
@@ -118,7 +140,7 @@ constinit const Derivation kVolumeDerivation{
     .check = &checkVolume,
     .source = &sourceOfVolume,
     .derive = &deriveVolume,
-    .resident = [](const void* core) { return volumeOf(core).voxels.empty() || volumeOf(core).voxels.resident(); },
+    .resident = [](const void* core) { return allHere(volumeOf(core)); },
 };
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <vector>
 
 namespace tessera {
@@ -58,38 +59,63 @@ std::vector<Vec3d> polygonOn(const ClipPlane& plane, std::span<const ClipPlane> 
 bool samePlane(const ClipPlane& a, const ClipPlane& b) { return (a.n - b.n).cwiseAbs().maxCoeff() < kOneCorner && std::abs(a.d - b.d) < kOneCorner; }
 
 /// Corners that are one, and fans of triangles between them.
-struct Corners {
-    std::vector<Vec3d> places;
+class Corners {
+public:
     MeshData mesh;
 
-    std::uint32_t find(const Vec3d& place) {
-        const auto near = std::ranges::find_if(places, [&](const Vec3d& known) { return (known - place).cwiseAbs().maxCoeff() < kOneCorner; });
-        const auto corner = static_cast<std::uint32_t>(near - places.begin());
-        if (near == places.end()) places.push_back(place);
-        return corner;
-    }
-    void add(const std::vector<Vec3d>& polygon, bool turned) {
+    [[nodiscard]] const std::vector<Vec3d>& places() const { return places_; }
+    /// Of a slice which one it is: its corners are no other's.
+    void add(const std::vector<Vec3d>& polygon, bool turned, std::uint32_t slice = 0) {
         std::vector<std::uint32_t> corners;
         for (const Vec3d& place : polygon)
-            if (const std::uint32_t corner = find(place); corners.empty() || (corner != corners.back() && corner != corners.front())) corners.push_back(corner);
+            if (const std::uint32_t corner = find(place, slice); corners.empty() || (corner != corners.back() && corner != corners.front())) corners.push_back(corner);
         if (turned) std::ranges::reverse(corners);
         for (std::size_t i = 2; i < corners.size(); ++i)
             for (const std::size_t corner : {std::size_t{0}, i - 1, i}) mesh.indices.push_back(corners[corner]);
     }
+    [[nodiscard]] std::uint32_t sliceOf(std::size_t corner) const { return slices_[corner]; }
+
+private:
+    using Cell = std::array<std::int64_t, 4>;
+    /// Cells of eight times what is one corner: another one lies in its own, or in those that it is near.
+    [[nodiscard]] static std::int64_t cellAt(double at) { return std::llround(std::floor(at / (8 * kOneCorner))); }
+
+    std::uint32_t find(const Vec3d& place, std::uint32_t slice) {
+        const Vec3d reach = Vec3d::Constant(kOneCorner), lower = place - reach, upper = place + reach;
+        for (std::int64_t z = cellAt(lower.z()); z <= cellAt(upper.z()); ++z)
+            for (std::int64_t y = cellAt(lower.y()); y <= cellAt(upper.y()); ++y)
+                for (std::int64_t x = cellAt(lower.x()); x <= cellAt(upper.x()); ++x)
+                    if (const auto known = cells_.find({x, y, z, slice}); known != cells_.end())
+                        for (const std::uint32_t corner : known->second)
+                            if ((places_[corner] - place).cwiseAbs().maxCoeff() < kOneCorner) return corner;
+        const auto corner = static_cast<std::uint32_t>(places_.size());
+        places_.push_back(place);
+        slices_.push_back(slice);
+        cells_[{cellAt(place.x()), cellAt(place.y()), cellAt(place.z()), slice}].push_back(corner);
+        return corner;
+    }
+
+    std::vector<Vec3d> places_;
+    std::vector<std::uint32_t> slices_;
+    std::map<Cell, std::vector<std::uint32_t>> cells_;
 };
 
-/// Cut where other planes go through it, so that pieces can be drawn back to front; beyond kMostPieces they stay as they are.
-std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<const ClipPlane> planes, std::size_t own) {
-    constexpr std::size_t kMostPieces = 1024;
+/// Cut where earlier planes go through it: each piece lies on one side of each of these (Fuchs, Kedem and Naylor, "On visible surface generation by a
+/// priori tree structures", 1980), so that an eye can have them back to front.
+std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<const ClipPlane> earlier) {
     std::vector<std::vector<Vec3d>> pieces;
     if (polygon.size() > 2) pieces.push_back(std::move(polygon));
-    for (std::size_t i = 0; i < planes.size() && pieces.size() < kMostPieces; ++i) {
-        if (i == own) continue;
-        const ClipPlane other{-planes[i].n, -planes[i].d};
+    for (const ClipPlane& plane : earlier) {
         std::vector<std::vector<Vec3d>> cut;
-        for (const std::vector<Vec3d>& piece : pieces)
-            for (const ClipPlane& side : {planes[i], other})
+        for (std::vector<Vec3d>& piece : pieces) {
+            const auto beyond = [&](double side) { return std::ranges::any_of(piece, [&](const Vec3d& p) { return side * (plane.n.dot(p) - plane.d) > kOnPlane; }); };
+            if (!beyond(1) || !beyond(-1)) {
+                cut.push_back(std::move(piece));
+                continue;
+            }
+            for (const ClipPlane& side : {plane, ClipPlane{-plane.n, -plane.d}})
                 if (std::vector<Vec3d> half = cutAt(piece, side); half.size() > 2) cut.push_back(std::move(half));
+        }
         pieces = std::move(cut);
     }
     return pieces;
@@ -130,17 +156,17 @@ MeshData shapeOnScreens(const Volume& v) {
     if (v.mode == Volume::kSlices) {
         std::vector<ClipPlane> slices;
         add(v.slices, slices);
-        for (std::size_t i = 0; i < slices.size(); ++i)
-            for (const std::vector<Vec3d>& piece : piecesOf(polygonOn(slices[i], planes, planes.size()), slices, i)) corners.add(piece, false);
+        for (std::uint32_t i = 0; i < slices.size(); ++i)
+            for (const std::vector<Vec3d>& piece : piecesOf(polygonOn(slices[i], planes, planes.size()), std::span(slices).first(i))) corners.add(piece, false, i);
     } else {
         for (std::size_t i = 0; i < planes.size(); ++i) corners.add(polygonOn(planes[i], planes, i), true);
     }
     MeshData& mesh = corners.mesh;
     if (mesh.indices.empty()) return {};
-    for (const Vec3d& corner : corners.places) {
-        const Vec3f place = (middle + half.cwiseProduct(corner)).cast<float>();
+    for (std::size_t i = 0; i < corners.places().size(); ++i) {
+        const Vec3f place = (middle + half.cwiseProduct(corners.places()[i])).cast<float>();
         mesh.positions.insert(mesh.positions.end(), {place.x(), place.y(), place.z()});
-        mesh.texcoords.insert(mesh.texcoords.end(), {-1e30f, static_cast<float>(v.mode)});
+        mesh.texcoords.insert(mesh.texcoords.end(), {-1e30f, static_cast<float>(v.mode == Volume::kSlices ? corners.sliceOf(i) : 0)});
     }
     mesh.pointRadius = v.mode == Volume::kSlices ? 2 : 1;
     return mesh;

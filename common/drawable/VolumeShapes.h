@@ -3,8 +3,9 @@
 /// Both travel in the arrays of triangles, and are told from those of a Geometry by a radius, which triangles have not:
 ///   clouds, maxima  the faces of the voxels' box, as far as clip planes leave it, seen from inside: each ray that meets it leaves it once, wherever
 ///                   the eye is. `pointRadius` 1
-///   slices          of each plane what lies in that box. `pointRadius` 2
-/// `texcoords` are no place, but keep their content from being that of any Geometry. What is seen there is the voxels' (client/draw/VolumeTextures.h).
+///   slices          of each plane what lies in that box, cut where earlier planes go through it. `pointRadius` 2
+/// `texcoords` are no place: the first number keeps their content from being that of any Geometry, the second one says which slice a corner is of. What
+/// is seen there is the voxels' (client/draw/VolumeTextures.h).
 #pragma once
 
 #include "common/cores/Volume.h"

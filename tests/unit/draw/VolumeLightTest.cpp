@@ -1,0 +1,135 @@
+/// The light in clouds: each pixel beside rays in double that are lit as VolumeShader.cpp and LightShader.cpp say.
+#include <gtest/gtest.h>
+
+#include "tests/unit/draw/VolumeStage.h"
+
+namespace tessera {
+namespace {
+
+using VolumeLight = VolumeStage;
+
+/// What shines on it, in the world.
+struct CloudLights {
+    Vec3d sky, ground;
+    struct Sun {
+        Vec3d towards, radiance;
+    };
+    struct Lamp {
+        Vec3d position, radiance;
+        double range;
+    };
+    std::vector<Sun> suns;
+    std::vector<Lamp> lamps;
+};
+
+double linearOf(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
+double encodedOf(double c) {
+    c = std::clamp(c, 0.0, 1.0);
+    return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+}
+
+/// Khronos PBR Neutral without its toe.
+Vec3d tonedOf(const Vec3d& c) {
+    const double peak = c.maxCoeff();
+    if (peak <= 0.8) return c;
+    const double newPeak = 1 - 0.04 / (peak - 0.6), whiter = 1 - 1 / (0.15 * (peak - newPeak) + 1);
+    return (1 - whiter) * (newPeak / peak) * c + whiter * Vec3d::Constant(newPeak);
+}
+
+/// Half the difference of the values a voxel further on and a voxel before along each axis, as far as the box goes.
+Vec3d slopeAt(const Volume& v, const Vec3d& place) {
+    const Vec3d steps = (place - v.origin).cwiseQuotient(v.spacing);
+    const std::array<double, 3> last{static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1)};
+    Vec3d slope;
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3d before = steps, after = steps;
+        before[axis] = std::max(0.0, steps[axis] - 1);
+        after[axis] = std::min(last[static_cast<std::size_t>(axis)], steps[axis] + 1);
+        slope[axis] = (gridOf(v).linearAt(after) - gridOf(v).linearAt(before)) / ((after[axis] - before[axis]) * v.spacing[axis]);
+    }
+    return slope;
+}
+
+/// A matt surface across the gradient that turns whichever side faces the eye, of what reflects 4 % straight on (Schlick's Fresnel term).
+Vec3d litFrom(const CloudLights& lights, const Vec3d& place, Vec3d n, const Vec3d& towardsEye, const Vec3d& color) {
+    if (n.dot(towardsEye) < 0) n = -n;
+    Vec3d sum = lights.ground + (0.5 + 0.5 * n.y()) * (lights.sky - lights.ground);
+    const auto add = [&](const Vec3d& l, const Vec3d& radiance) {
+        const double hv = (l + towardsEye).normalized().dot(towardsEye);
+        sum += radiance * std::max(0.0, n.dot(l)) * (1 - 0.04 - 0.96 * std::pow(1 - hv, 5));
+    };
+    for (const CloudLights::Sun& sun : lights.suns) add(sun.towards, sun.radiance);
+    for (const CloudLights::Lamp& lamp : lights.lamps) {
+        const Vec3d way = lamp.position - place;
+        const double d = way.norm(), window = lamp.range > 0 ? std::max(0.0, 1 - std::pow(d / lamp.range, 4)) : 1;
+        add(way / d, lamp.radiance * window / (d * d));
+    }
+    return sum.cwiseProduct(color);
+}
+
+TEST_F(VolumeLight, OfShadedCloudsIsWhatTheFormulaSays) {
+    int covered = 0, mostOff = 0;
+    std::size_t looked = 0, far = 0;
+    for (const unsigned seed : volumeSeeds(30)) {
+        FieldDice dice(seed);
+        Volume v = someVolume(dice);
+        v.mode = Volume::kCloud;
+        v.shaded = true;
+        TestScene scene;
+        CloudLights lights;
+        const auto someLight = [&](double most) { return Vec3d(dice.any(0, most), dice.any(0, most), dice.any(0, most)); };
+        lights.sky = someLight(0.5);
+        lights.ground = someLight(0.3);
+        scene.setEnvironment(lights.sky.cast<float>(), lights.ground.cast<float>(), Vec3f::Zero());
+        for (std::uint32_t i = 0, count = dice.below(3); i < count; ++i) {
+            const Vec3d direction = dice.vector(1).normalized(), radiance = someLight(1);
+            scene.addDirectionalLight(direction, radiance.cast<float>(), 1);
+            lights.suns.push_back({-direction, radiance});
+        }
+        for (std::uint32_t i = 0, count = dice.below(3); i < count || lights.suns.size() + lights.lamps.size() == 0; ++i) {
+            const CloudLights::Lamp lamp{4 * dice.vector(1).normalized(), someLight(12), dice.below(2) == 0 ? 0.0 : 6.0};
+            scene.addPointLight(lamp.position, lamp.radiance.cast<float>(), 1, static_cast<float>(lamp.range));
+            lights.lamps.push_back(lamp);
+        }
+        Stage stage;
+        const Quatd outer = dice.turn(), inner = dice.turn();
+        const Vec3d scale(dice.any(0.6, 1.6), dice.any(0.6, 1.6), dice.below(3) == 0 ? -dice.any(0.6, 1.2) : dice.any(0.6, 1.6)), shift = dice.vector(0.3);
+        scene.addNode(scene.addCore(v), scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
+        stage.world_T_node = Eigen::Translation3d(shift) * outer * Eigen::Scaling(scale) * inner;
+        stage.aspect = scene.take();
+        stage.camera = cameraOf(kSidePx, kSidePx, {dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), dice.below(2) == 0 ? dice.any(0.3, 0.8) : 2.4});
+        const Picture picture = draw(stage.aspect, stage.camera);
+        const Mat3d world_N_node = stage.world_T_node.linear().inverse().transpose();
+        const ColorThere lit = [&](const Vec3d& place, const std::array<double, 3>& color) {
+            const Vec3d world = stage.world_T_node * place, towardsEye = (stage.camera.eyeWorld - world).normalized(), slope = slopeAt(v, place);
+            const Vec3d n = slope.norm() > 0 ? Vec3d((world_N_node * slope).normalized()) : towardsEye;
+            const Vec3d out = tonedOf(litFrom(lights, world, n, towardsEye, {linearOf(color[0]), linearOf(color[1]), linearOf(color[2])}));
+            return std::array<double, 3>{encodedOf(out[0]), encodedOf(out[1]), encodedOf(out[2])};
+        };
+        const double step = v.step * v.spacing.minCoeff();
+        for (int y = 1; y < kSidePx; y += 4)
+            for (int x = 1; x < kSidePx; x += 4) {
+                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
+                // At the rim of the box a ray's rounding decides whether it meets it.
+                if (std::abs(ray.end - ray.begin) < 1e-3) continue;
+                const SeenThere rule = followed(v, ray, step, 1, lit);
+                covered += rule.opacity > 0.02;
+                const Rgb is = pixel(picture, x, y);
+                const std::array<int, 3> channels{is.r, is.g, is.b};
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const int off = std::abs(channels[c] - over(rule.color[c], rule.opacity, 0));
+                    mostOff = std::max(mostOff, off);
+                    ++looked;
+                    far += off > 3;
+                    ASSERT_LE(off, 3) << "at " << x << ' ' << y << " channel " << c << ": is " << is << ", opacity " << rule.opacity << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeLight.*";
+                }
+            }
+    }
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(covered, 1500);
+    }
+    RecordProperty("mostOff", mostOff);
+}
+
+}  // namespace
+}  // namespace tessera
