@@ -190,9 +190,8 @@ void AssimpMotion::bindJoints(const aiMesh& mesh, Bound& bound) {
     bound.binds = scene_.addBlob(bytesOfNumbers(rows));
 }
 
-/// What is added to the mesh, target after target. Assimp says where vertices get to; of Collada's relative targets, how far.
+/// What is added to the mesh, target after target: assimp says where vertices get to.
 std::vector<float> AssimpMotion::morphDeltas(const aiMesh& mesh, bool normals) {
-    const bool offsets = ending_ == ".dae" && mesh.mMethod == aiMorphingMethod_MORPH_RELATIVE;
     const aiVector3D* base = normals ? mesh.mNormals : mesh.mVertices;
     std::vector<float> deltas;
     deltas.reserve(std::size_t{3} * mesh.mNumAnimMeshes * mesh.mNumVertices);
@@ -207,7 +206,7 @@ std::vector<float> AssimpMotion::morphDeltas(const aiMesh& mesh, bool normals) {
             continue;
         }
         for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-            const aiVector3D delta = offsets ? to[v] : to[v] - base[v];
+            const aiVector3D delta = to[v] - base[v];
             for (unsigned c = 0; c < 3; ++c) deltas[from + std::size_t{3} * v + c] = delta[c];
         }
         const std::span<float> all(deltas.data() + from, std::size_t{3} * mesh.mNumVertices);
@@ -222,7 +221,9 @@ void AssimpMotion::bindMorphs(const aiMesh& mesh, Bound& bound) {
     if (std::size_t{mesh.mNumAnimMeshes} * mesh.mNumVertices > kMaxMorphVertices)
         return odd("meshes of more than a hundred million vertices in morph targets have none", mesh.mName.C_Str());
     bound.morphPositions = scene_.addBlob(bytesOfNumbers(morphDeltas(mesh, false)));
-    if (mesh.HasNormals()) bound.morphNormals = scene_.addBlob(bytesOfNumbers(morphDeltas(mesh, true)));
+    const auto turns = [](const aiAnimMesh* target) { return target->mNormals != nullptr; };
+    if (mesh.HasNormals() && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes, turns))
+        bound.morphNormals = scene_.addBlob(bytesOfNumbers(morphDeltas(mesh, true)));
     for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
         float weight = mesh.mAnimMeshes[t]->mWeight;
         // Of FBX assimp says 1 of each target that has no steps between, whatever the file does.

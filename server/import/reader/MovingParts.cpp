@@ -23,6 +23,9 @@ void SkinInfluences::addVertex(std::vector<Influence>& all, std::uint32_t otherw
         hadNone_ = true;
         all.push_back({1.0f, otherwise});
     }
+    // Weights count beside each other alone: a sum that is next to nothing would be none.
+    if (const float most = all.front().weight; most < 1e-6f)
+        for (Influence& one : all) one.weight /= most;
     all.resize(4, {0.0f, 0u});
     for (const Influence& one : all) {
         weights_.push_back(std::min(one.weight, 1e6f));
