@@ -21,6 +21,7 @@ struct PlayerLine {
     std::string kind, mode;
     std::size_t channels = 1;
     double time = 0, speed = 1;
+    std::optional<double> length = {};  ///< s; nothing: not known (yet)
     bool playing = false;
     std::vector<ObjectId> tracks = {};  ///< its key frames
     std::size_t keys = 0;               ///< of the longest of them
@@ -77,6 +78,7 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
             std::optional<PlayerLine> line = core ? lineOf(core) : std::nullopt;
             if (!line) continue;
             line->node = node.node;
+            line->length = told->lengthOf(told->get<Node>(node.node)->core);
             lines.push_back(std::move(*line));
         }
     }
@@ -86,11 +88,15 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
     for (const PlayerLine& line : lines) nodes.push_back(line.node);
     names.learn(nodes);
     countKeys(application, lines);
-    TextTable table({"node", "kind", "channels", "keys", "mode", "time s", "speed", ""});
+    TextTable table({"node", "kind", "channels", "keys", "mode", "time s", "of s", "speed", ""});
     nlohmann::ordered_json entries = nlohmann::ordered_json::array();
     for (const PlayerLine& line : lines) {
-        table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode, fmt::format("{:.3f}", line.time), fmt::format("{:g}", line.speed), !line.problem.empty() ? "fails: " + line.problem : line.playing ? "plays" : "stands"});
-        entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys}, {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"speed", line.speed}, {"playing", line.playing}});
+        const std::string state = !line.problem.empty() ? "fails: " + line.problem : line.playing ? "plays" : "stands";
+        table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode,
+                   fmt::format("{:.3f}", line.time), line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
+        entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys},
+                           {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"length", nullptr}, {"speed", line.speed}, {"playing", line.playing}});
+        if (line.length) entries.back()["length"] = *line.length;
     }
     return Answer{table.text(), {{"animations", std::move(entries)}}, {}};
 }

@@ -90,8 +90,14 @@ Expected<void> SceneExcerpt::add(ByteSpan content) {
     return {};
 }
 
+std::optional<double> SceneExcerpt::lengthOf(ObjectId core) const {
+    const auto found = lengths_.find(core);
+    return found == lengths_.end() ? std::nullopt : std::optional(found->second);
+}
+
 Expected<void> SceneExcerpt::add(const answer::TreePage& page) {
     if (auto added = add(page.content); !added) return added;
+    for (const PlayLength& length : page.lengths) lengths_[length.core] = length.seconds;
     for (const TreeNode& told : page.nodes) {
         const auto nodeAt = [&](ObjectId id) {
             const auto copy = copies_.find(id);

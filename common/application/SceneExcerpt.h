@@ -1,6 +1,7 @@
 /// Copies of some of the server's objects, for those who do not follow the whole scene.
 #pragma once
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -30,6 +31,8 @@ public:
     [[nodiscard]] std::uint64_t childCount(ObjectId node) const;
     /// The core of a node that was told, or nothing.
     [[nodiscard]] Object coreOf(ObjectId node) const;
+    /// Of an Animation, a Motion or a Movie where a tree of that core's type was asked for: s. Nothing: the server does not know it (yet).
+    [[nodiscard]] std::optional<double> lengthOf(ObjectId core) const;
 
     /// Adds what an answer holds. kBadInput: it is none of this version's scene.
     [[nodiscard]] Expected<void> add(ByteSpan content);
@@ -46,6 +49,7 @@ private:
 
     std::unordered_map<ObjectId, Copy> copies_;
     std::vector<TreeNode> nodes_;
+    std::unordered_map<ObjectId, double> lengths_;
     std::unordered_map<ObjectId, std::uint64_t> placed_;  ///< those of nodes_, with the number of their children
 };
 

@@ -378,6 +378,11 @@ Bytes join(const answer::Objects& a, pb::AnswerHead& head) {
 }
 Bytes join(const answer::TreePage& a, pb::AnswerHead& head) {
     head.mutable_tree_page()->set_sequence(a.sequence.value);
+    for (const PlayLength& length : a.lengths) {
+        pb::Length& to = *head.mutable_tree_page()->add_lengths();
+        to.set_core(length.core.value);
+        to.set_seconds(length.seconds);
+    }
     const Bytes nodes = packTree(a.nodes);
     return joinParts(head, std::array<ByteSpan, 3>{nodes, recordBytes(a.next), a.content});
 }

@@ -29,6 +29,13 @@ struct TreeNode {
     bool operator==(const TreeNode&) const = default;
 };
 
+/// How long an Animation, a Motion or a film lasts.
+struct PlayLength {
+    ObjectId core;
+    double seconds = 0;
+    bool operator==(const PlayLength&) const = default;
+};
+
 namespace answer {
 
 struct Objects {
@@ -43,6 +50,8 @@ struct TreePage {
     std::vector<TreeNode> nodes;  ///< in the order of the document, parents before their children
     ByteSlice content;            ///< as in Objects
     std::vector<ObjectId> next;   ///< `GetTree::after` of the next page; empty: this is the last
+    /// Where `GetTree::coreType` is a type that plays: of the cores on this page whose length is known.
+    std::vector<PlayLength> lengths = {};
 };
 struct FoundPage {
     Sequence sequence;

@@ -73,8 +73,11 @@ public:
     }
     answer::TreePage treePage(const proto::application::TreePage& head) {
         expectScene();
-        return {Sequence(head.sequence()), taken(unpackTree(part(0), limits_.maxPageNodes)), bytes(2),
-                records<ObjectId>(1, limits_.maxDepth)};
+        answer::TreePage page{Sequence(head.sequence()), taken(unpackTree(part(0), limits_.maxPageNodes)), bytes(2),
+                              records<ObjectId>(1, limits_.maxDepth)};
+        if (within(static_cast<std::size_t>(head.lengths_size()), limits_.maxPageNodes, "lengths"))
+            for (const auto& length : head.lengths()) page.lengths.push_back({ObjectId{length.core()}, finite(length.seconds())});
+        return page;
     }
 
 private:

@@ -269,4 +269,9 @@ pid_t Movies::processOf(ObjectId movie) const {
     return found != reels_.end() && found->second.process ? found->second.process->process() : 0;
 }
 
+double Movies::lengthOf(ObjectId movie) const {
+    const auto found = reels_.find(movie);
+    return found != reels_.end() ? found->second.length : 0;
+}
+
 }  // namespace tessera

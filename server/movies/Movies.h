@@ -55,6 +55,8 @@ public:
     /// That of one, for tests that end it; 0: none.
     [[nodiscard]] pid_t processOf(ObjectId movie) const;
     [[nodiscard]] std::uint64_t requests() const { return requests_; }
+    /// s; 0: not known (yet), or there is no such Movie. It stays known while its file is the same.
+    [[nodiscard]] double lengthOf(ObjectId movie) const;
 
 private:
     /// Of one Movie.

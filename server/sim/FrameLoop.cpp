@@ -199,6 +199,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .editsRefused = [this] { return trouble(); },
             .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
             .describeTrackers = [this] { return describeTrackers(); },
+            .filmLength = [this](ObjectId movie) { return movies.lengthOf(movie); },
             .poses = [this] { return poses; },
             .showing = &options.showing,
             .steering = &steering,

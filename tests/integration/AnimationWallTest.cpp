@@ -10,7 +10,7 @@ const std::string kMoving = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/mo
 
 class AnimationWall : public AskedWall {
 public:
-    explicit AnimationWall(const std::string& wall) : AskedWall({.wall = wall, .scene = kMoving}), ready(start()) {}
+    explicit AnimationWall(const std::string& wall, const std::string& scene = kMoving) : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
     void standAt(const char* seconds) const {
         for (const char* node : {"/crawl", "/change", "/glow", "/swing"}) {
             tell({"pause", node});
@@ -34,6 +34,7 @@ TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
         ASSERT_TRUE(wall.ready) << wall.logs();
         EXPECT_TRUE(wall.named("/crawl")["playing"]);
         EXPECT_EQ(wall.named("/crawl")["channels"], 50);
+        EXPECT_EQ(wall.named("/crawl")["length"], 2.0);
         wall.standAt("0.5");
         EXPECT_FALSE(wall.named("/crawl")["playing"]);
         EXPECT_EQ(wall.named("/crawl")["time"], 0.5);
@@ -64,6 +65,34 @@ TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
     EXPECT_NE(none.output.find("/floor is no animation"), std::string::npos) << none.output;
     EXPECT_NE(one.wall().ctl({"seek", "/crawl", "1e300"}).exitCode, 0);
     (void)one.finish();
+}
+
+/// A skinned FBX, read by assimp: the same poses on all tiles, and the first view shows all of them.
+TEST(AnimationWall, AnFbxWithBonesIsTheSameOnAllWallsAtEveryTimeThatIsAskedFor) {
+    const std::string fbx = "/usr/share/assimp/models/FBX/huesitos.fbx";
+    std::vector<Picture> seen;
+    for (const char* shape : {"2x2", "1x1"}) {
+        AnimationWall wall(shape, fbx);
+        ASSERT_TRUE(wall.ready) << wall.logs();
+        const nlohmann::json told = wall.ask({"animations"})["animations"];
+        ASSERT_EQ(told.size(), 1u);
+        EXPECT_NEAR(told[0]["length"].get<double>(), 39.0 / 25, 1e-9);
+        const std::string node = told[0]["node"];
+        EXPECT_TRUE(told[0]["playing"]);
+        wall.tell({"pause", node});
+        std::size_t which = 0;
+        for (const char* seconds : {"0", "0.5", "1.2"}) {
+            wall.tell({"seek", node, seconds});
+            const Picture now = wall.picture(std::string("at-") + seconds);
+            if (shape == std::string("2x2")) {
+                if (!seen.empty()) EXPECT_GT(pixelsThatDiffer(seen.back(), now), 300u);
+                seen.push_back(now);
+            } else {
+                EXPECT_EQ(pixelsThatDiffer(seen[which++], now), 0u) << seconds << " s";
+            }
+        }
+        EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
+    }
 }
 
 }  // namespace

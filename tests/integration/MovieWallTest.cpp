@@ -37,6 +37,7 @@ TEST(MovieWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
         ASSERT_TRUE(wall.ready) << wall.logs();
         EXPECT_EQ(wall.film()["playing"], true);
         EXPECT_EQ(wall.film()["problem"], "");
+        EXPECT_NEAR(wall.film()["length"].get<double>(), 3.0, 0.01) << "36 pictures, twelve a second";
         const std::string undoable = wall.ask({"status"})["undo_depth"].dump();
         const double before = wall.film()["time"];
         for (int i = 0; i < 100 && wall.film()["time"] == before; ++i) wall.settle();
@@ -58,6 +59,7 @@ TEST(MovieWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
         wall.tell({"set", "/film", "file", "/none/such.avi"});
         for (int i = 0; i < 100 && wall.film()["problem"] == ""; ++i) wall.settle();
         EXPECT_NE(wall.film()["problem"], "") << "what cannot be read is said";
+        EXPECT_TRUE(wall.film()["length"].is_null()) << "and nothing is known of it";
         EXPECT_EQ(pixelsThatDiffer(wall.picture("left"), late), 0u) << "the last picture stays";
         MovieWall saved("1x1", wall.folder() + "/saved.tsct");
         ASSERT_TRUE(saved.ready) << saved.logs();

@@ -15,6 +15,7 @@
 #include "server/import/reader/AssimpFiles.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/AssimpMaterials.h"
+#include "server/import/reader/AssimpMotion.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -36,17 +37,16 @@ bool isBarePoints(const aiMesh& mesh) {
 
 class AssimpConverter {
 public:
-    AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown)
-        : source_(scene), limits_(limits), materials_(scene, files, limits, sidesUnknown, scene_) {}
+    AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown, const std::string& lowerEnding)
+        : source_(scene), limits_(limits), materials_(scene, files, limits, sidesUnknown, scene_), motion_(scene, scene_, lowerEnding) {}
 
     Expected<PlainScene> convert() {
         if (source_.mNumCameras > 0) scene_.note("cameras of this format are left out");
         if (source_.mNumLights > 0) scene_.note("lights of this format are left out");
-        if (source_.mNumAnimations > 0) scene_.note("animations of this format are left out");
         for (unsigned i = 0; i < source_.mNumMeshes; ++i) convertMesh(i);
         // A root that does nothing but hold the rest is not worth a level.
         const aiNode& root = *source_.mRootNode;
-        if (root.mTransformation.IsIdentity() && root.mNumMeshes == 0) {
+        if (root.mTransformation.IsIdentity() && root.mNumMeshes == 0 && !motion_.isNamed(root)) {
             for (unsigned i = 0; i < root.mNumChildren; ++i)
                 if (Expected<void> done = convertNode(
                         *root.mChildren[i], [this] { return scene_.file.add_node(); }, 1);
@@ -57,6 +57,7 @@ public:
                    !done) {
             return tl::unexpected(done.error());
         }
+        motion_.finish();
         materials_.finish();
         return std::move(scene_);
     }
@@ -70,12 +71,17 @@ private:
             return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
         const Affine3d map = toAffine(node.mTransformation);
         if (!map.matrix().allFinite()) return fail(ErrorCode::kBadInput, "a node has a transform that is not finite");
-        proto::scene::Node* placed = addPlacedNode(make, nameOf(node.mName, "node"), map);
+        proto::scene::Node* placed = motion_.place(make, nameOf(node.mName, "node"), node, map);
         for (unsigned i = 0; i < node.mNumMeshes; ++i) {
             const unsigned mesh = node.mMeshes[i];
             if (usable_.count(mesh) == 0) continue;
             proto::scene::Node* child = placed->add_node();
             child->set_name(nameOf(source_.mMeshes[mesh]->mName, "part"));
+            if (motion_.deforms(*source_.mMeshes[mesh])) {
+                motion_.addSkin(*child, *placed, node, mesh, fmt::format("mesh {}", mesh));
+                child->mutable_skin()->set_material(materials_.name(source_.mMeshes[mesh]->mMaterialIndex));
+                continue;
+            }
             child->mutable_geometry()->set_mesh(fmt::format("mesh {}", mesh));
             child->mutable_geometry()->set_material(materials_.name(source_.mMeshes[mesh]->mMaterialIndex));
         }
@@ -149,8 +155,6 @@ private:
 
     void noteLeftOut(const aiMesh& mesh) {
         if (mesh.HasVertexColors(1)) scene_.note("vertex colours beyond the first set are left out");
-        if (mesh.mNumBones > 0) scene_.note("skins are shown at rest");
-        if (mesh.mNumAnimMeshes > 0) scene_.note("morph targets are shown at rest");
     }
 
     /// Files hold normals of length zero or none; such a vertex gets some unit vector.
@@ -167,6 +171,7 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     AssimpMaterials materials_;
+    AssimpMotion motion_;
     std::set<unsigned> usable_;
     std::size_t nodes_ = 0;
 };
@@ -220,7 +225,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::string lower = extension;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0).convert();
+    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
     if (converted && lower == ".obj") noteObjMaterials(path, files, *converted);
     if (converted) converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;

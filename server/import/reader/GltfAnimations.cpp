@@ -2,20 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "server/import/reader/GltfReader.h"
 
 namespace tessera {
 namespace {
-
-constexpr std::size_t kMaxKeysPerChannel = 1'000'000;
-
-Bytes bytesOfDoubles(const std::vector<double>& numbers) {
-    Bytes bytes(numbers.size() * sizeof(double));
-    if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-    return bytes;
-}
 
 /// What Tessera calls a property that glTF animates; empty: it has none such.
 std::string fieldOfPath(const std::string& path) {
@@ -52,17 +43,14 @@ Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& ani
         for (std::size_t i = 0; i < numbers.size(); i += 4) {
             std::rotate(numbers.begin() + static_cast<std::ptrdiff_t>(i), numbers.begin() + static_cast<std::ptrdiff_t>(i) + 3, numbers.begin() + static_cast<std::ptrdiff_t>(i) + 4);
             const bool tangent = parts == 3 && i / 4 % 3 != 1;
-            if (!tangent && std::all_of(numbers.begin() + static_cast<std::ptrdiff_t>(i), numbers.begin() + static_cast<std::ptrdiff_t>(i) + 4, [](double v) { return std::abs(v) < 1e-30; })) {
-                scene_.note("a key of an animation is a rotation of length zero: it is none");
-                numbers[i] = 1;
-            }
+            if (!tangent) mendRotationKey(scene_, std::span<double, 4>(&numbers[i], 4));
         }
     }
     std::uint32_t& timesBlob = keyTimes_[source.input];
-    if (timesBlob == 0) timesBlob = scene_.addBlob(bytesOfDoubles(std::vector<double>(times->begin(), times->end())));
+    if (timesBlob == 0) timesBlob = scene_.addBlob(bytesOfNumbers(std::vector<double>(times->begin(), times->end())));
     sampled.times = timesBlob;
     std::uint32_t& valuesBlob = keyValues_[{source.output, path}];
-    if (valuesBlob == 0) valuesBlob = scene_.addBlob(bytesOfDoubles(numbers));
+    if (valuesBlob == 0) valuesBlob = scene_.addBlob(bytesOfNumbers(numbers));
     sampled.values = valuesBlob;
     return sampled;
 }
@@ -119,19 +107,14 @@ Expected<void> GltfReader::addAnimation(const tinygltf::Animation& source, std::
             message.set_interpolation(sampled->interpolation);
         }
     }
-    if (animation.channel().empty()) return {};
-    animation.set_paused(playing_);
-    playing_ = true;
-    proto::scene::Node* node = scene_.file.add_node();
-    node->set_name(source.name.empty() ? fmt::format("animation {}", number) : source.name);
-    *node->mutable_animation() = std::move(animation);
+    animations_.add(source.name.empty() ? fmt::format("animation {}", number) : source.name, std::move(animation));
     return {};
 }
 
 Expected<void> GltfReader::addAnimations() {
     for (std::size_t i = 0; i < model_.animations.size(); ++i)
         if (Expected<void> added = addAnimation(model_.animations[i], i); !added) return added;
-    if (model_.animations.size() > 1) scene_.note("of several animations, the first is played; the others stand until somebody plays them");
+    animations_.finish();
     return {};
 }
 

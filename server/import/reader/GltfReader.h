@@ -12,6 +12,7 @@
 #include "common/math/Box.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/GltfAccessors.h"
+#include "server/import/reader/MovingParts.h"
 #include "server/import/reader/Pictures.h"
 #include "server/import/reader/PlainScene.h"
 
@@ -41,7 +42,7 @@ struct GltfTextureUse {
 class GltfReader {
 public:
     GltfReader(const tinygltf::Model& model, const FolderFiles& files, const ReadLimits& limits)
-        : model_(model), files_(files), limits_(limits), accessors_(model), pictures_(scene_, limits) {}
+        : model_(model), files_(files), limits_(limits), accessors_(model), pictures_(scene_, limits), animations_(scene_) {}
 
     [[nodiscard]] Expected<PlainScene> read();
 
@@ -85,7 +86,7 @@ private:
     Expected<void> extendByDeforming(int index, const Affine3d& world_T_node);
     Expected<void> setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& message);
     Expected<void> setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin);
-    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, std::vector<std::uint16_t>& indices, std::vector<float>& weights);
+    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, SkinInfluences& influences);
     Expected<std::vector<float>> readTargets(const tinygltf::Primitive& primitive, const char* name, std::size_t vertices);
 
     // GltfMaterials.cpp
@@ -136,7 +137,7 @@ private:
     std::uint32_t partKeys_ = 0;
     std::map<int, std::uint32_t> keyTimes_;  ///< blobs, by accessor
     std::map<std::pair<int, std::string>, std::uint32_t> keyValues_;
-    bool playing_ = false;  ///< one of the animations
+    AnimationNodes animations_;
     Box bounds_;
     std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "server/import/reader/GltfReader.h"
 
@@ -15,29 +14,10 @@ int attributeOf(const tinygltf::Primitive& primitive, const std::string& name) {
     return found == primitive.attributes.end() ? -1 : found->second;
 }
 
-template <typename Number>
-Bytes bytesOfNumbers(const std::vector<Number>& numbers) {
-    Bytes bytes(numbers.size() * sizeof(Number));
-    if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-    return bytes;
-}
-
-/// Rows, as a skin has them.
-void appendRows(std::vector<float>& to, const Affine3d& matrix) {
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c) to.push_back(static_cast<float>(matrix(r, c)));
-}
-
-bool sane(const std::vector<float>& numbers) {
-    return std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::abs(number) <= 1e15f; });
-}
-
-using Influence = std::pair<float, std::uint32_t>;  // weight, joint
-
 }  // namespace
 
 /// Of a vertex the four strongest of all its joints, which a file may say in several sets.
-Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, std::vector<std::uint16_t>& indices, std::vector<float>& weights) {
+Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, SkinInfluences& influences) {
     std::vector<std::vector<std::uint32_t>> jointSets;
     std::vector<std::vector<float>> weightSets;
     for (int set = 0; attributeOf(primitive, fmt::format("JOINTS_{}", set)) >= 0 && set < 8; ++set) {
@@ -50,33 +30,19 @@ Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, 
         jointSets.push_back(std::move(*joint));
         weightSets.push_back(std::move(*weight));
     }
-    bool lost = false;
+    std::vector<Influence> all;
     for (std::size_t v = 0; v < vertices; ++v) {
-        std::vector<Influence> all;
+        all.clear();
         for (std::size_t set = 0; set < jointSets.size(); ++set)
             for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
                 const float weight = weightSets[set][k];
-                if (!std::isfinite(weight) || weight < 0) {
-                    scene_.note("weights of joints that are below zero or no numbers count as zero");
-                    continue;
-                }
-                if (weight == 0) continue;
-                if (jointSets[set][k] >= joints) return fail(ErrorCode::kBadInput, "a vertex names a joint that does not exist");
-                all.emplace_back(std::min(weight, 1e6f), jointSets[set][k]);
+                if (weight > 0 && std::isfinite(weight) && jointSets[set][k] >= joints)
+                    return fail(ErrorCode::kBadInput, "a vertex names a joint that does not exist");
+                all.push_back({weight, jointSets[set][k]});
             }
-        std::stable_sort(all.begin(), all.end(), [](const Influence& a, const Influence& b) { return a.first > b.first; });
-        lost = lost || all.size() > 4;
-        if (all.empty()) {
-            scene_.note("vertices that follow no joint follow the skin's first one");
-            all.emplace_back(1.0f, 0u);
-        }
-        all.resize(4, {0.0f, 0u});
-        for (const auto& [weight, joint] : all) {
-            weights.push_back(weight);
-            indices.push_back(static_cast<std::uint16_t>(joint));
-        }
+        influences.addVertex(all, 0);
     }
-    if (lost) scene_.note("of vertices that follow more than four joints the four strongest count");
+    if (influences.hadNone()) scene_.note("vertices that follow no joint follow the skin's first one");
     return {};
 }
 
@@ -85,7 +51,7 @@ Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& 
     std::vector<float> all;
     const bool any = std::any_of(primitive.targets.begin(), primitive.targets.end(), [&](const auto& target) { return target.count(name) > 0; });
     if (!any) return all;
-    if (primitive.targets.size() * vertices > 100'000'000) return fail(ErrorCode::kLimit, "a mesh has more than a hundred million vertices in morph targets");
+    if (primitive.targets.size() * vertices > kMaxMorphVertices) return fail(ErrorCode::kLimit, "a mesh has more than a hundred million vertices in morph targets");
     for (const auto& target : primitive.targets) {
         const auto found = target.find(name);
         if (found == target.end()) {
@@ -95,7 +61,7 @@ Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& 
         const Expected<std::vector<float>> delta = accessors_.floats(found->second, 3);
         if (!delta) return delta;
         if (delta->size() != vertices * 3) return fail(ErrorCode::kBadInput, "a morph target has another number of vertices");
-        if (!sane(*delta)) return fail(ErrorCode::kBadInput, "a morph target holds a number that is not finite or beyond 1e15");
+        if (!holdsSkinNumbers(*delta)) return fail(ErrorCode::kBadInput, "a morph target holds a number that is not finite or beyond 1e15");
         all.insert(all.end(), delta->begin(), delta->end());
     }
     return all;
@@ -129,7 +95,7 @@ Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& p
     if (skin.inverseBindMatrices >= 0) {
         Expected<std::vector<float>> read = accessors_.floats(skin.inverseBindMatrices, 16);
         if (!read) return tl::unexpected(read.error());
-        if (read->size() < skin.joints.size() * 16 || !sane(*read)) return fail(ErrorCode::kBadInput, "a skin's inverse bind matrices are too few, or hold numbers that are not finite or beyond 1e15");
+        if (read->size() < skin.joints.size() * 16 || !holdsSkinNumbers(*read)) return fail(ErrorCode::kBadInput, "a skin's inverse bind matrices are too few, or hold numbers that are not finite or beyond 1e15");
         binds = std::move(*read);
     }
     const Affine3d bearer_T_world = world_.at(nodeIndex).inverse(Eigen::Affine);
@@ -141,22 +107,20 @@ Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& p
         if (!seen.insert(skin.joints[j]).second) return fail(ErrorCode::kBadInput, fmt::format("a skin names its joint {} twice", j));
         Affine3d bind = Affine3d::Identity();
         if (!binds.empty()) bind.matrix().topRows<3>() = Eigen::Map<const Mat4f>(binds.data() + j * 16).cast<double>().topRows<3>();
-        appendRows(rows, bind);
-        appendRows(pose, Affine3d(bearer_T_world * joint->second * bind));
+        appendMatrixRows(rows, bind);
+        appendMatrixRows(pose, Affine3d(bearer_T_world * joint->second * bind));
         message.add_joint_key(keyOf(skin.joints[j]));
     }
-    if (!sane(pose)) {
+    if (!holdsSkinNumbers(pose)) {
         // A bearer that is scaled to nothing: at rest until it is not.
         pose.clear();
-        for (std::size_t j = 0; j < skin.joints.size(); ++j) appendRows(pose, Affine3d::Identity());
+        for (std::size_t j = 0; j < skin.joints.size(); ++j) appendMatrixRows(pose, Affine3d::Identity());
     }
     message.set_inverse_binds_blob(scene_.addBlob(bytesOfNumbers(rows)));
     message.set_pose_blob(scene_.addBlob(bytesOfNumbers(pose)));
-    std::vector<std::uint16_t> indices;
-    std::vector<float> weights;
-    if (Expected<void> read = readInfluences(primitive, vertices, skin.joints.size(), indices, weights); !read) return read;
-    message.set_joint_indices_blob(scene_.addBlob(bytesOfNumbers(indices)));
-    message.set_joint_weights_blob(scene_.addBlob(bytesOfNumbers(weights)));
+    SkinInfluences influences(scene_);
+    if (Expected<void> read = readInfluences(primitive, vertices, skin.joints.size(), influences); !read) return read;
+    influences.write(message);
     return {};
 }
 

@@ -53,10 +53,10 @@ Bytes averaged(ByteSpan from, std::size_t width, std::size_t height, bool rgbe) 
 
 /// Of the largest mipmap, all slices or faces; of blocks.
 std::size_t largestBytes(const DecodedImage& image) {
-    using ImageMessage = proto::scene::Image;
+    using Message = proto::scene::Image;
     const auto across = [](int px) { return (static_cast<std::size_t>(px) + 3) / 4; };
-    const std::size_t slices = image.shape == ImageMessage::CUBE ? 6 : static_cast<std::size_t>(image.depthPx);
-    return across(image.widthPx) * across(image.heightPx) * slices * (image.encoding == ImageMessage::BC1 || image.encoding == ImageMessage::BC4 ? 8 : 16);
+    const std::size_t slices = image.shape == Message::CUBE ? 6 : static_cast<std::size_t>(image.depthPx);
+    return across(image.widthPx) * across(image.heightPx) * slices * (image.encoding == Message::BC1 || image.encoding == Message::BC4 ? 8 : 16);
 }
 
 /// By the first bytes, so that the message can say more than that it is none of those that are read.

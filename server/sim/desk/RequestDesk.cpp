@@ -306,6 +306,11 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetObjects& wan
 ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted, TimePoint) {
     Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted);
     if (!page) return refuse(asker, page.error());
+    if (wanted.coreType == typeOf<Movie>() && around_.filmLength)
+        for (const TreeNode& told : page->nodes) {
+            const ObjectId core = around_.simulation.scene().get<Node>(told.node)->core;
+            if (const double seconds = around_.filmLength(core); seconds > 0) page->lengths.push_back({core, seconds});
+        }
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }

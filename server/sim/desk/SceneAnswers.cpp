@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <optional>
 #include <unordered_set>
 
 #include "common/codec/ChangeCodec.h"
@@ -80,6 +82,20 @@ ObjectInfo infoOf(const Aspect& scene, ObjectId id) {
         if (scene.coreOf<Transform>(*node)) info.movable = at;
     }
     return info;
+}
+
+/// Of an Animation its last key (s), of a Motion too; nothing of others, and where no key is.
+std::optional<double> playLength(const Aspect& scene, const Object& core) {
+    std::optional<double> last;
+    const auto reach = [&](const Blob& blob, std::size_t each) {
+        const std::span<const double> numbers = blob.resident() ? blob.as<double>() : std::span<const double>();
+        if (numbers.size() >= each) last = std::max(last.value_or(0), numbers[numbers.size() / each * each - each]);
+    };
+    if (const auto* animation = core.as<Animation>())
+        for (const ObjectId channel : animation->channels)
+            if (const auto* frames = scene.get<KeyFrames>(channel)) reach(frames->times, 1);
+    if (const auto* motion = core.as<Motion>()) reach(motion->keys, 11);
+    return last && std::isfinite(*last) ? last : std::nullopt;
 }
 
 /// A walk in the order of the document that can stop anywhere and go on later, in another state of the scene.
@@ -183,6 +199,8 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree&
         if (!isWanted(node)) return;
         page.nodes.push_back({id, node.parent, node.children.size()});
         content.addNode(id);
+        if (wanted.coreType == ObjectType() || !node.core) return;
+        if (const std::optional<double> seconds = playLength(scene, scene.find(node.core))) page.lengths.push_back({node.core, *seconds});
     };
     if (wanted.after.empty()) {
         walk.beginAt(wanted.node);

@@ -18,7 +18,7 @@ struct PageLimits {
     std::size_t maxBytes = std::size_t{256} << 10;
     std::size_t maxSiblings = 65'536;  ///< looked at for the paths of what is found
 };
-/// kNotFound: `wanted.node` is no node (any more).
+/// kNotFound: `wanted.node` is no node (any more). The lengths of films are left to the caller.
 [[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree& wanted,
                                                   const PageLimits& limits = {});
 

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
+#include "server/sim/frame/AnimatedBounds.h"
 
 namespace tessera {
 namespace {
@@ -66,7 +66,7 @@ Expected<View> ViewSource::home(const Aspect& scene) {
         result = **camera_;
     } else {
         if (!default_) {
-            default_ = defaultView(wall_, sceneBounds(scene));
+            default_ = defaultView(wall_, animatedBounds(scene).box);
             ++version_;
         }
         // A scene of no finite size has no place from where all of it is seen.

@@ -29,7 +29,8 @@ struct ViewState {
 
 /// Heads stand where trackers see them, else where `tessera-ctl view` has put them, else where the wall's file says.
 /// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled
-/// one in document order); the default camera, which frames the scene as it is when the first view is asked for.
+/// one in document order); the default camera, which frames the scene as it is when the first view is asked for, and
+/// wherever its animations take it (AnimatedBounds.h).
 ///
 /// Follows the scene: a frame in which nothing changed costs nothing, one in which something did a look-up per entry of
 /// its list and the way from the camera up to the root. Not thread-safe.

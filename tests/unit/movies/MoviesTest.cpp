@@ -149,6 +149,10 @@ TEST_F(MoviesTest, WhatPlaysShowsEachPictureInOrderAndBeginsAgain) {
     // A machine that is busy may leave some out; none is out of order, or twice around would be left out.
     EXPECT_LE(leftOut, 10) << fmt::format("{}", fmt::join(seen, " "));
     EXPECT_LE(std::abs(cinema_.movie(id).time - 0.04 * cinema_.number(id) - 0.02), 0.2) << "what is shown is what is due";
+    EXPECT_NEAR(cinema_.movies_.lengthOf(id), 0.4, 1e-3);
+    EXPECT_EQ(cinema_.movies_.lengthOf(ObjectId{999}), 0);
+    ASSERT_TRUE(cinema_.set<&Movie::file>(id, std::string("/none/such.mkv")));
+    EXPECT_EQ(cinema_.movies_.lengthOf(id), 0) << "of another file nothing is known";
 }
 
 TEST_F(MoviesTest, OnceEndsWithTheLastPictureAndBackwardsWithTheFirst) {

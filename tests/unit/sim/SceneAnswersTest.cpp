@@ -203,6 +203,29 @@ TEST(SceneAnswers, APageOfALargeSceneIsAsLargeAsOneOfASmall) {
     EXPECT_FALSE(nothing->next.empty()) << "it stopped looking, and is not at the end";
 }
 
+TEST(SceneAnswers, WhatPlaysIsToldWithItsLengthWhereItsTypeIsAskedFor) {
+    Aspect scene;
+    Edits edits;
+    const auto doubles = [](std::vector<double> numbers) { return Blob::of(std::span<const double>(numbers)); };
+    edits.node(2, "take").core<Animation>(3, 2).node(4, "motion").core<Motion>(5, 4).node(8, "empty").core<Animation>(9, 8);
+    edits.core<KeyFrames>(6).core<KeyFrames>(7);
+    setField<&KeyFrames::times>(edits, ObjectId(6), doubles({0, 2.5}));
+    setField<&KeyFrames::times>(edits, ObjectId(7), doubles({1.25}));
+    setField<&Animation::channels>(edits, ObjectId(3), RefList{ObjectId(6), ObjectId(7)});
+    std::vector<double> keys(22, 0.0);
+    keys[11] = 4;
+    setField<&Motion::keys>(edits, ObjectId(5), doubles(keys));
+    mustApply(scene, edits.take());
+    const Expected<answer::TreePage> animations = treePage(scene, {.coreType = typeOf<Animation>()});
+    EXPECT_EQ(animations->lengths, (std::vector{PlayLength{ObjectId(3), 2.5}})) << "and nothing of the one without keys";
+    EXPECT_EQ(treePage(scene, {.coreType = typeOf<Motion>()})->lengths, (std::vector{PlayLength{ObjectId(5), 4.0}}));
+    EXPECT_TRUE(treePage(scene, {})->lengths.empty()) << "nobody asked";
+    SceneExcerpt excerpt;
+    ASSERT_TRUE(excerpt.add(*animations));
+    EXPECT_EQ(excerpt.lengthOf(ObjectId(3)), 2.5);
+    EXPECT_EQ(excerpt.lengthOf(ObjectId(9)), std::nullopt);
+}
+
 TEST(SceneAnswers, AnExcerptRefusesWhatIsNoScene) {
     SceneExcerpt excerpt;
     EXPECT_FALSE(excerpt.add(asBytes("no list at all")));
