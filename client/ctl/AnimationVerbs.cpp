@@ -91,7 +91,7 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
     TextTable table({"node", "kind", "channels", "keys", "mode", "time s", "of s", "speed", ""});
     nlohmann::ordered_json entries = nlohmann::ordered_json::array();
     for (const PlayerLine& line : lines) {
-        const std::string state = !line.problem.empty() ? "fails: " + line.problem : line.playing ? "plays" : "stands";
+        const std::string state = !line.problem.empty() ? "problem: " + line.problem : line.playing ? "plays" : "stands";
         table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode,
                    fmt::format("{:.3f}", line.time), line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
         entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys},

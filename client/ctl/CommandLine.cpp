@@ -397,7 +397,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
 
     CLI::App* save = app.add_subcommand("save", "The scene as it is now, as a file of this machine");
-    save->add_option("FILE", in.save.file, "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; it needs no other file")
+    save->add_option("FILE", in.save.file, "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; it needs no other file but\nfilms, and scenes of Inline and ProxyGroup")
         ->required();
 
     try {

@@ -147,7 +147,7 @@ public:
     /// `ids.front().second`.
     [[nodiscard]] Expected<answer::Committed> cloneNode(const request::Clone& wish);
     /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
-    /// Transform of its own where it is a model or the placing says anything.
+    /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
     [[nodiscard]] Expected<void> setView(const request::SetView& view);

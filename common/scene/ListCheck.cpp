@@ -528,8 +528,8 @@ Expected<void> ListCheck::checkDestructions() {
     countUses(destroyed);
     for (const ObjectId id : list_.destructions)
         if (const std::int64_t uses = *destroyed.find(id); uses != 0)
-            return refuse(fmt::format("destroy {}: the {} is in use by {} other objects", nameOf(id),
-                                      typeOfObject(id)->name, uses));
+            return refuse(fmt::format("destroy {}: the {} is in use by {} other object{}", nameOf(id),
+                                      typeOfObject(id)->name, uses, uses == 1 ? "" : "s"));
     return {};
 }
 

@@ -190,7 +190,8 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     Placed* top = placed_.back().get();
     Spot spot{parent, top, top, 0, true};
     // A scene's names end at the file's own nodes, whatever holds them.
-    const bool placedByUs = options_.placing && (!(*file)->isScene || options_.placing->said());
+    const bool several = (*file)->content.node_size() != 1 || !(*file)->content.saved().empty();
+    const bool placedByUs = options_.placing && (!(*file)->isScene || options_.placing->said() || (options_.gathers && several));
     if (!(*file)->isScene || placedByUs) {
         const ObjectId place = placedByUs ? create(standOf(**file, *options_.placing)) : ObjectId{};
         const Expected<Placed*> node = newNode(readName(stemOf(*canonical), "model"), place, spot);

@@ -15,7 +15,7 @@ struct FrameRay {
 };
 
 constexpr double kLeastSine = 0.02;      ///< between a ray and an axis or a plane: below, both say too little
-constexpr double kEdgeOn = 0.1;          ///< of a ring, when it is grabbed
+constexpr double kEdgeOn = 0.1;          ///< of a ring or a plane, when it is grabbed
 constexpr double kFarthest = 1e6;        ///< moves, in sizes of the handles and distances to the eye
 constexpr double kLeastFactor = 1e-3, kMostFactor = 1e6;
 
@@ -202,7 +202,11 @@ std::optional<Dragged> moveAlong(const Grab& grab, const FrameRay& ray) {
 
 std::optional<HandleHit> hitOf(const Handles& handles, const Affine3d& world_T_frame, const Ray& ray) {
     std::optional<HandleHit> nearest;
+    const Vec3d inFrame = (world_T_frame.linear().inverse() * ray.direction).stableNormalized();
     for (const HandlePiece& piece : handles.pieces) {
+        // A plane that is seen from its side would lead far away for a little of the hand; what lies behind it is meant.
+        const Handle& handle = handles.of[static_cast<std::size_t>(piece.handle - 1)];
+        if (handle.deed == HandleDeed::kMovePlane && std::abs(inFrame[handle.axis]) < kEdgeOn) continue;
         const Affine3d world_T_piece = world_T_frame * piece.pose.matrix();
         const Affine3d piece_T_world = world_T_piece.inverse();
         const Vec3d o = piece_T_world * ray.origin, d = piece_T_world.linear() * ray.direction;

@@ -18,7 +18,8 @@
 
 namespace tessera {
 
-/// Where a ray from outside meets a manipulator's piece first; t in lengths of the ray's direction. Both sides of a face count.
+/// Where a ray from outside meets a manipulator's piece first; t in lengths of the ray's direction. Both sides of a face count. Handles that
+/// move within a plane are not met by rays that see it from its side.
 struct HandleHit {
     std::int64_t handle = 0;
     double t = 0;

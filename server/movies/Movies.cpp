@@ -98,7 +98,13 @@ void Movies::attend(const Aspect& scene, TimePoint now) {
 void Movies::open(const Movie& movie, ObjectId id, Reel& reel) {
     if (reel.state != Reel::State::kStill || !reel.wants(movie)) return;
     const auto busy = std::ranges::count_if(reels_, [](const auto& one) { return one.second.state == Reel::State::kOpening || one.second.state == Reel::State::kRunning; });
-    if (static_cast<std::size_t>(busy) + left_.size() >= kMostFilms) {
+    // Who stands has its picture, and gives way; who has stood longest first.
+    Reel* standing = nullptr;
+    for (auto& [other, one] : reels_)
+        if (one.state == Reel::State::kRunning && one.idle > 0 && (!standing || one.idle > standing->idle)) standing = &one;
+    if (static_cast<std::size_t>(busy) + left_.size() >= kMostFilms && standing) {
+        standing->stop();
+    } else if (static_cast<std::size_t>(busy) + left_.size() >= kMostFilms) {
         if (reel.problem.empty()) remarks_.push_back(fmt::format("Movie #{} waits: {} films are decoded at once already", id.value, kMostFilms));
         reel.problem = fmt::format("it waits: {} films are decoded at once already", kMostFilms);
         return;

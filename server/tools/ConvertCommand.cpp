@@ -63,7 +63,8 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     ConvertArguments out;
     CLI::App app(
         "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
-        "every object as it is, arrays and images included, and needs no other file.\n"
+        "every object as it is, arrays and images included, and needs no other file\n"
+        "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
         "Of a .mpcdi it makes a .wall, with warp meshes and blend pictures beside it.",
         "tessera-convert");
     app.get_formatter()->column_width(30);
@@ -123,7 +124,8 @@ int runConvert(const std::vector<std::string>& words) {
             const Object object = file->scene.find(id);
             const auto* content = object.as<Inline>();
             const auto* proxy = object.as<ProxyGroup>();
-            if (const std::string* named = content ? &content->file : proxy ? &proxy->file : nullptr; named && !named->empty())
+            const auto* movie = object.as<Movie>();
+            if (const std::string* named = content ? &content->file : proxy ? &proxy->file : movie ? &movie->file : nullptr; named && !named->empty())
                 fmt::print(stderr, "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n", *named);
         }
         OptimiseCounts counts{.nodesAfter = file->imported.nodes, .objectsAfter = file->imported.nodes + file->imported.cores};

@@ -116,9 +116,15 @@ int write(Ride& ride, tessera::Application& wall) {
 
 int main(int argc, char** argv) {
     if (argc < 3 || argc > 4) return failed({tessera::ErrorCode::kUsage, "HOST:PORT NODE [TURNS]"});
+    double turns = 0;
+    if (argc > 3) {
+        char* end = nullptr;
+        turns = std::strtod(argv[3], &end);
+        if (end == argv[3] || *end != 0 || !(turns > 0)) return failed({tessera::ErrorCode::kUsage, "TURNS is a number above 0; without it the wheel turns until it is stopped"});
+    }
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     auto wall = tessera::Application::connect({.address = argv[1], .name = "carousel"});
     if (!wall) return failed(wall.error());
-    Ride ride{.node = argv[2], .turns = argc > 3 ? std::atof(argv[3]) : 0};
+    Ride ride{.node = argv[2], .turns = turns};
     return write(ride, **wall);
 }

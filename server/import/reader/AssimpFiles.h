@@ -1,6 +1,8 @@
 /// What assimp reads files through: whole ones, from the folder, to memory.
 #pragma once
 
+#include <strings.h>
+
 #include <algorithm>
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
@@ -45,16 +47,25 @@ class FolderIo : public Assimp::IOSystem {
 public:
     explicit FolderIo(const FolderFiles& files) : files_(files) {}
 
-    bool Exists(const char* name) const override { return files_.resolve(name).has_value(); }
+    bool Exists(const char* name) const override { return pathOf(name).has_value(); }
     char getOsSeparator() const override { return '/'; }
     Assimp::IOStream* Open(const char* name, const char* mode) override {
         if (std::strpbrk(mode, "wa+") != nullptr) return nullptr;
-        Expected<Bytes> bytes = files_.read(name);
+        const Expected<std::string> path = pathOf(name);
+        Expected<Bytes> bytes = path ? files_.read(*path) : tl::unexpected(path.error());
         return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
     }
     void Close(Assimp::IOStream* stream) override { delete stream; }
 
 private:
+    /// Libraries of materials as tools of other systems name them. Not others: of many names assimp only tries whether there is such a file.
+    Expected<std::string> pathOf(const std::string& name) const {
+        Expected<std::string> exact = files_.resolve(name);
+        if (exact || name.size() < 4 || strcasecmp(name.c_str() + name.size() - 4, ".mtl") != 0) return exact;
+        Expected<FolderFiles::Found> found = files_.find(name);
+        return found ? Expected<std::string>(std::move(found->path)) : exact;
+    }
+
     const FolderFiles& files_;
 };
 

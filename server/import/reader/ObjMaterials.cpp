@@ -36,12 +36,13 @@ void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainSc
     bool moved = false;
     std::size_t missing = 0;
     for (const std::string& library : libraries) {
-        const Expected<std::string> found = files.resolve(library);
+        const Expected<FolderFiles::Found> found = files.find(library);
+        if (found && !found->note.empty()) scene.note("the material library " + found->note);
         if (!found) {
             if (++missing <= kNamed) scene.note(fmt::format("the material library {} is left out: {}", library, found.error().message));
             continue;
         }
-        forLines(*found, [&](std::string_view word, std::string_view rest) {
+        forLines(found->path, [&](std::string_view word, std::string_view rest) {
             if (word == "newmtl") defined.emplace(rest);
             for (const char* option : {"-s ", "-o ", "-t "})
                 moved = moved || (word.starts_with("map_") && (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);

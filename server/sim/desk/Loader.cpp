@@ -66,6 +66,7 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     if (order.content) return readContent(*order.content);
     ImportOptions options = options_;
     options.placing = order.placing;
+    options.gathers = order.asked;
     if (!order.asked) return importScene(order.path, order.parent, options);
     const Expected<std::string> path = readableFile(order.path, readable_);
     if (!path) return tl::unexpected(path.error());

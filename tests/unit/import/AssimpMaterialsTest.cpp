@@ -143,6 +143,21 @@ TEST(ObjMaterial, SaysWhichLibrariesAndMaterialsAreNotThereAndWhatOfAnImageIsNot
     EXPECT_EQ(says("'red'") + says("there.mtl"), 0);
 }
 
+TEST(ObjMaterial, LibrariesAreFoundAsToolsOfOtherSystemsNameThem) {
+    for (const char* named : {"C:\\Users\\me\\LOOKS.MTL", "Parts/looks.mtl", "..\\looks.Mtl", "/home/me/looks.mtl"}) {
+        const Scratch scratch;
+        scratch.write("looks.mtl", "newmtl red\nKd 1 0 0\n");
+        // One that assimp would take instead, as it has the model's name.
+        scratch.write("model.mtl", "newmtl red\nKd 0 1 0\n");
+        const Painted painted = importedPaint(scratch, "model.obj", std::string("mtllib ") + named + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
+        EXPECT_EQ(painted.material.baseColor.x(), 1) << named;
+        EXPECT_EQ(painted.material.baseColor.y(), 0) << named;
+        ASSERT_EQ(painted.scene.notes.size(), 1u) << named;
+        EXPECT_NE(painted.scene.notes[0].find("the material library '"), std::string::npos) << painted.scene.notes[0];
+        EXPECT_NE(painted.scene.notes[0].find("was found as 'looks.mtl'"), std::string::npos) << painted.scene.notes[0];
+    }
+}
+
 TEST(ColladaMaterial, TakesTheSecondTextureCoordinatesAndHowAPictureGoesOn) {
     const Scratch scratch;
     const Painted painted = importedPaint(

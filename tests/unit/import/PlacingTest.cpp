@@ -126,6 +126,27 @@ TEST(Placing, ScenesGetANodeOnlyWhereSomethingIsSaid) {
     EXPECT_NE(aspect.core<Transform>("/boxes/b"), nullptr) << "names inside are found as ever";
 }
 
+/// As `load` asks for it: one thing that can be moved and removed.
+TEST(Placing, ScenesOfSeveralNodesAreGatheredWhereThatIsAskedFor) {
+    const Scratch scratch;
+    const std::string one = scratch.write("one.tsct", "node { name: \"a\" transform {} node { box {} } }\n");
+    const std::string two = scratch.write("two.tsct", "node { name: \"a\" transform {} node { box {} } }\nnode { name: \"b\" box {} }\n");
+    const auto topsOf = [&](const std::string& path, bool gathers) {
+        ImportOptions options = importOptions();
+        options.placing = Placing();
+        options.gathers = gathers;
+        Expected<ImportedScene> scene = importScene(path, kRootNode, options);
+        EXPECT_TRUE(scene);
+        const ImportedAspect aspect(std::move(*scene));
+        std::vector<std::string> names;
+        for (const ObjectId child : aspect->get<Node>(kRootNode)->children) names.push_back(aspect->get<Node>(child)->name + (aspect->coreOf<Transform>(*aspect->get<Node>(child)) ? " T" : ""));
+        return names;
+    };
+    EXPECT_EQ(topsOf(one, true), std::vector<std::string>{"a T"});
+    EXPECT_EQ(topsOf(two, true), std::vector<std::string>{"two T"});
+    EXPECT_EQ(topsOf(two, false), (std::vector<std::string>{"a T", "b"}));
+}
+
 TEST(Placing, WhatCannotBeIsRefusedInWords) {
     const Scratch scratch;
     const std::string obj = scratch.write("slab.obj", slabObj());

@@ -252,6 +252,40 @@ TEST(Drag, RaysThatSayNothingLeaveAllAsItIs) {
     });
 }
 
+/// Seen along z the planes across x and y are seen from their sides: whoever means an arrow behind them has it, and a hand's width leads a hand's width.
+TEST(Drag, PlanesSeenFromTheirSideAreNotTaken) {
+    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer}) {
+        ManipulatorScene stage;
+        stage.core = stage.transform({});
+        stage.target = stage.node(stage.core);
+        stage.box(stage.target, Vec3d::Ones());
+        stage.manipulate(kind, stage.target);
+        stage.apply();
+        const PlacedManipulator placed = stage.placed();
+        int lines = 0, planes = 0;
+        for (int y = -90; y <= 90; ++y)
+            for (int x = -90; x <= 90; ++x) {
+                const Ray ray{Vec3d(0.02 * x, 0.02 * y, 5), Vec3d(0.001 * x, 0.001 * y, -1)};
+                const std::optional<HandleHit> hit = hitOf(placed.handles, placed.frame.world_T_frame, ray);
+                if (!hit) continue;
+                const Handle& handle = placed.handles.of[static_cast<std::size_t>(hit->handle - 1)];
+                planes += handle.deed == HandleDeed::kMovePlane;
+                lines += handle.deed == HandleDeed::kMoveAxis && handle.axis != 2;
+                if (handle.deed == HandleDeed::kMovePlane) {
+                    EXPECT_EQ(handle.axis, 2) << kind << ' ' << x << ' ' << y;
+                    const std::optional<Grab> grab = grabAt(handle, placed.frame, placed.moved, ray, hit->t, 0);
+                    const std::optional<Dragged> to = dragged(*grab, {ray.origin + Vec3d(0.05, 0.05, 0), ray.direction});
+                    ASSERT_TRUE(to);
+                    EXPECT_LT(to->pose.translation.norm(), 0.1);
+                }
+            }
+        if (kind == Manipulator::kMove) {
+            EXPECT_GT(lines, 0);
+            EXPECT_GT(planes, 0);
+        }
+    }
+}
+
 TEST(Drag, ThingsThatSnapGoInWholeSteps) {
     forSeeds(300, [](std::mt19937_64& random) {
         ManipulatorScene stage;

@@ -237,6 +237,14 @@ TEST_F(MoviesTest, ManyFilmsWaitForTheirTurn) {
     ASSERT_TRUE(cinema_.until([&] { return std::ranges::all_of(ids, [&](ObjectId id) { return cinema_.number(id) >= 0 || !cinema_.movie(id).problem.empty(); }); }));
     EXPECT_LE(cinema_.movies_.running(), Movies::kMostFilms);
     EXPECT_NE(cinema_.movie(ids.back()).problem.find("it waits"), std::string::npos);
+    // Who stands gives way at once to who wants to play.
+    EXPECT_TRUE((cinema_.set<&Movie::playing>(ids[0], false)));
+    const auto waiting = [&] { return static_cast<std::size_t>(std::ranges::count_if(ids, [&](ObjectId id) { return !cinema_.movie(id).problem.empty(); })); };
+    ASSERT_EQ(waiting(), 2u);
+    int frames = 0;
+    EXPECT_TRUE(cinema_.until([&] { return ++frames, waiting() == 1; }));
+    EXPECT_LT(frames, Movies::kPatience) << "nobody waits until a child has stood for long";
+    EXPECT_LE(cinema_.movies_.running(), Movies::kMostFilms);
     for (std::size_t i = 0; i < 2; ++i) {
         ChangeListBuilder gone;
         gone.destroy(ids[i]);
