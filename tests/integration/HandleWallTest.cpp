@@ -109,7 +109,8 @@ struct WindowStudio {
 };
 
 TEST(HandleWall, AMouseAtAWindowDragsAHandleAndNotTheView) {
-    WindowStudio here;
+    const TemporaryFolder folder;
+    WindowStudio here({"--record", folder.path() + "/studio.tsr"});
     ASSERT_TRUE(here.ready) << here.wall.logs();
     ASSERT_GT(here.row, 0);
     const json beside = here.seenBeside();
@@ -141,6 +142,8 @@ TEST(HandleWall, AMouseAtAWindowDragsAHandleAndNotTheView) {
     EXPECT_TRUE(soon([&] { return here.seenBeside() != beside; }));
     EXPECT_EQ(heightOfCart(here.wall), 0);
     EXPECT_EQ(here.wall.finish()["faults"].size(), 0u);
+    const Outcome replayed = run(folder.path(), {program("tessera-replay"), folder.path() + "/studio.tsr"});
+    EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 
 TEST(HandleWall, AHostThatIsKilledWhileItsWindowHoldsAHandleHoldsNothing) {

@@ -84,11 +84,16 @@ TEST(ProgramWall, WhatIsWrongStandsBeforeTheThingUntilItIsRight) {
         EXPECT_TRUE(shop.says("line 2"));
         EXPECT_EQ(shop.finish()["replication"]["state_hash_mismatches"], 0);
     }
-    PaintShop one("1x1");
+    const TemporaryFolder folder;
+    PaintShop one("1x1", {"--record", folder.path() + "/shop.tsr"});
     ASSERT_TRUE(one.ready) << one.logs();
     ASSERT_TRUE(one.says("line 2"));
     EXPECT_EQ(pixelsThatDiffer(one.picture("one"), wrong), 0u) << "the seams go through the letters";
+    one.tell({"set", one.program(), "surface", kRight});
+    EXPECT_TRUE(one.says(""));
     (void)one.finish();
+    const Outcome replayed = run(folder.path(), {program("tessera-replay"), folder.path() + "/shop.tsr"});
+    EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
     PaintShop silent("1x1", {"--no-notices"});
     ASSERT_TRUE(silent.ready) << silent.logs();
     silent.settle();

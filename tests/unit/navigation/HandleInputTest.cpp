@@ -21,7 +21,7 @@ using test::ListMaker;
 
 /// A cart that stands in the middle of the picture, with arrows; another one beside it, which a motion may drive.
 struct Bench {
-    explicit Bench(bool takesInput = true) : takes(takesInput) {
+    explicit Bench(bool takesInput = true, Wall before = test::wallOfOne()) : takes(takesInput), wall(std::move(before)) {
         ListMaker make;
         for (const auto& [name, x] : {std::pair("cart", 0.0), {"other", 1.2}}) {
             const ObjectId place = make.transform(kCart + Vec3d(x, 0, 0));
@@ -99,7 +99,7 @@ struct Bench {
     inline static const Vec3d kUpArrow = kCart + Vec3d(0, 0.4, 0);
 
     bool takes, begin = true;
-    Wall wall = test::wallOfOne();
+    Wall wall;
     Simulation simulation;
     ViewSource view{wall, ""};
     ManipulatorDrags drags;
@@ -298,6 +298,46 @@ TEST(HandleInput, AnUndoWhileItIsHeldTakesBackWhatWasDragged) {
     EXPECT_EQ(bench.simulation.history().undoDepth(), 1u);
     bench.frames(2, test::one(Edit::Kind::kUndo));
     EXPECT_EQ(bench.moved().norm(), 0);
+}
+
+/// A screen at the side, drawn for the right eye: the ray is that eye's. From between the eyes it would pass the arrow by.
+TEST(HandleInput, ARayBeginsAtTheEyeThatTheTileIsDrawnFor) {
+    Wall wall = test::wallOfOne();
+    Screen side = wall.screens.front();
+    wall.users.front().eyeSeparationMetres = 0.4;  // wider than an arrow is thick
+    side.name = "side";
+    side.lowerLeft = Vec3d(1, 0, 0);
+    side.lowerRight = Vec3d(1, 0, 2);
+    side.upperLeft = Vec3d(1, 1, 0);
+    wall.screens.push_back(side);
+    wall.hosts.push_back({"left", {{"side", 0, 0, Eye::kLeft, "viewer"}}});
+    wall.hosts.push_back({"right", {{"side", 0, 0, Eye::kRight, "viewer"}}});
+    const Expected<void> sound = checkWall(wall);
+    ASSERT_TRUE(sound) << sound.error().message;
+    for (const Eye eye : {Eye::kRight, Eye::kCenter}) {
+        Bench bench(true, wall);
+        const Vec3d from = wall.users.front().eye(eye), cart = from + 2 * (Vec3d(1, 0.5, 1) - from);
+        bench.frames(2, test::one(test::moveTo(test::transformAt(bench.simulation.scene(), "/cart"), cart)));
+        const auto cursorAt = [&](const Vec3d& at) {
+            const Vec3d seen = from + (at - from) * ((1 - from.x()) / (at.x() - from.x()));
+            return Vec2d(seen.z() / 2, 1 - seen.y());
+        };
+        const Vec2d press = cursorAt(cart + Vec3d(0, 0.4, 0)), to = cursorAt(cart + Vec3d(0, 0.6, 0));
+        InputState hand;
+        bench.steering.received("right", {hand});
+        hand.cursorX = static_cast<std::uint16_t>(std::lround(press.x() * 65535));
+        hand.cursorY = static_cast<std::uint16_t>(std::lround(press.y() * 65535));
+        ++hand.asked[kHandTakes];
+        hand.held = kHandHolds;
+        bench.steering.received("right", {hand});
+        bench.frames(1);
+        EXPECT_EQ(bench.held() != 0, eye == Eye::kRight);
+        hand.lookRight += static_cast<std::uint64_t>(std::llround((to.x() - press.x()) * InputState::kUnit));
+        hand.lookDown += static_cast<std::uint64_t>(std::llround((to.y() - press.y()) * InputState::kUnit));
+        bench.steering.received("right", {hand});
+        bench.frames(1);
+        if (eye == Eye::kRight) EXPECT_NEAR(test::placeOf(bench.simulation.scene(), "/cart").y() - cart.y(), 0.2, bench.bound(0.2));
+    }
 }
 
 TEST(HandleInput, AWandsFirstButtonTakesHold) {
