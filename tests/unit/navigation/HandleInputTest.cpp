@@ -304,13 +304,16 @@ TEST(HandleInput, AnUndoWhileItIsHeldTakesBackWhatWasDragged) {
 TEST(HandleInput, ARayBeginsAtTheEyeThatTheTileIsDrawnFor) {
     Wall wall = test::wallOfOne();
     Screen side = wall.screens.front();
+    wall.users.front().eyeSeparationMetres = 0.4;  // wider than an arrow is thick
     side.name = "side";
     side.lowerLeft = Vec3d(1, 0, 0);
     side.lowerRight = Vec3d(1, 0, 2);
     side.upperLeft = Vec3d(1, 1, 0);
     wall.screens.push_back(side);
+    wall.hosts.push_back({"left", {{"side", 0, 0, Eye::kLeft, "viewer"}}});
     wall.hosts.push_back({"right", {{"side", 0, 0, Eye::kRight, "viewer"}}});
-    ASSERT_TRUE(checkWall(wall));
+    const Expected<void> sound = checkWall(wall);
+    ASSERT_TRUE(sound) << sound.error().message;
     for (const Eye eye : {Eye::kRight, Eye::kCenter}) {
         Bench bench(true, wall);
         const Vec3d from = wall.users.front().eye(eye), cart = from + 2 * (Vec3d(1, 0.5, 1) - from);
