@@ -5,6 +5,7 @@
 #include <memory>
 #include <new>
 #include <numbers>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -19,6 +20,8 @@ namespace tessera {
 namespace {
 
 constexpr double kSecondsApart = 1.0 / 60;
+/// Between two looks, in radians and in parts of all that is seen: beyond, there is one in between, unless they are so near (s) that it is a leap.
+constexpr double kMostTurn = 0.1, kMostStep = 0.01, kLeap = kSecondsApart / 1000;
 constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
 /// An animation or a motion.
@@ -33,20 +36,23 @@ struct Player {
     /// The time of the keys that are shown when the group has played for so long.
     [[nodiscard]] double shownAfter(double seconds) const {
         const std::int64_t around = mode == Animation::kPingPong ? Animation::kPingPong : Animation::kLoop;  // once: people play it again
-        return shownTime(foldedTime(time + speed * seconds, last, around), last, around);
+        const double shown = shownTime(foldedTime(time + speed * seconds, last, around), last, around);
+        return shown > last - 0.5 * moment() ? last : shown;
     }
-    /// Appends when the group comes to a key first; just within the ends, where what loops leaps.
+    /// s; next to nothing, and more than rounding.
+    [[nodiscard]] double moment() const { return 1e-9 * last; }
+    /// Appends when the group comes to a key first: just behind it, where what steps has stepped; at the end, and just before it, as what loops leaps there.
     void appendLooks(std::vector<double>& looks) const {
         looks.push_back(0);
         if (!(period() > 0)) return;
-        const double end = 1e-9 * last;
-        for (const double key : keys) {
-            const double shown = std::clamp(key, end, last - end);
+        const auto append = [&](double shown) {
             for (const double phase : {shown, mode == Animation::kPingPong ? 2 * last - shown : shown}) {
                 const double after = std::fmod((phase - time) / speed, period());
                 looks.push_back(after < 0 ? after + period() : after);
             }
-        }
+        };
+        for (const double key : keys) append(std::clamp(key + moment(), moment(), last - moment()));
+        append(last - 0.25 * moment());
     }
 };
 
@@ -63,19 +69,24 @@ struct MovingNode {
     const std::vector<Driver>* drivers = nullptr;
     Box box = {};  ///< of what goes with it, in its coordinates
     Affine3d world_T_node = Affine3d::Identity(), before = Affine3d::Identity();
+    Vec3d step = Vec3d::Zero();  ///< of the box's middle, from the look before last to the last one
 };
 
-/// How far what passes from one place to the other gets beyond both: as if it turned about an axis, the height of an arc is half its chord times the
-/// tangent of a quarter of the turn.
-double arcHeight(const Affine3d& from, const Affine3d& to, const Box& box) {
+/// By how much the axes of one place lie across those of the other (radians): of a turn, 0.8 of it at least.
+double turnBetween(const Affine3d& from, const Affine3d& to) {
     double turn = 0;
     for (int c = 0; c < 3; ++c) {
         const Vec3d a = from.linear().col(c), b = to.linear().col(c);
         const double lengths = a.norm() * b.norm();
         if (lengths > 0) turn = std::max(turn, std::acos(std::clamp(a.dot(b) / lengths, -1.0, 1.0)));
     }
-    // Axes that are oblique to the axis of the turn turn less: the one that does most, by 0.8 of it at least.
-    turn = std::min(1.25 * turn, std::numbers::pi);
+    return turn;
+}
+
+/// How far what passes from one place to the other gets beyond both: as if it turned about an axis, the height of an arc is half its chord times the
+/// tangent of a quarter of the turn.
+double arcHeight(const Affine3d& from, const Affine3d& to, const Box& box) {
+    const double turn = std::min(1.25 * turnBetween(from, to), std::numbers::pi);
     if (turn < 1e-9) return 0;
     double chord = 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
@@ -270,6 +281,10 @@ private:
             }
     }
 
+    [[nodiscard]] std::uint64_t mostLooks(std::size_t group) const {
+        return std::max(group == 0 ? kFewestLooks : kFewestLooksAlone, kMostPlaced / (moving_.size() * (lastGroup_ + 1)));
+    }
+
     [[nodiscard]] std::vector<double> looksOf(std::size_t group) const {
         std::vector<double> keys;
         double length = 0;
@@ -282,7 +297,7 @@ private:
         keys.push_back(length);
         std::ranges::sort(keys);
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-        const std::uint64_t most = std::max(group == 0 ? kFewestLooks : kFewestLooksAlone, kMostPlaced / (moving_.size() * (lastGroup_ + 1)));
+        const std::uint64_t most = mostLooks(group);
         std::vector<double> looks;
         if (static_cast<double>(keys.size()) + length / kSecondsApart <= static_cast<double>(most)) {
             for (std::size_t k = 0; k < keys.size(); ++k) {
@@ -304,25 +319,56 @@ private:
     }
 
     void lookAt(std::size_t group) {
-        bool first = true;
-        for (const double seconds : looksOf(group)) {
+        std::vector<double> ahead = looksOf(group);
+        std::ranges::reverse(ahead);
+        const std::uint64_t most = result_.looks + mostLooks(group);
+        std::optional<double> last;
+        double gapBefore = 0;  // 0: there was a leap, or nothing, before the last look
+        while (!ahead.empty()) {
+            const double seconds = ahead.back(), gap = last ? seconds - *last : 0;
+            const double farthest = kMostStep * result_.box.size().norm();
             ++result_.looks;
+            bool far = false;
             for (MovingNode& node : moving_) {
-                node.before = node.world_T_node;
                 place(node, group, seconds);
                 ++result_.placed;
-                if (node.box.empty()) continue;
-                Box box = node.box.transformed(node.world_T_node);
-                if (!box.lower.allFinite() || !box.upper.allFinite()) continue;
-                if (!first) {
-                    const double beyond = arcHeight(node.before, node.world_T_node, node.box);
-                    box.lower.array() -= beyond;
-                    box.upper.array() += beyond;
-                }
-                result_.box.extend(box);
+                if (far || !last || node.box.empty()) continue;
+                far = turnBetween(node.before, node.world_T_node) > kMostTurn || stepOf(node).norm() > farthest;
             }
-            first = false;
+            const bool leap = far && gap <= kLeap;
+            if (far && !leap && result_.looks + ahead.size() < most) {
+                ahead.push_back(*last + 0.5 * gap);
+                continue;
+            }
+            for (MovingNode& node : moving_) {
+                extendBy(node, gap > kLeap ? gap : 0, gapBefore);
+                node.before = node.world_T_node;
+            }
+            gapBefore = leap ? 0 : gap > kLeap ? gap : gapBefore;
+            last = seconds;
+            ahead.pop_back();
         }
+    }
+
+    static Vec3d stepOf(const MovingNode& node) { return node.world_T_node * node.box.center() - node.before * node.box.center(); }
+
+    /// `gap`: s since the look before; 0: next to none, there was no way between them.
+    void extendBy(MovingNode& node, double gap, double gapBefore) {
+        if (node.box.empty()) return;
+        Box box = node.box.transformed(node.world_T_node);
+        if (!box.lower.allFinite() || !box.upper.allFinite()) return;
+        double beyond = 0;
+        if (gap > 0) {
+            const Vec3d step = stepOf(node);
+            beyond = arcHeight(node.before, node.world_T_node, node.box);
+            // What turns back between two looks: an eighth of the acceleration times the square of the time, but no more than it goes.
+            if (gapBefore > 0)
+                beyond += std::min((step / gap - node.step / gapBefore).norm() * std::max(gap, gapBefore) / 8, (step.norm() + node.step.norm()) / 4);
+            node.step = step;
+        }
+        box.lower.array() -= beyond;
+        box.upper.array() += beyond;
+        result_.box.extend(box);
     }
 
     void place(MovingNode& node, std::size_t group, double seconds) {
