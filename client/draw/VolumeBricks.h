@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/cores/Volume.h"
+#include "common/scene/Cores.h"
 
 namespace tessera {
 

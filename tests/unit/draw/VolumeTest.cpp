@@ -332,5 +332,61 @@ TEST(VolumeShapes, BoxesThatAreCutAreClosed) {
     }
 }
 
+// Each piece of a slice lies on one side of all slices before it; together the pieces are as large as the slice. 64 of them too.
+TEST(VolumeShapes, SlicesAreCutByThoseBeforeThem) {
+    std::size_t most = 0;
+    for (const unsigned seed : volumeSeeds(60)) {
+        FieldDice dice(seed);
+        Volume v = someVolume(dice);
+        v.mode = Volume::kSlices;
+        v.clipPlanes = {};
+        const Box box = boxOf(v);
+        std::vector<double> planes;
+        for (std::uint32_t i = 0, count = seed == 60 ? kMostVolumePlanes : 1 + dice.below(12); i < count; ++i) {
+            const Vec3d n = dice.vector(1), through = box.center() + 0.3 * box.size().cwiseProduct(dice.vector(1));
+            planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(through)});
+        }
+        v.slices = Blob::of(std::span<const double>(planes));
+        const MeshData mesh = shapeOnScreens(v);
+        const double rounding = 1e-6 * (box.size().norm() + box.lower.norm());
+        std::vector<double> areas(planes.size() / 4);
+        for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
+            std::array<Vec3d, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = Vec3f(&mesh.positions[3 * std::size_t{mesh.indices[t + k]}]).cast<double>();
+            const auto slice = static_cast<std::size_t>(mesh.texcoords[2 * std::size_t{mesh.indices[t]} + 1]);
+            ASSERT_LT(slice, areas.size());
+            areas[slice] += 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+            for (std::size_t k = 0; k <= slice; ++k) {
+                const Vec3d n = Vec3d(planes[4 * k], planes[4 * k + 1], planes[4 * k + 2]);
+                double least = 1e300, greatest = -1e300;
+                for (const Vec3d& corner : corners) {
+                    const double off = (n.dot(corner) - planes[4 * k + 3]) / n.norm();
+                    least = std::min(least, off);
+                    greatest = std::max(greatest, off);
+                }
+                ASSERT_TRUE(least > -rounding || greatest < rounding) << "slice " << slice << " goes through slice " << k << ", TESSERA_SEED=" << seed;
+                if (k == slice) {
+                    ASSERT_TRUE(least > -rounding && greatest < rounding) << "TESSERA_SEED=" << seed;
+                }
+            }
+        }
+        for (std::size_t k = 0; k < areas.size(); ++k) {
+            Volume one = v;
+            one.slices = Blob::of(std::span<const double>(planes).subspan(4 * k, 4));
+            const MeshData alone = shapeOnScreens(one);
+            double area = 0;
+            for (std::size_t t = 0; t < alone.indices.size(); t += 3) {
+                const auto corner = [&](std::size_t i) { return Vec3d(Vec3f(&alone.positions[3 * std::size_t{alone.indices[t + i]}]).cast<double>()); };
+                area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+            }
+            ASSERT_NEAR(areas[k], area, 1e-4 * (area + 1e-3)) << "slice " << k << ", TESSERA_SEED=" << seed;
+        }
+        most = std::max(most, mesh.indices.size() / 3);
+    }
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(most, 10'000u);
+    }
+}
+
 }  // namespace
 }  // namespace tessera
