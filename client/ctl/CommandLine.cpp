@@ -336,7 +336,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     drag->add_flag("--rays", in.drag.rays, "Places are rays: origin, direction (X Y Z each)");
     drag->add_option("--steps", in.drag.steps, "Edits from one place to the next")->check(CLI::Range(1, 1000));
 
-    const CLI::App* animations = app.add_subcommand("animations", "What plays, or could: where it is, how long it is, in seconds");
+    const CLI::App* animations = app.add_subcommand("animations", "What plays, or could; its time and length in s");
     const auto ofAnimation = [&](const char* verb, const char* what) {
         CLI::App* one = app.add_subcommand(verb, what);
         one->add_option("NODE", in.take.node, "An animation's; tessera-ctl animations lists them")->required();

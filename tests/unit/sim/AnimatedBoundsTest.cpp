@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <numbers>
 
@@ -234,12 +235,15 @@ TEST(AnimatedBounds, CostABoundedNumberOfPlacesHoweverLongAndLarge) {
         ChangeList list = make.builder.take();
         replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id; });
         ASSERT_TRUE(scene.apply(list));
+        const auto before = std::chrono::steady_clock::now();
         const AnimatedBounds all = animatedBounds(scene);
+        const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - before);
         EXPECT_LE(all.placed, std::max(kMostPlaced, kFewestLooks * (boxes + 1)));
         EXPECT_GE(all.looks, kFewestLooks);
         EXPECT_GT(all.box.upper.x(), boxes < 10'000 ? 10.499 : 9.0);
         RecordProperty("placed_" + std::to_string(boxes), static_cast<int>(all.placed));
         RecordProperty("looks_" + std::to_string(boxes), static_cast<int>(all.looks));
+        RecordProperty("ms_" + std::to_string(boxes), static_cast<int>(took.count()));
     }
 }
 
