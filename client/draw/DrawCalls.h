@@ -63,7 +63,8 @@ public:
     [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
     /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
     [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
-        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels.voxels == 0 && b.voxels.voxels == 0 && a.sortedCount == 0 && b.sortedCount == 0;
+        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels.voxels == 0 && b.voxels.voxels == 0 &&
+               a.sortedCount == 0 && b.sortedCount == 0;
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }

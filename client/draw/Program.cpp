@@ -110,7 +110,9 @@ std::string fragmentOf(const ProgramKind& kind) {
                    shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
             if (rowOf(kind.items).volume)
-                return fmt::format("#define MOST_SAMPLES {}\n#define BRICK_SIDE {}.0\n#define BRICK_INVERSE {}\n", kMostMarchSamples + 2, VolumeBricks::kSide, 1.0 / VolumeBricks::kSide) + shader_text::kLighting + shader_text::kToneMapping + shader_text::kVolumeFragment;
+                return fmt::format("#define MOST_SAMPLES {}\n#define BRICK_SIDE {}.0\n#define BRICK_INVERSE {}\n", kMostMarchSamples + 2, VolumeBricks::kSide,
+                                   1.0 / VolumeBricks::kSide) +
+                       shader_text::kLighting + shader_text::kToneMapping + shader_text::kVolumeFragment;
             return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;

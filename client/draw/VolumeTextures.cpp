@@ -42,7 +42,8 @@ std::vector<float> greatestRead(const VolumeBricks& bricks, const Volume& v, boo
     const VoxelTexels texels = texelsOf(v.format);
     std::vector<float> greatest;
     for (std::size_t i = 0; i < bricks.greatest().size(); ++i) {
-        const double least = (static_cast<double>(bricks.least()[i]) - texels.offset) / texels.scale, most = (static_cast<double>(bricks.greatest()[i]) - texels.offset) / texels.scale;
+        const double least = (static_cast<double>(bricks.least()[i]) - texels.offset) / texels.scale;
+        const double most = (static_cast<double>(bricks.greatest()[i]) - texels.offset) / texels.scale;
         greatest.push_back(known ? finite(most + 1e-6 * std::max(std::abs(least), std::abs(most))) : 3e38f);
     }
     return greatest;
@@ -89,7 +90,8 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty) : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
+VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty)
+    : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
 
@@ -143,7 +145,8 @@ VolumeTextures::Texture& VolumeTextures::textureOf(const Volume& v) {
     if (takeOver(key, v)) return textures_.find(key)->second;
     Texture texture{.bytes = v.voxels.sizeBytes(), .uses = UseClock::recall(gone_, key), .bricks = {}, .brickTextures = {}};
     gl_.CreateTextures(GL_TEXTURE_3D, 1, &texture.name);
-    gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), static_cast<GLsizei>(v.sizeZ));
+    gl_.TextureStorage3D(texture.name, 1, texelsOf(v.format).internal, static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY),
+                         static_cast<GLsizei>(v.sizeZ));
     gl_.TextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     gl_.TextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     // Never beyond the outermost middles; but a texture that is clamped to its edges llvmpipe filters in eighths of a byte's steps.
@@ -186,7 +189,8 @@ GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
         if (maximum)
             tell(GL_RED, GL_FLOAT, greatestRead(texture.bricks, v, leaveOutEmpty_).data());
         else
-            tell(GL_RED_INTEGER, GL_UNSIGNED_BYTE, (leaveOutEmpty_ ? texture.bricks.emptySteps(v) : std::vector<std::uint8_t>(texture.bricks.greatest().size())).data());
+            tell(GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                 (leaveOutEmpty_ ? texture.bricks.emptySteps(v) : std::vector<std::uint8_t>(texture.bricks.greatest().size())).data());
         gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     }
     known->lastDraw = clock_.draw();

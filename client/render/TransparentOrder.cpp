@@ -144,7 +144,9 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
         const float* p = &positions[3 * std::size_t{indices[3 * t + corner]}];
         return Vec3d(p[0], p[1], p[2]);
     };
-    const auto sliceOf = [&](std::size_t t) { return std::min(kMostVolumePlanes - 1, static_cast<std::size_t>(std::max(0.0f, texcoords[2 * std::size_t{indices[3 * t]} + 1]))); };
+    const auto sliceOf = [&](std::size_t t) {
+        return std::min(kMostVolumePlanes - 1, static_cast<std::size_t>(std::max(0.0f, texcoords[2 * std::size_t{indices[3 * t]} + 1])));
+    };
     // By its largest triangle.
     struct SlicePlane {
         Vec3d normal = Vec3d::Zero(), at = Vec3d::Zero();

@@ -68,7 +68,8 @@ public:
     void add(const std::vector<Vec3d>& polygon, bool turned, std::uint32_t slice = 0) {
         std::vector<std::uint32_t> corners;
         for (const Vec3d& place : polygon)
-            if (const std::uint32_t corner = find(place, slice); corners.empty() || (corner != corners.back() && corner != corners.front())) corners.push_back(corner);
+            if (const std::uint32_t corner = find(place, slice); corners.empty() || (corner != corners.back() && corner != corners.front()))
+                corners.push_back(corner);
         if (turned) std::ranges::reverse(corners);
         for (std::size_t i = 2; i < corners.size(); ++i)
             for (const std::size_t corner : {std::size_t{0}, i - 1, i}) mesh.indices.push_back(corners[corner]);
@@ -108,7 +109,9 @@ std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<c
     for (const ClipPlane& plane : earlier) {
         std::vector<std::vector<Vec3d>> cut;
         for (std::vector<Vec3d>& piece : pieces) {
-            const auto beyond = [&](double side) { return std::ranges::any_of(piece, [&](const Vec3d& p) { return side * (plane.n.dot(p) - plane.d) > kOnPlane; }); };
+            const auto beyond = [&](double side) {
+                return std::ranges::any_of(piece, [&](const Vec3d& p) { return side * (plane.n.dot(p) - plane.d) > kOnPlane; });
+            };
             if (!beyond(1) || !beyond(-1)) {
                 cut.push_back(std::move(piece));
                 continue;
@@ -157,7 +160,8 @@ MeshData shapeOnScreens(const Volume& v) {
         std::vector<ClipPlane> slices;
         add(v.slices, slices);
         for (std::uint32_t i = 0; i < slices.size(); ++i)
-            for (const std::vector<Vec3d>& piece : piecesOf(polygonOn(slices[i], planes, planes.size()), std::span(slices).first(i))) corners.add(piece, false, i);
+            for (const std::vector<Vec3d>& piece : piecesOf(polygonOn(slices[i], planes, planes.size()), std::span(slices).first(i)))
+                corners.add(piece, false, i);
     } else {
         for (std::size_t i = 0; i < planes.size(); ++i) corners.add(polygonOn(planes[i], planes, i), true);
     }

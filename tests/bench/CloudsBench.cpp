@@ -41,7 +41,8 @@ Volume knot(std::int64_t side, bool fog) {
     std::vector<float> nearest(numbers.size(), 1e9f);
     for (const Vec3d& p : line) {
         const auto range = [&](double at) {
-            return std::pair(std::max<std::int64_t>(0, static_cast<std::int64_t>((at + 1 - reach) / perVoxel)), std::min(side - 1, static_cast<std::int64_t>((at + 1 + reach) / perVoxel) + 1));
+            return std::pair(std::max<std::int64_t>(0, static_cast<std::int64_t>((at + 1 - reach) / perVoxel)),
+                             std::min(side - 1, static_cast<std::int64_t>((at + 1 + reach) / perVoxel) + 1));
         };
         const auto [x0, x1] = range(p.x());
         const auto [y0, y1] = range(p.y());
@@ -55,13 +56,15 @@ Volume knot(std::int64_t side, bool fog) {
                 }
     }
     for (std::size_t i = 0; i < numbers.size(); ++i)
-        if (const double inside = 1 - static_cast<double>(nearest[i]) / reach; inside > 0) numbers[i] = std::max(numbers[i], static_cast<std::uint8_t>(255 * std::min(1.0, 1.5 * inside)));
+        if (const double inside = 1 - static_cast<double>(nearest[i]) / reach; inside > 0)
+            numbers[i] = std::max(numbers[i], static_cast<std::uint8_t>(255 * std::min(1.0, 1.5 * inside)));
     Volume v;
     v.voxels = Blob::of(std::span<const std::uint8_t>(numbers));
     v.sizeX = v.sizeY = v.sizeZ = side;
     v.origin = -Vec3d::Ones();
     v.spacing = Vec3d::Constant(perVoxel);
-    const std::vector<std::uint8_t> transfer = {0, 0, 0, 0, 40, 20, 90, fog ? std::uint8_t{6} : std::uint8_t{0}, 190, 60, 120, 90, 255, 200, 110, 200, 255, 250, 230, 255};
+    const std::uint8_t thin = fog ? 6 : 0;
+    const std::vector<std::uint8_t> transfer = {0, 0, 0, 0, 40, 20, 90, thin, 190, 60, 120, 90, 255, 200, 110, 200, 255, 250, 230, 255};
     v.transfer = Blob::of(std::span<const std::uint8_t>(transfer));
     v.thickness = 0.1;
     return v;
@@ -102,7 +105,8 @@ double coveredPixels(Renderer& renderer, Volume v, const ScreenCamera& camera) {
 std::vector<Row> rays(std::int64_t side, int rounds) {
     std::vector<Row> rows;
     for (const bool fog : {false, true})
-        for (const auto& [mode, shaded, name] : {std::tuple(Volume::kCloud, false, "cloud"), std::tuple(Volume::kCloud, true, "cloud, shaded"), std::tuple(Volume::kMaximum, false, "maximum")}) {
+        for (const auto& [mode, shaded, name] : {std::tuple(Volume::kCloud, false, "cloud"), std::tuple(Volume::kCloud, true, "cloud, shaded"),
+                                                 std::tuple(Volume::kMaximum, false, "maximum")}) {
             Volume v = knot(side, fog);
             v.mode = mode;
             v.shaded = shaded;
@@ -149,7 +153,8 @@ void surfaces(std::int64_t side, int rounds) {
         left = triangleCount(derivedArrays(kVolumeDerivation, &v));
         cut = std::min(cut, processorNs() - from);
     }
-    fmt::print("{:<28}{:9.2f} ms whole ({} triangles), {:7.2f} ms cut at a plane ({} left): {:.1f} times less\n", fmt::format("{}³ surface", side), whole / 1e6, triangles, cut / 1e6, left, whole / cut);
+    fmt::print("{:<28}{:9.2f} ms whole ({} triangles), {:7.2f} ms cut at a plane ({} left): {:.1f} times less\n", fmt::format("{}³ surface", side), whole / 1e6,
+               triangles, cut / 1e6, left, whole / cut);
 }
 
 int run(int rounds, int only, const std::string& json) {
@@ -159,10 +164,11 @@ int run(int rounds, int only, const std::string& json) {
         if (only != 0 && side != only) continue;
         surfaces(side, 5);
         for (const Row& row : rays(side, rounds)) {
-            fmt::print("{:<28}{:9.1f} ns per covered pixel, {:9.1f} with all that is empty: {:.2f} times less{}\n", row.name, row.best, row.everywhere, row.everywhere / row.best,
-                       row.same ? "" : ", ANOTHER PICTURE");
+            fmt::print("{:<28}{:9.1f} ns per covered pixel, {:9.1f} with all that is empty: {:.2f} times less{}\n", row.name, row.best, row.everywhere,
+                       row.everywhere / row.best, row.same ? "" : ", ANOTHER PICTURE");
             same = same && row.same;
-            rowsOut += fmt::format("{}\n  {{\"row\": \"{}\", \"ns_per_covered_pixel\": {:.2f}, \"ns_with_empty\": {:.2f}, \"same_picture\": {}}}", rowsOut.empty() ? "" : ",", row.name, row.best, row.everywhere, row.same);
+            rowsOut += fmt::format("{}\n  {{\"row\": \"{}\", \"ns_per_covered_pixel\": {:.2f}, \"ns_with_empty\": {:.2f}, \"same_picture\": {}}}",
+                                   rowsOut.empty() ? "" : ",", row.name, row.best, row.everywhere, row.same);
             std::fflush(stdout);
         }
     }

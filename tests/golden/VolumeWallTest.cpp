@@ -40,7 +40,8 @@ Aspect roomOfVolumes(double size, const Vec3d& head) {
         v.clipPlanes = i % 3 == 0 ? Blob() : Blob::of(std::span<const double>(clip));
         const double a = 0.62 * i, reach = size * (0.35 + 0.25 * std::fmod(0.618 * i, 1.0));
         const Vec3d at = head + Vec3d(reach * std::cos(a), size * (std::fmod(0.7548 * i, 1.0) - 0.75), reach * std::sin(a));
-        scene.addNode(scene.addCore(v), scene.addTransform(at, Quatd(Eigen::AngleAxisd(i, Vec3d(1, 2, 0.5).normalized())), 0.32 * size * Vec3d(1, i % 4 == 0 ? -1.2 : 1, 0.9)));
+        const Quatd turned(Eigen::AngleAxisd(i, Vec3d(1, 2, 0.5).normalized()));
+        scene.addNode(scene.addCore(v), scene.addTransform(at, turned, 0.32 * size * Vec3d(1, i % 4 == 0 ? -1.2 : 1, 0.9)));
     }
     return scene.take();
 }
@@ -64,8 +65,10 @@ TEST_P(VolumeWalls, HaveNoSeams) {
             const int width = camera.pixels.width, height = camera.pixels.height, x = width / 2 - 7, y = height / 2 + 5;
             const Picture one = drawPart(whole, aspect, scene, CullerKind::kNone, camera, {.x = 0, .y = 0, .width = width, .height = height});
             shown += lookOf(one).spread > 8;
-            for (const PixelRect& part : {PixelRect{0, 0, x, y}, PixelRect{x, 0, width - x, y}, PixelRect{0, y, x, height - y}, PixelRect{x, y, width - x, height - y}})
-                EXPECT_EQ(differingPixels(drawPart(parts, aspect, scene, CullerKind::kFrustum, camera, part), cropOf(one, part)), 0u) << screen.name << " at " << part.x << ' ' << part.y;
+            for (const PixelRect& part : {PixelRect{0, 0, x, y}, PixelRect{x, 0, width - x, y}, PixelRect{0, y, x, height - y},
+                                          PixelRect{x, y, width - x, height - y}})
+                EXPECT_EQ(differingPixels(drawPart(parts, aspect, scene, CullerKind::kFrustum, camera, part), cropOf(one, part)), 0u)
+                    << screen.name << " at " << part.x << ' ' << part.y;
             ++pictures;
         }
     }

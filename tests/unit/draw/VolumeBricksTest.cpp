@@ -28,20 +28,28 @@ Volume sparseVolume(FieldDice& dice) {
     for (std::int64_t z = 0; z < v.sizeZ; ++z)
         for (std::int64_t y = 0; y < v.sizeY; ++y)
             for (std::int64_t x = 0; x < v.sizeX; ++x) {
+                const Vec3d at(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
                 double value = dice.any(0, noise);
-                for (const Ball& ball : balls)
-                    value = std::max(value, 250 * std::clamp(1.5 - (Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)) - ball.middle).norm() / ball.radius, 0.0, 1.0));
-                values.push_back(v.format == Volume::kFloat ? value / 50 - 2 : std::floor(v.format == Volume::kUint8 ? value : v.format == Volume::kUint16 ? 200 * value : 200 * value - 25000));
+                for (const Ball& ball : balls) value = std::max(value, 250 * std::clamp(1.5 - (at - ball.middle).norm() / ball.radius, 0.0, 1.0));
+                if (v.format == Volume::kFloat)
+                    values.push_back(value / 50 - 2);
+                else
+                    values.push_back(std::floor(v.format == Volume::kUint8 ? value : v.format == Volume::kUint16 ? 200 * value : 200 * value - 25000));
             }
-    v.voxels = v.format == Volume::kUint8 ? numbersFrom<std::uint8_t>(values) : v.format == Volume::kUint16 ? numbersFrom<std::uint16_t>(values) : v.format == Volume::kInt16 ? numbersFrom<std::int16_t>(values) : numbersFrom<float>(values);
+    v.voxels = v.format == Volume::kUint8    ? numbersFrom<std::uint8_t>(values)
+               : v.format == Volume::kUint16 ? numbersFrom<std::uint16_t>(values)
+               : v.format == Volume::kInt16  ? numbersFrom<std::int16_t>(values)
+                                             : numbersFrom<float>(values);
     v.spacing *= 5 / size.maxCoeff();
     v.origin = -0.5 * v.spacing.cwiseProduct(size - Vec3d::Ones());
-    const double least = v.format == Volume::kFloat ? -2 : v.format == Volume::kInt16 ? -25000 : 0, perValue = v.format == Volume::kFloat ? 0.02 : v.format == Volume::kUint8 ? 1 : 200;
+    const double least = v.format == Volume::kFloat ? -2 : v.format == Volume::kInt16 ? -25000 : 0;
+    const double perValue = v.format == Volume::kFloat ? 0.02 : v.format == Volume::kUint8 ? 1 : 200;
     v.low = least + perValue * dice.any(-20, 40);
     v.high = v.low + perValue * dice.any(50, 250);
     // Nothing is seen of the first ones, nor of some others.
     std::vector<std::uint8_t> transfer(4 * (2 + dice.below(9)));
-    for (std::size_t i = 0; i < transfer.size(); ++i) transfer[i] = i < 4 || (i % 4 == 3 && dice.below(3) == 0) ? 0 : static_cast<std::uint8_t>(dice.below(256));
+    for (std::size_t i = 0; i < transfer.size(); ++i)
+        transfer[i] = i < 4 || (i % 4 == 3 && dice.below(3) == 0) ? 0 : static_cast<std::uint8_t>(dice.below(256));
     v.transfer = Blob::of(std::span<const std::uint8_t>(transfer));
     v.step = dice.any(0.2, 1.5);
     return v;
@@ -64,7 +72,8 @@ TEST(VolumeBricks, WhatIsEmptyIsEmptyAndNoFartherThanIsSaid) {
                     // Places in it, its rims too.
                     for (int i = 0; i < 10; ++i) {
                         const auto place = [&](std::int64_t brick, std::int64_t size) {
-                            return std::min(static_cast<double>(size - 1), static_cast<double>(VolumeBricks::kSide * brick) + (dice.below(3) == 0 ? VolumeBricks::kSide * static_cast<double>(dice.below(2)) : dice.any(0, VolumeBricks::kSide)));
+                            const double within = dice.below(3) == 0 ? VolumeBricks::kSide * static_cast<double>(dice.below(2)) : dice.any(0, VolumeBricks::kSide);
+                            return std::min(static_cast<double>(size - 1), static_cast<double>(VolumeBricks::kSide * brick) + within);
                         };
                         const double value = gridOf(v).linearAt({place(x, v.sizeX), place(y, v.sizeY), place(z, v.sizeZ)});
                         ASSERT_LE(value, bricks.greatest()[at] + 1e-4 * std::abs(value)) << again();
@@ -126,9 +135,12 @@ TEST_F(VolumeBricksTest, PicturesAreThoseOfRaysThatLookEverywhere) {
             }();
             for (int edit = 0; edit < 2; ++edit) {
                 const DrawList list = listOf(stage.aspect, stage.camera);
-                const Picture one = renderer_->draw(stage.aspect, list, stage.camera, whole(stage.camera)).value(), all = other->draw(stage.aspect, list, stage.camera, whole(stage.camera)).value();
+                const Picture one = renderer_->draw(stage.aspect, list, stage.camera, whole(stage.camera)).value();
+                const Picture all = other->draw(stage.aspect, list, stage.camera, whole(stage.camera)).value();
                 const auto [at, from] = std::ranges::mismatch(one.rgb, all.rgb);
-                ASSERT_EQ(at, one.rgb.end()) << "byte " << at - one.rgb.begin() << " is " << int{*at} << ", not " << int{*from} << ", eye at " << stage.camera.eyeWorld.transpose() << ", step " << v.step << ", " << v.sizeX << ' ' << v.sizeY << ' ' << v.sizeZ << ", " << samples << " samples, edit " << edit << ", mode " << v.mode << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeBricksTest.*";
+                ASSERT_EQ(at, one.rgb.end())
+                    << "byte " << at - one.rgb.begin() << " is " << int{*at} << ", not " << int{*from} << ", " << samples << " samples, edit " << edit << ", mode " << v.mode
+                    << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeBricksTest.*";
                 for (std::size_t i = 0; i < one.rgb.size(); i += 3) seen += one.rgb[i] != one.rgb[0];
                 ChangeListBuilder next;
                 if (dice.below(2) == 0) {

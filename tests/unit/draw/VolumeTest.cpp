@@ -73,7 +73,8 @@ TEST_F(VolumeTest, EachPieceOfARayIsSeenOnceWhereItsMiddleIs) {
                 const std::array<int, 3> channels{is.r, is.g, is.b}, behind{stage.background.r, stage.background.g, stage.background.b};
                 for (std::size_t c = 0; c < 3; ++c)
                     ASSERT_LE(std::abs(channels[c] - over(rule.color[c], rule.opacity, behind[c])), 3)
-                        << "at " << x << ' ' << y << " channel " << c << ": is " << is << " of opacity " << rule.opacity << ", mode " << v.mode << " format " << v.format << " step " << v.step
+                        << "at " << x << ' ' << y << " channel " << c << ": is " << is << " of opacity " << rule.opacity << ", mode " << v.mode
+                        << " format " << v.format << " step " << v.step
                         << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.EachPiece*";
             }
     }
@@ -130,7 +131,8 @@ TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
                     for (const auto& [t, seen] : layers) wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
                     // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is one off at most.
                     ASSERT_LE(std::abs(channels[c] - wanted), 1 + 2 * static_cast<double>(layers.size()))
-                        << "at " << x << ' ' << y << ": " << is << " of " << layers.size() << " layers\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
+                        << "at " << x << ' ' << y << ": " << is << " of " << layers.size() << " layers"
+                        << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
                 }
             }
     }
