@@ -1,12 +1,13 @@
 /// What assimp reads files through: whole ones, from the folder, to memory.
 #pragma once
 
-#include <strings.h>
-
 #include <algorithm>
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
+#include <cctype>
 #include <cstring>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "server/import/reader/FolderFiles.h"
@@ -61,7 +62,9 @@ private:
     /// Libraries of materials as tools of other systems name them. Not others: of many names assimp only tries whether there is such a file.
     Expected<std::string> pathOf(const std::string& name) const {
         Expected<std::string> exact = files_.resolve(name);
-        if (exact || name.size() < 4 || strcasecmp(name.c_str() + name.size() - 4, ".mtl") != 0) return exact;
+        constexpr std::string_view kLibrary = ".mtl";
+        const std::string_view ending = std::string_view(name).substr(name.size() - std::min(name.size(), kLibrary.size()));
+        if (exact || !std::ranges::equal(ending, kLibrary, {}, [](unsigned char c) { return std::tolower(c); })) return exact;
         Expected<FolderFiles::Found> found = files_.find(name);
         return found ? Expected<std::string>(std::move(found->path)) : exact;
     }

@@ -129,8 +129,8 @@ TEST(Placing, ScenesGetANodeOnlyWhereSomethingIsSaid) {
 /// As `load` asks for it: one thing that can be moved and removed.
 TEST(Placing, ScenesOfSeveralNodesAreGatheredWhereThatIsAskedFor) {
     const Scratch scratch;
-    const std::string one = scratch.write("one.tsct", "node { name: \"a\" transform {} node { box {} } }\n");
-    const std::string two = scratch.write("two.tsct", "node { name: \"a\" transform {} node { box {} } }\nnode { name: \"b\" box {} }\n");
+    const std::string one = scratch.write("one.tsct", "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n");
+    const std::string two = scratch.write("two.tsct", "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\nnode { name: \"b\" box { size { x: 1 y: 1 z: 1 } } }\n");
     const auto topsOf = [&](const std::string& path, bool gathers) {
         ImportOptions options = importOptions();
         options.placing = Placing();
