@@ -8,6 +8,7 @@
 namespace tessera {
 
 inline constexpr std::string_view kHandlesName = "handles";                  ///< of manipulators (server/manipulators)
+inline constexpr std::string_view kContactsName = "contacts";                ///< of collisions (server/sim/display), below the root
 inline constexpr std::string_view kProgramNoticesName = "program-problems";  ///< of programs (server/programs), below the root
 
 /// Whether the node is the top of such nodes. They are known by name, place and core. Costs a comparison for any other node.
@@ -16,7 +17,7 @@ inline constexpr std::string_view kProgramNoticesName = "program-problems";  ///
         const Node* bearer = scene.get<Node>(node.parent);
         return bearer && scene.coreOf<Manipulator>(*bearer) && scene.coreOf<InverseTransform>(node);
     }
-    if (node.name != kProgramNoticesName || node.parent != kRootNode) return false;
+    if ((node.name != kContactsName && node.name != kProgramNoticesName) || node.parent != kRootNode) return false;
     const CollisionObject* object = scene.coreOf<CollisionObject>(node);
     return object && object->layers == 0;
 }

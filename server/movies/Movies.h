@@ -19,12 +19,14 @@
 
 namespace tessera {
 
-/// Follows the Movies of a scene through its lists. A film is decoded by a process of its own while it plays, or its time is set; of a few pictures ahead the newest
-/// that is due is taken, those that come too late are left out. Nobody waits: neither for a file, nor for a picture. What is said goes into frames as edits that
-/// are no step of anybody: `time`, `problem`, and of the Image the pixels, size, encoding and mipmaps, only the bytes that differ where the size stays.
+/// Follows the Movies of a scene through its lists. A film is decoded by a process of its own while it plays, or its time is set; of a few pictures ahead
+/// the newest that is due is taken, those that come too late are left out. Nobody waits: neither for a file, nor for a picture. What is said goes into
+/// frames as edits that are no step of anybody: `time`, `problem`, and of the Image the pixels, size, encoding and mipmaps, only the bytes that differ
+/// where the size stays.
 ///
-/// A film's clock begins with its first picture, and stands where there is a problem. A film that stands has no process after kPatience frames, nor where another
-/// one wants its place. At most kMostFilms are decoded at once; others wait, and say so. Which picture a frame shows depends on how fast it was decoded: who records has what was shown. Not thread-safe.
+/// A film's clock begins with its first picture, and stands where there is a problem. A film that stands has no process after kPatience frames, nor where
+/// another one wants its place. At most kMostFilms are decoded at once; others wait, and say so. Which picture a frame shows depends on how fast it was
+/// decoded: who records has what was shown. Not thread-safe.
 class Movies {
 public:
     /// Of the edits; nobody waits for them.

@@ -53,6 +53,11 @@ TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
         EXPECT_EQ(hit["hit"], true);
         EXPECT_NE(hit["path"].get<std::string>().rfind("/contacts", 0), 0u) << hit.dump(2);
 
+        wall.tell({"save", wall.folder() + "/shown.tsct"});
+        const std::string saved = readText(wall.folder() + "/shown.tsct");
+        EXPECT_NE(saved.find("\"cart\""), std::string::npos);
+        EXPECT_EQ(saved.find("\"contacts\""), std::string::npos) << "marks are in no file";
+
         wall.tell({"contacts", "--show", "none"});
         wall.settle();
         EXPECT_EQ(wall.wall().ctl({"tree", "/contacts"}).exitCode, 3) << "nobody asks any more";

@@ -36,7 +36,8 @@ Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const Object object = scene.find(column.ids[row]);
             if (!object || object.info().type != column.type || field->load(object) == column.value(row)) continue;
-            return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the {} of a {}; {}", column.ids[row].value, field->name, findType(column.type)->name, known->instead));
+            return fail(ErrorCode::kRefused,
+                        fmt::format("#{}: the server alone says the {} of a {}; {}", column.ids[row].value, field->name, object.info().name, known->instead));
         }
     }
     return {};

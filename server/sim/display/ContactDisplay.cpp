@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "common/scene/FieldTable.h"
+#include "common/scene/ServerNodes.h"
 
 namespace tessera {
 namespace {
@@ -131,7 +132,7 @@ ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
 void ContactDisplay::build(ChangeListBuilder& list) {
     state_.node = createIn<Node>(list, fresh());
     state_.object = createIn<CollisionObject>(list, fresh());
-    list.set(state_.node, typeOf<Node>(), fieldId<&Node::name>, std::string("contacts"));
+    list.set(state_.node, typeOf<Node>(), fieldId<&Node::name>, std::string(kContactsName));
     list.set(state_.node, typeOf<Node>(), fieldId<&Node::core>, state_.object);
     list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, state_.node);
     list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::layers>, std::int64_t{0});
