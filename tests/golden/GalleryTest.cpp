@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 #include <vector>
 
 #include "server/manipulators/ManipulatorDisplay.h"
@@ -47,6 +48,16 @@ void addHandles(Aspect& scene) {
     ASSERT_FALSE(list.empty());
     const Expected<void> applied = scene.apply(list);
     ASSERT_TRUE(applied) << applied.error().message;
+}
+
+/// Whoever adds a type adds a room. ApplicationData is nothing to be seen; a Group is as a node without a core, which texts write.
+TEST(Gallery, HoldsEveryType) {
+    const Expected<Aspect> gallery = loadShipped("gallery");
+    ASSERT_TRUE(gallery) << gallery.error().message;
+    std::set<ObjectType> held;
+    for (const ObjectId id : gallery->ids()) held.insert(gallery->find(id).info().type);
+    for (const TypeInfo& type : allTypes())
+        EXPECT_TRUE(held.contains(type.type) || type.type == typeOf<ApplicationData>() || type.type == typeOf<Group>()) << type.name;
 }
 
 TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {
