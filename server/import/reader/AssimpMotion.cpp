@@ -412,7 +412,8 @@ void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
     }
     for (unsigned c = 0; c < source.mNumMorphMeshChannels; ++c) look(source.mMorphMeshChannels[c]->mKeys, source.mMorphMeshChannels[c]->mNumKeys);
     if (first < 0) scene_.note(fmt::format("animation {} begins {:.3g} s before 0: it is moved to 0", name, -first));
-    const double told = source.mDuration / ticksPerSecond;
+    // Of a Half-Life model assimp takes the frames of a second for those of all it has.
+    const double told = ending_ == ".mdl" ? last : source.mDuration / ticksPerSecond;
     shift_ = first;
     length_ = std::min(std::max(last, told <= kLatestSeconds ? told : 0) - first, kLatestSeconds);
     driven_.clear();

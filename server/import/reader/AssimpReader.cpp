@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 #include <span>
@@ -182,6 +183,43 @@ std::string firstLine(std::string text) {
     return text;
 }
 
+/// Of a Half-Life model assimp 5.2.5 lists all bones below one node, and says by mParent alone whose child each is: here each comes below its parent, as
+/// long as that leads up to the root. The scene is never deleted (see below), so neither are the lists that it had.
+void hangUnderParents(const aiScene& scene) {
+    struct Hung {
+        aiNode* node;
+        aiNode* lister;
+    };
+    std::vector<Hung> all = {{scene.mRootNode, nullptr}};
+    std::map<const aiNode*, aiNode*> parents = {{scene.mRootNode, nullptr}};
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        aiNode* const node = all[i].node;
+        for (unsigned c = 0; c < node->mNumChildren; ++c)
+            if (parents.emplace(node->mChildren[c], node).second) all.push_back({node->mChildren[c], node});
+    }
+    bool moved = false;
+    for (const auto& [node, lister] : all) {
+        if (node->mParent == lister || !parents.contains(node->mParent)) continue;
+        parents[node] = node->mParent;
+        std::size_t steps = 0;
+        for (const aiNode* up = node; up != nullptr && steps <= all.size(); up = parents[up]) ++steps;
+        if (steps > all.size())
+            parents[node] = lister;
+        else
+            moved = true;
+    }
+    if (!moved) return;
+    std::map<aiNode*, std::vector<aiNode*>> children;
+    for (const auto& [node, lister] : all)
+        if (aiNode* const parent = parents[node]) children[parent].push_back(node);
+    for (const auto& [node, lister] : all) {
+        const std::vector<aiNode*>& own = children[node];
+        node->mNumChildren = static_cast<unsigned>(own.size());
+        node->mChildren = own.empty() ? nullptr : new aiNode*[own.size()];
+        std::ranges::copy(own, node->mChildren);
+    }
+}
+
 /// As proto/scene.proto has it, once assimp has read the file.
 std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
@@ -220,6 +258,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
         return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
     }
+    hangUnderParents(*scene);
     // Of these formats none says whether a face has a back.
     static const std::set<std::string> sidesUnknown = {".obj", ".ply", ".stl", ".off", ".3ds"};
     std::string lower = extension;

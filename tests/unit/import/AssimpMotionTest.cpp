@@ -2,8 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
 
 #include "common/drawable/Drawable.h"
+#include "common/scene/Action.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -291,6 +296,57 @@ TEST(AssimpMotion, MorphTargetsOfFbxMoveAndAreAnimated) {
         for (std::size_t i = 2; i < shown.as<float>().size(); i += 3) highest = std::max(highest, shown.as<float>()[i]);
         EXPECT_NEAR(highest, 2 * weight, 1e-6f);
     }
+}
+
+/// Bones of a Half-Life model as its file has them (studio.h of Half-Life's SDK: 112 bytes each; a name, the parent's number, and from byte 64 on a
+/// place and turns about X, Y, Z): where each stands at rest.
+std::map<std::string, Vec3d> bonesInFile(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const auto read = [&]<typename T>(T, std::size_t at) {
+        T value{};
+        std::memcpy(&value, bytes.data() + at, sizeof value);
+        return value;
+    };
+    std::map<std::string, Vec3d> places;
+    std::vector<Affine3d> worlds;
+    const int count = read(int(), 140), first = read(int(), 144);
+    for (int b = 0; b < count; ++b) {
+        const std::size_t at = static_cast<std::size_t>(first + 112 * b);
+        const int parent = read(int(), at + 32);
+        const auto value = [&](std::size_t i) { return static_cast<double>(read(float(), at + 64 + 4 * i)); };
+        Affine3d local = Affine3d::Identity();
+        local.translation() = Vec3d(value(0), value(1), value(2));
+        local.linear() = (Eigen::AngleAxisd(value(5), Vec3d::UnitZ()) * Eigen::AngleAxisd(value(4), Vec3d::UnitY()) * Eigen::AngleAxisd(value(3), Vec3d::UnitX())).toRotationMatrix();
+        worlds.push_back(parent < 0 ? local : worlds[static_cast<std::size_t>(parent)] * local);
+        places[std::string(bytes.data() + at)] = worlds.back().translation();
+    }
+    return places;
+}
+
+/// Assimp lists all bones below one node.
+TEST(AssimpMotion, BonesOfHalfLifeModelsComeBelowTheirParentsAndPlayAsLongAsTheirKeys) {
+    const std::string path = std::string(kDebianModels) + "/MDL/MDL (HL1)/man.mdl";
+    const std::map<std::string, Vec3d> right = bonesInFile(path);
+    ASSERT_EQ(right.size(), 8u);
+    Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    std::map<std::string, Vec3d> places;
+    double longest = 0;
+    for (const ObjectId id : aspect->ids()) {
+        if (const Node* node = aspect->get<Node>(id)) places.emplace(node->name, worldTransform(*aspect, id).translation());
+        if (const auto* keys = aspect->get<KeyFrames>(id))
+            for (const double time : keys->times.as<double>()) longest = std::max(longest, time);
+    }
+    // Assimp turns the whole; distances between bones it leaves.
+    for (const auto& [a, at] : right)
+        for (const auto& [b, other] : right) {
+            ASSERT_TRUE(places.contains(a)) << a;
+            EXPECT_NEAR((places[a] - places[b]).norm(), (at - other).norm(), 1e-4) << a << ' ' << b;
+        }
+    EXPECT_GT(longest, 0.5);
+    EXPECT_LT(longest, 10) << "26 frames at 30 a second are no 26 s";
 }
 
 }  // namespace
