@@ -458,7 +458,9 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     return std::visit(Runner{**application, line.json, print}, line.verb);
 }
 
-CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print) {
+namespace {
+
+CtlOutcome outcomeOf(const std::vector<std::string>& words, const Print& print) {
     const auto failed = [](const Error& error) {
         return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"};
     };
@@ -476,6 +478,15 @@ CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print) {
     else if (!answer->json.is_null())
         outcome.out = answer->json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (!answer->warning.empty()) outcome.err = "tessera-ctl: warning: " + answer->warning + "\n";
+    return outcome;
+}
+
+}  // namespace
+
+CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print) {
+    CtlOutcome outcome = outcomeOf(words, [&](const std::string& lines) { print(withoutControls(lines)); });
+    outcome.out = withoutControls(std::move(outcome.out));
+    outcome.err = withoutControls(std::move(outcome.err));
     return outcome;
 }
 

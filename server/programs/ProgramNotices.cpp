@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,6 +19,23 @@ namespace {
 
 constexpr double kLineSpacing = 1.2, kAdvance = 0.605;  ///< ems; of a monospaced letter
 constexpr double kMargin = 0.6;
+
+}  // namespace
+
+struct ProgramNotices::WantedNotice {
+    NoticeText words;
+    Vec3d at;
+    double em = 1;
+    [[nodiscard]] Vec3d plateSize() const {
+        return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
+    }
+    /// Of the first baseline, so that all lines lie about the origin: letters reach about 0.75 em up and 0.25 em down.
+    [[nodiscard]] double firstLine() const { return 0.5 * static_cast<double>(words.lines - 1) * kLineSpacing - 0.25; }
+};
+
+namespace {
+
+using WantedNotice = ProgramNotices::WantedNotice;
 constexpr double kShareOfScreen = 1.0 / 40;  ///< an em, of the screen's height
 
 // --- Words
@@ -110,16 +128,6 @@ const MeshArrays& plateShape() {
     return shape;
 }
 
-struct WantedNotice {
-    NoticeText words;
-    Vec3d at;
-    double em = 1;
-    [[nodiscard]] Vec3d plateSize() const {
-        return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
-    }
-    /// Of the first baseline, so that all lines lie about the origin: letters reach about 0.75 em up and 0.25 em down.
-    [[nodiscard]] double firstLine() const { return 0.5 * static_cast<double>(words.lines - 1) * kLineSpacing - 0.25; }
-};
 
 /// The objects of a notice as they stand in the scene.
 struct PresentNotice {
@@ -259,7 +267,7 @@ bool isLast(const Aspect& scene, ObjectId top) {
         if (children[i - 1] == top) return true;
         const Node* node = scene.get<Node>(children[i - 1]);
         const CollisionObject* object = scene.coreOf<CollisionObject>(*node);
-        if (node->name != "contacts" || !object || object->layers != 0) return false;
+        if (node->name != kContactsName || !object || object->layers != 0) return false;
     }
     return true;
 }
@@ -351,6 +359,85 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); })) sinceLook_ = kPatience;
 }
 
+/// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on the screen are moved until all of
+/// them are, and up or down, as little as that takes, off those that come before.
+void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view) {
+    const Screen& screen = wall_.screens.front();
+    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized(), normal = right.cross(up);
+    if (laidFor_ != stands_.size() || standsMoved_) eye_ = {.wall_T_world = view.world_T_wall().inverse(), .head = headOf(view), .unitsPerMetre = view.worldUnitsPerMetre};
+    standsMoved_ = false;
+    laidFor_ = stands_.size();
+    constexpr double kRoomAround = 1.1, kNearestMetres = 0.3, kDearerDown = 3;
+    const Vec3d& head = eye_.head;
+    const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(), height = screen.heightMetres();
+    struct Laid {
+        double x, y, halfWidth, halfHeight;
+        [[nodiscard]] bool meets(const Laid& other) const {
+            return std::abs(x - other.x) < halfWidth + other.halfWidth && std::abs(y - other.y) < halfHeight + other.halfHeight;
+        }
+    };
+    const auto wayOf = [&](const WantedNotice& one) -> Vec3d { return eye_.wall_T_world * one.at - head; };
+    /// From the screen's corner to where it is seen on it; nothing where it is not.
+    const auto seenOn = [&](const Vec3d& way) -> std::optional<Vec3d> {
+        const double t = before / normal.dot(way);
+        if (!(t > 0 && t < 1e9)) return std::nullopt;  // behind the eye, or beside the screen
+        const Vec3d on = head + t * way - screen.lowerLeft;
+        const double x = right.dot(on), y = up.dot(on);
+        return x >= 0 && x <= width && y >= 0 && y <= height ? std::optional<Vec3d>(on) : std::nullopt;
+    };
+    // All as near as the nearest, so that none stands behind what another is of; not in the eye.
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const WantedNotice& one : wanted)
+        if (const Vec3d way = wayOf(one); seenOn(way)) nearest = std::min(nearest, std::max(way.norm(), kNearestMetres));
+    std::vector<Laid> all;
+    for (WantedNotice& one : wanted) {
+        Vec3d way = wayOf(one);
+        const std::optional<Vec3d> seen = seenOn(way);
+        if (!seen) continue;
+        const Vec3d& on = *seen;
+        const double share = std::min(1.0, nearest / way.norm());
+        way *= share;
+        one.em *= share;
+        const double t = before / normal.dot(way);
+        // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to the screen's edge.
+        const Vec3d towards = -way.normalized(), across = up.cross(towards).normalized(), size = one.em / eye_.unitsPerMetre * one.plateSize();
+        Laid laid{right.dot(on), up.dot(on), 0, 0};
+        for (const double sx : {-0.5, 0.5})
+            for (const double sy : {-0.5, 0.5}) {
+                const Vec3d corner = way + sx * size.x() * across + sy * size.y() * towards.cross(across), there = before / normal.dot(corner) * corner + head - screen.lowerLeft;
+                laid.halfWidth = std::max(laid.halfWidth, kRoomAround * std::abs(right.dot(there) - laid.x));
+                laid.halfHeight = std::max(laid.halfHeight, kRoomAround * std::abs(up.dot(there) - laid.y));
+            }
+        const auto within = [](double at, double half, double most) { return 2 * half < most ? std::clamp(at, half, most - half) : 0.5 * most; };
+        laid.x = within(laid.x, laid.halfWidth, width);
+        laid.y = within(laid.y, laid.halfHeight, height);
+        Laid best = laid;
+        double least = std::numeric_limits<double>::infinity();
+        const auto attempt = [&](double y) {
+            Laid there = laid;
+            there.y = y;
+            const bool on = y == laid.y || (y >= laid.halfHeight && y <= height - laid.halfHeight);
+            // Rather up: below there are floors.
+            const double far = y < laid.y ? kDearerDown * (laid.y - y) : y - laid.y;
+            if (!on || far >= least || std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); })) return;
+            best = there;
+            least = far;
+        };
+        attempt(laid.y);
+        for (const Laid& other : all)
+            for (const double side : {1.0, -1.0}) attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
+        all.push_back(best);
+        const Vec3d to = screen.lowerLeft + best.x * right + best.y * up;
+        one.at = eye_.wall_T_world.inverse() * Vec3d(head + (to - head) / t);
+    }
+}
+
+Vec3d ProgramNotices::headOf(const View& view) const {
+    const User& user = wall_.users.front();
+    const User* there = view.findUser(user.name);
+    return (there ? *there : user).position;
+}
+
 void ProgramNotices::look(const Aspect& scene) {
     places_.clear();
     visited_ = 0;
@@ -395,9 +482,7 @@ void ProgramNotices::follow(const Aspect& scene) {
 
 ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& view) {
     const Screen& screen = wall_.screens.front();
-    const User& user = wall_.users.front();
-    const User* there = view.findUser(user.name);
-    const Vec3d head = (there ? *there : user).position;
+    const Vec3d head = headOf(view);
     const Vec3d eye = view.world_T_wall() * head, way = eye - place.world.center();
     // How high the screen is at a distance of 1 from the eye.
     const Vec3d normal = (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
@@ -417,7 +502,9 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
         const double then = known->second.em;
         if (wanted.em <= then * 1.25 && then <= wanted.em * 1.25) wanted.em = then;
     }
-    stands_[place.program] = wanted;
+    Stand& stand = stands_[place.program];
+    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away || stand.em != wanted.em;
+    stand = wanted;
     return wanted;
 }
 
@@ -455,6 +542,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
         ++last.lines;
         last.columns = std::max(last.columns, more.size());
     }
+
+    layOut(wanted, view);
 
     ChangeListBuilder list;
     std::vector<ObjectId> going = tops(scene);

@@ -33,11 +33,13 @@ struct NoticeText {
 ///       notice           Transform: where, and how large an em is
 ///         turn           Billboard: towards each user
 ///           plate        Transform ─ shape: Geometry, a dark sheet behind the letters
-///           words        Text
+///           lines        Transform ─ words: Text
 ///
-/// One for each program and not for each thing that it is of: it stands before the first of these, in the order of the document, so that the eye of
-/// the first user sees all of it, about as large there as letters that are read from afar, whatever the size of the thing. It goes when the program
-/// is good, changed, or of nothing that is seen.
+/// One for each program and not for each thing that it is of: it stands before the first of these, in the order of the document, about as large for
+/// the eye of the first user as letters that are read from afar, whatever the size of the thing. As that eye sees it the first screen shows all of
+/// it, none covers another as long as there is room above and below, and all are as near as the nearest, so that what programs are of seldom hides
+/// one. Other things may; and not so where heads are far from where they were when it was placed. It goes when the program is good, changed, or of
+/// nothing that is seen.
 ///
 /// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: they
 /// are known by how they look. Files leave them out (common/scene/ServerNodes.h).
@@ -63,6 +65,8 @@ public:
     /// Nodes looked at by the last walk.
     [[nodiscard]] std::size_t visited() const { return visited_; }
 
+    struct WantedNotice;
+
 private:
     /// What a program is of.
     struct Place {
@@ -76,6 +80,14 @@ private:
         Vec3d towards = Vec3d::UnitZ();  ///< from the middle of what it is of
         double away = 0, em = 0;
     };
+    /// As what is laid out was seen.
+    struct Eye {
+        Affine3d wall_T_world = Affine3d::Identity();
+        Vec3d head = Vec3d::Zero();  ///< m, on the wall
+        double unitsPerMetre = 1;
+    };
+    void layOut(std::vector<WantedNotice>& wanted, const View& view);
+    [[nodiscard]] Vec3d headOf(const View& view) const;
     void look(const Aspect& scene);
     void follow(const Aspect& scene);
     [[nodiscard]] Stand standOf(const Place& place, const View& view);
@@ -86,6 +98,9 @@ private:
     std::set<ObjectId> named_;  ///< nodes of the name that is ours
     std::vector<Place> places_;
     std::map<ObjectId, Stand> stands_;  ///< by program
+    Eye eye_;
+    std::size_t laidFor_ = 0;   ///< so many stands
+    bool standsMoved_ = false;  ///< since then
     bool lookDue_ = false;
     unsigned sinceLook_ = 0;
     std::size_t visited_ = 0;

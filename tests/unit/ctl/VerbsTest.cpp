@@ -221,5 +221,12 @@ TEST(Ctl, ExitCodesSayWhatKindOfThingWentWrong) {
     EXPECT_EQ(nothing.err, "tessera-ctl: there is nothing to undo\n");
 }
 
+TEST(Answer, NoNameCommandsATerminal) {
+    EXPECT_EQ(withoutControls("\x1b[31mEVIL\a\x1b]0;t\a\r\n\tok \x7f"), "?[31mEVIL??]0;t??\n\tok ?");
+    EXPECT_EQ(withoutControls("a\xc2\x9bm b\xc2\xa0" "c \xc3\xa4\xe2\x80\xa6 \xc2"), "a?m b\xc2\xa0" "c \xc3\xa4\xe2\x80\xa6 \xc2");
+    const CtlOutcome wrong = runCtl({"--server", "\x1b[31mnonsense", "status"});
+    EXPECT_EQ(wrong.err.find('\x1b'), std::string::npos) << wrong.err;
+}
+
 }  // namespace
 }  // namespace tessera

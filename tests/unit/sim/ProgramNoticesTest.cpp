@@ -238,6 +238,70 @@ TEST(ProgramNotices, StandWhereTheyCanBeRead) {
     });
 }
 
+/// As the first user's eye sees them on the screen: whole, and none before another, as long as there is room: between n of a height h there is in any case
+/// where the screen is higher than 2 n - 1 of them, with a tenth around each.
+TEST(ProgramNotices, CoverNoneOfEachOther) {
+    int judged = 0;
+    forSeeds(300, [&](Random& random) {
+        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const std::size_t count = 2 + below(random, 3);
+        Shop shop(count);
+        shop.frame();
+        const Screen& screen = shop.wall.screens.front();
+        ChangeListBuilder list;
+        for (std::size_t i = 0; i < count; ++i) {
+            // On the screen, crowded or not, before it or behind it.
+            const Vec3d on = screen.lowerLeft + uniform(0.02, 0.98) * (screen.lowerRight - screen.lowerLeft) + uniform(0.4, i % 2 == 0 ? 0.6 : 0.98) * (screen.upperLeft - screen.lowerLeft);
+            const Vec3d head = shop.wall.users.front().position, at = head + uniform(0.6, 4) * (on - head);
+            const ObjectId core = test::transformAt(shop.scene(), "/thing" + std::to_string(i));
+            setField<&Transform::translation>(list, core, at);
+            setField<&Transform::scale>(list, core, Vec3d::Constant(uniform(0.05, 0.3)).eval());
+        }
+        shop.frame(test::one(list.take()));
+        for (std::size_t i = 0; i < count; ++i) shop.verdict(i, SurfaceProgram::kBad, std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
+        shop.frames();
+        const Vec3d head = shop.wall.users.front().position;
+        std::vector<Box> seen;
+        Action action;
+        action.on<Geometry>([&](const Visit& visit, const Geometry& plate) {
+            // Turned to the eye as a host does it, seen from where that stands.
+            const Vec3d middle = visit.world_T_node.translation(), towards = (head - middle).normalized();
+            const Vec3d right = Vec3d::UnitY().cross(towards).normalized(), up = towards.cross(right);
+            const Vec3d size = visit.world_T_node.linear().colwise().norm();
+            Box rectangle;
+            const std::span<const float> corners = plate.positions.as<float>();
+            for (std::size_t c = 0; c < corners.size(); c += 3) {
+                const Vec3d corner = middle + corners[c] * size.x() * right + corners[c + 1] * size.y() * up, way = corner - head;
+                const Vec3d on = head + (screen.lowerLeft.z() - head.z()) / way.z() * way;
+                rectangle.extend(Vec3d(on.x(), on.y(), 0));
+            }
+            seen.push_back(rectangle);
+            return Descend::kInto;
+        });
+        ASSERT_TRUE(shop.top());
+        action.run(shop.scene(), shop.top());
+        ASSERT_EQ(seen.size(), count);
+        double tallest = 0;
+        for (const Box& box : seen) tallest = std::max(tallest, 1.25 * box.size().y());
+        const bool roomy = static_cast<double>(2 * count - 1) * tallest < screen.heightMetres();
+        judged += roomy;
+        const double slack = 0.03 * screen.heightMetres();  // turned to the eye they are no rectangles on the screen
+        for (std::size_t i = 0; i < count; ++i) {
+            EXPECT_GT(seen[i].lower.y(), screen.lowerLeft.y() - slack);
+            EXPECT_LT(seen[i].upper.y(), screen.upperLeft.y() + slack);
+            EXPECT_GT(seen[i].lower.x(), screen.lowerLeft.x() - 3 * slack);
+            EXPECT_LT(seen[i].upper.x(), screen.lowerRight.x() + 3 * slack);
+            for (std::size_t j = 0; roomy && j < i; ++j) {
+                const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower), upper = seen[i].upper.cwiseMin(seen[j].upper);
+                EXPECT_FALSE(upper.x() - lower.x() > slack && upper.y() - lower.y() > slack) << i << " and " << j;
+            }
+        }
+    });
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(judged, 100);
+    }
+}
+
 TEST(ProgramNotices, AreBoundedInNumberAndInWork) {
     Shop shop(40);
     ChangeListBuilder list;
