@@ -240,6 +240,7 @@ std::optional<Grab> grabAt(const Handle& handle, const HandleFrame& frame, const
     const Vec3d at = frame.world_T_frame.inverse() * Vec3d(ray.origin + t * ray.direction);
     if (!inFrame || !at.allFinite()) return std::nullopt;
     Grab grab{.handle = handle, .frame = frame, .moved = moved, .at = at, .towards = inFrame->direction, .snap = snap, .outerAngle = outerAngle};
+    grab.ray = ray;
     grab.edgeOn = std::abs(inFrame->direction[handle.axis]) < kEdgeOn;
     grab.farSide = at.dot(inFrame->direction) > 0;
     return grab;
@@ -248,6 +249,11 @@ std::optional<Grab> grabAt(const Handle& handle, const HandleFrame& frame, const
 std::optional<Dragged> dragged(const Grab& grab, const Ray& ray) {
     const std::optional<FrameRay> inFrame = toFrame(grab.frame, ray);
     if (!inFrame) return std::nullopt;
+    // Nowhere: not even rounding, nor a whole step.
+    if (ray.origin == grab.ray.origin && ray.direction == grab.ray.direction)
+        return Dragged{.pose = grab.moved.pose,
+                       .center = std::nullopt,
+                       .outerAngle = grab.handle.deed == HandleDeed::kOpenCone ? std::optional(grab.outerAngle) : std::nullopt};
     const std::optional<Dragged> result = [&]() -> std::optional<Dragged> {
         switch (grab.handle.deed) {
             case HandleDeed::kMoveAxis:

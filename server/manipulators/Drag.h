@@ -31,6 +31,7 @@ struct Grab {
     Handle handle;
     HandleFrame frame;
     MovedCore moved;
+    Ray ray;                        ///< that grabbed it, in the world
     Vec3d at = Vec3d::Zero();       ///< what was grabbed, in the frame
     Vec3d towards = Vec3d::Zero();  ///< the ray's direction there, of length 1
     double snap = 0;

@@ -95,8 +95,10 @@ Expected<ChangeList> ManipulatorDrags::drag(const Aspect& scene, std::uint64_t h
     ChangeListBuilder list;
     const Pose& wanted = to->pose;
     writePose(list, *now, wanted, to->center ? to->center : std::optional(hold.grab.moved.center));
-    if (to->outerAngle && scene.get<SpotLight>(hold.light))
-        setField<&SpotLight::outerAngle>(list, hold.light, std::min(static_cast<float>(*to->outerAngle), SpotLight::kWidest));
+    if (const auto* light = scene.get<SpotLight>(hold.light); to->outerAngle && light) {
+        const float angle = std::min(static_cast<float>(*to->outerAngle), SpotLight::kWidest);
+        if (angle != light->outerAngle) setField<&SpotLight::outerAngle>(list, hold.light, angle);
+    }
     return list.take();
 }
 

@@ -257,6 +257,32 @@ TEST(Drag, RaysThatSayNothingLeaveAllAsItIs) {
     });
 }
 
+/// Whoever presses and lets go has done nothing, and who comes back to the ray that grabbed has what was before.
+TEST(Drag, NowhereIsNoEdit) {
+    forSeeds(300, [](std::mt19937_64& random) {
+        ManipulatorScene stage;
+        const std::int64_t kind = static_cast<std::int64_t>(random() % kKinds);
+        makeTarget(stage, random, kind == Manipulator::kCenterball);
+        stage.manipulate(kind, stage.target);
+        stage.apply();
+        const PlacedManipulator placed = stage.placed();
+        const Ray first = rayToPiece(placed, random);
+        const auto held = stage.drags.grab(stage.scene, stage.display, 1, first, {});
+        ASSERT_TRUE(held && held->any);
+        const auto nowhere = stage.drags.drag(stage.scene, 1, first, {});
+        ASSERT_TRUE(nowhere) << nowhere.error().message;
+        EXPECT_TRUE(nowhere->empty());
+        if (kind == Manipulator::kCenterball) return;
+        const Transform before = *stage.scene.get<Transform>(stage.core);
+        for (const Ray& ray : {raySomewhereNear(first, held->point, 1, random), first})
+            if (const auto list = stage.drags.drag(stage.scene, 1, ray, {}); list && !list->empty()) stage.apply(*list);
+        const Transform& after = *stage.scene.get<Transform>(stage.core);
+        EXPECT_EQ(after.translation, before.translation);
+        EXPECT_LT((after.rotation.coeffs() - before.rotation.coeffs()).norm(), 1e-15) << "made a unit quaternion once more";
+        EXPECT_EQ(after.scale, before.scale);
+    });
+}
+
 /// Seen along z the planes across x and y are seen from their sides: whoever means an arrow behind them has it, and a hand's width leads a hand's width.
 TEST(Drag, PlanesSeenFromTheirSideAreNotTaken) {
     for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer}) {

@@ -89,9 +89,9 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
                 case 3: setField<&Manipulator::size>(stage.edit, stage.manipulator, oneIn(random, 2) ? 0.0 : uniform(random, 0.1, 4)); break;
                 case 4: setField<&Manipulator::world>(stage.edit, stage.manipulator, oneIn(random, 2)); break;
                 default: {
-                    constexpr std::array kKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
+                    constexpr std::array kShownKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
                                                 Manipulator::kJack, Manipulator::kTransformer};
-                    setField<&Manipulator::kind>(stage.edit, stage.manipulator, kKinds[below(random, kKinds.size())]);
+                    setField<&Manipulator::kind>(stage.edit, stage.manipulator, kShownKinds[below(random, kShownKinds.size())]);
                 }
             }
             stage.apply();
