@@ -34,14 +34,6 @@ bool splitParts(const Affine3d& map, Vec3d& translation, Quatd& rotation, Vec3d&
 
 bool isTriangles(const aiMesh& mesh) { return (mesh.mPrimitiveTypes & (aiPrimitiveType_TRIANGLE | aiPrimitiveType_POLYGON)) != 0; }
 
-Affine3d affineOf(const aiMatrix4x4& m) {
-    Affine3d map = Affine3d::Identity();
-    map.matrix().row(0) << m.a1, m.a2, m.a3, m.a4;
-    map.matrix().row(1) << m.b1, m.b2, m.b3, m.b4;
-    map.matrix().row(2) << m.c1, m.c2, m.c3, m.c4;
-    return map;
-}
-
 /// What a vertex can be brought back from: anything else makes points of surfaces, or nothing at all.
 bool isSoundBind(const Affine3d& bind) {
     if (!(bind.matrix().cwiseAbs().maxCoeff() <= 1e15)) return false;
@@ -57,6 +49,14 @@ std::string shownName(const std::string& text) {
 }
 
 }  // namespace
+
+Affine3d affineOf(const aiMatrix4x4& m) {
+    Affine3d map = Affine3d::Identity();
+    map.matrix().row(0) << m.a1, m.a2, m.a3, m.a4;
+    map.matrix().row(1) << m.b1, m.b2, m.b3, m.b4;
+    map.matrix().row(2) << m.c1, m.c2, m.c3, m.c4;
+    return map;
+}
 
 AssimpMotion::AssimpMotion(const aiScene& source, PlainScene& scene, std::string lowerEnding)
     : source_(source), scene_(scene), ending_(std::move(lowerEnding)), animations_(scene) {

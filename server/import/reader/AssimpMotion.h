@@ -1,6 +1,8 @@
 /// What moves in a file that assimp reads: bones become the joints of Skins, mesh variants their morph targets, channels key frames.
 #pragma once
 
+#include <assimp/matrix4x4.h>
+
 #include <map>
 #include <set>
 #include <string>
@@ -17,6 +19,9 @@ struct aiNodeAnim;
 struct aiScene;
 
 namespace tessera {
+
+/// Rows as they stand; the fourth is taken to be 0, 0, 0, 1.
+[[nodiscard]] Affine3d affineOf(const aiMatrix4x4& m);
 
 /// Asked while the nodes are made, in any order; `finish` once all are there.
 class AssimpMotion {

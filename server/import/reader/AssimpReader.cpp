@@ -23,14 +23,6 @@
 namespace tessera {
 namespace {
 
-Affine3d toAffine(const aiMatrix4x4& m) {
-    Affine3d map = Affine3d::Identity();
-    map.matrix().row(0) << m.a1, m.a2, m.a3, m.a4;
-    map.matrix().row(1) << m.b1, m.b2, m.b3, m.b4;
-    map.matrix().row(2) << m.c1, m.c2, m.c3, m.c4;
-    return map;
-}
-
 /// Points that no face names.
 bool isBarePoints(const aiMesh& mesh) {
     return mesh.mNumFaces == 0 && mesh.mNumVertices > 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
@@ -70,7 +62,7 @@ private:
             return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
         if (++nodes_ > limits_.maxNodes)
             return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
-        const Affine3d map = toAffine(node.mTransformation);
+        const Affine3d map = affineOf(node.mTransformation);
         if (!map.matrix().allFinite()) return fail(ErrorCode::kBadInput, "a node has a transform that is not finite");
         proto::scene::Node* placed = motion_.place(make, nameOf(node.mName, "node"), node, map);
         for (unsigned i = 0; i < node.mNumMeshes; ++i) {
