@@ -89,6 +89,9 @@ std::optional<Transform> transformOf(const Affine3d& map) {
     return transform;
 }
 
+/// Of the diagonal of what stands together: a box that is wider and higher than that may hide much.
+constexpr double kOccluderShare = 1.0 / 16;
+
 class StaticMerging {
 public:
     StaticMerging(const Aspect& scene, const OptimiseOptions& options, const std::vector<ObjectId>& keep, OptimiseCounts& counts)
@@ -170,13 +173,28 @@ private:
         for (const ObjectId root : roots) (void)prune(root, leaving);
     }
 
+    [[nodiscard]] Box boxAtTop(const StaticMesh& mesh) const {
+        return boundsOf(scene_.get<Geometry>(mesh.core)->positions.as<float>()).transformed(mesh.top_T_mesh);
+    }
+
+    /// Walls and floors: as a part of a mesh that reaches elsewhere they would hide little from a culler that draws the best occluders first.
+    [[nodiscard]] static bool hidesMuch(const Box& box, double sceneDiagonal) {
+        Vec3d size = box.size();
+        std::sort(size.begin(), size.end());
+        return size[1] >= kOccluderShare * sceneDiagonal;
+    }
+
     /// By material and by which arrays there are.
     void mergeLike(ObjectId top, const std::vector<StaticMesh>& meshes, std::unordered_set<ObjectId>& leaving) {
+        Box all;
+        for (const StaticMesh& mesh : meshes) all.extend(boxAtTop(mesh));
+        const double diagonal = all.size().norm();
         std::map<std::tuple<ObjectId, bool, bool, bool, bool>, std::vector<const StaticMesh*>> like;
         for (const StaticMesh& mesh : meshes) {
             const Geometry& g = *scene_.get<Geometry>(mesh.core);
             const double flat = mesh.top_T_mesh.linear().determinant();
             if (!std::isfinite(flat) || flat == 0 || !mesh.top_T_mesh.matrix().allFinite() || looksByNode(scene_, g.material)) continue;
+            if (hidesMuch(boxAtTop(mesh), diagonal)) continue;
             // Large meshes that stand in many places stay one mesh in many places.
             if (triangles(g) * std::max<std::size_t>(1, named_.uses(mesh.core)) > options_.mostMergedTriangles) continue;
             like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty()}].push_back(&mesh);

@@ -14,8 +14,8 @@ struct OptimiseOptions {
     /// Images, materials, meshes and surfaces that are equal field by field become one object. Changes nothing that is seen.
     bool share = true;
     /// Triangles of one material that nothing moves, names or chooses become one mesh, under the nearest node that stays. Their positions are rounded
-    /// to floats in that node's coordinates: off by at most 2^-24 of the largest coordinate there. Names of nodes that go are gone. It saves calls and nodes, and
-    /// costs culling: see README.md before it is wanted.
+    /// to floats in that node's coordinates: off by at most 2^-24 of the largest coordinate there. Names of nodes that go are gone. It saves calls and nodes;
+    /// walls and floors, which hide much, stay by themselves. README.md says what that brings.
     bool merge = false;
     /// Of what is not merged, chains of transforms that nothing moves become one each.
     bool flatten = true;

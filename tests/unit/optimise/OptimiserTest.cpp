@@ -270,6 +270,44 @@ TEST(Optimiser, AChainOfTransformsBecomesOne) {
     }
 }
 
+/// What hides much is found by its own box: as a part of a mesh that reaches through the hall it would hide next to nothing.
+TEST(Optimiser, WallsStayByThemselves) {
+    Aspect scene;
+    ChangeListBuilder list;
+    const auto shape = [&](std::uint64_t id, const Vec3d& size) {
+        const MeshArrays box = makeBox(size).toArrays();
+        list.create(ObjectId{id}, typeOf<Geometry>());
+        setAllFields(list, ObjectId{id}, Object::of(Geometry{.positions = box.positions, .normals = box.normals, .texcoords = box.texcoords, .indices = box.indices}));
+    };
+    shape(2, {6, 4, 0.2});
+    shape(3, {0.2, 0.3, 0.2});
+    shape(4, {19, 0.1, 0.1});  // long and thin: it hides little
+    std::uint64_t next = 10;
+    const auto put = [&](std::uint64_t core, const Vec3d& at) {
+        const ObjectId place{next++}, node{next++}, below{next++};
+        list.create(place, typeOf<Transform>());
+        list.set(place, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(at));
+        list.create(node, typeOf<Node>());
+        list.set(node, typeOf<Node>(), fieldId<&Node::core>, place);
+        list.place(node, kRootNode);
+        list.create(below, typeOf<Node>());
+        list.set(below, typeOf<Node>(), fieldId<&Node::core>, ObjectId{core});
+        list.place(below, node);
+        return below;
+    };
+    const ObjectId wall = put(2, {0, 2, -3}), other = put(2, {7, 2, 4});
+    for (int i = 0; i < 40; ++i) put(3, {i % 8 * 2.5 - 9, 0.2, i / 8 * 4.0 - 9});
+    put(4, {0, 3.9, 0});
+    ASSERT_TRUE(scene.apply(list.take()));
+    const auto before = trianglesOf(scene, false);
+    const Expected<OptimiseCounts> counts = optimiseScene(scene, {.merge = true, .flatten = false});
+    ASSERT_TRUE(counts);
+    EXPECT_EQ(counts->merged, 41u);
+    EXPECT_EQ(counts->mergedInto, 1u);
+    for (const ObjectId node : {wall, other}) EXPECT_TRUE(scene.find(node)) << "a wall is part of something else";
+    EXPECT_LE(farthest(before, trianglesOf(scene, false), 1e-3), 20 * 0x1p-24);
+}
+
 TEST(Optimiser, KeepsWhatItIsTold) {
     SceneOfChance chance(3);
     Aspect& scene = chance.scene;
