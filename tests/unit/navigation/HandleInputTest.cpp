@@ -156,7 +156,7 @@ TEST(HandleInput, BesideHandlesADragIsTheViews) {
 
 /// Whoever carries states may leave out all but the newest.
 TEST(HandleInput, WhatIsLostOnTheWayChangesNothing) {
-    forSeeds(100, [](Random& random) {
+    forSeeds(25, [](Random& random) {
         Bench whole, some;
         std::vector<InputState> said{InputState{}};
         const auto next = [&](const InputState& state) { said.push_back(state); };
@@ -386,7 +386,7 @@ TEST(HandleInput, WhereNoInputIsTakenNobodyTakesHold) {
 
 /// Any states of any sources in any order, while others edit and undo: nobody holds what is not there, and who leaves holds nothing.
 TEST(HandleInput, AnyStatesLeaveNothingHeldWhenAllHaveGone) {
-    forSeeds(100, [](Random& random) {
+    forSeeds(30, [](Random& random) {
         Bench bench;
         std::map<std::uint32_t, InputState> states;
         for (int i = 0; i < 60; ++i) {
