@@ -332,8 +332,7 @@ MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
         if (a != b || fill == Material::kCorners) pairs.push_back(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
     }
     std::ranges::sort(pairs);
-    const auto repeated = std::ranges::unique(pairs);
-    pairs.erase(repeated.begin(), repeated.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     std::vector<std::uint32_t> ends;
     ends.reserve(2 * pairs.size());
     for (const std::uint64_t pair : pairs) {

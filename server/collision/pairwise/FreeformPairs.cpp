@@ -151,8 +151,7 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
     for (std::size_t i = 0; i < found.contacts.size(); ++i)
         named.emplace_back(facesAt(a, b, found.contacts[i].a, found.contacts[i].b, Affine3d::Identity(), b_T_a), i);
     std::ranges::sort(named);
-    const auto same = std::ranges::unique(named, {}, &std::pair<FacePair, std::size_t>::first);
-    named.erase(same.begin(), same.end());
+    named.erase(std::unique(named.begin(), named.end(), [](const auto& one, const auto& other) { return one.first == other.first; }), named.end());
     PairTouch out;
     out.touch = Touch::kYes;
     out.complete = found.complete;

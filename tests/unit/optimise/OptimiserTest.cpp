@@ -381,7 +381,7 @@ std::vector<std::array<std::vector<float>, 3>> cornersWithAll(const Geometry& me
     const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
         std::array<std::vector<float>, 3> triangle{corner(indices[i]), corner(indices[i + 1]), corner(indices[i + 2])};
-        std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+        std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
         all.push_back(triangle);
     }
     std::ranges::sort(all);
