@@ -243,7 +243,7 @@ Expected<LoadedFile*> SceneAssembly::load(const std::string& canonicalPath, cons
     if (!known) {
         if (files_.size() > kMaxFiles)
             return fail(ErrorCode::kLimit, fmt::format("{}: the scene imports more than {} files", label, kMaxFiles));
-        Expected<std::unique_ptr<LoadedFile>> loaded = loadFile(canonicalPath, label, options_, result_.notes);
+        Expected<std::unique_ptr<LoadedFile>> loaded = loadFile(canonicalPath, label, options_, result_);
         if (!loaded) return tl::unexpected(loaded.error());
         known = std::move(*loaded);
     }
