@@ -1,5 +1,13 @@
 /// Scenes that make no sense: tessera-check and tessera-server refuse the same ones, with the same words, at the same place.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
 
 #include "tests/integration/LiveWall.h"
 
@@ -102,6 +110,71 @@ TEST(BadScenes, AHandleAtWhatMovesByItselfIsSaidByBothAndStarts) {
         EXPECT_TRUE(server.waitForText(note, 60s)) << server.output();
         EXPECT_TRUE(server.waitForText("scene: ", 60s)) << server.output();
     }
+}
+
+/// The words and numbers of a text: where each stands, and how long it is.
+std::vector<std::pair<std::size_t, std::size_t>> piecesOf(const std::string& text) {
+    std::vector<std::pair<std::size_t, std::size_t>> pieces;
+    for (std::size_t at = 0; at < text.size();) {
+        std::size_t end = at;
+        while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_' || text[end] == '.' || text[end] == '-')) ++end;
+        if (end > at) pieces.emplace_back(at, end - at);
+        at = end + 1;
+    }
+    return pieces;
+}
+
+/// One or two words or numbers become others of the same text, or numbers that few fields hold.
+std::string changedSomewhere(std::string text, std::mt19937& random) {
+    for (unsigned change = 0; change < 1 + random() % 2; ++change) {
+        const auto pieces = piecesOf(text);
+        const auto [at, length] = pieces[random() % pieces.size()];
+        const auto [other, otherLength] = pieces[random() % pieces.size()];
+        const char* const numbers[] = {"0", "-1", "7", "1e30", "nan", "1e10"};
+        const bool isNumber = std::isdigit(static_cast<unsigned char>(text[at + length - 1])) != 0;
+        text.replace(at, length, isNumber ? std::string(numbers[random() % std::size(numbers)]) : text.substr(other, otherLength));
+    }
+    return text;
+}
+
+TEST(BadScenes, OfShippedScenesThatAreChangedAtRandomBothRefuseTheSame) {
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    const std::string scenes = folder.path() + "/scenes";
+    fs::copy(TESSERA_SOURCE_DIR "/deploy/scenes", scenes, fs::copy_options::recursive);
+    std::vector<std::string> files;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(scenes))
+        if (entry.path().extension() == ".tsct" && entry.file_size() < 12'000) files.push_back(entry.path().string());
+    std::ranges::sort(files);
+    ASSERT_GT(files.size(), 20u);
+    const char* const only = std::getenv("TESSERA_SEED");
+    const unsigned first = only ? static_cast<unsigned>(std::stoul(only)) : 1;
+    std::size_t refused = 0;
+    for (unsigned seed = first; seed < first + (only ? 1 : 60); ++seed) {
+        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/integration --gtest_filter=BadScenes.OfShipped*", seed));
+        std::mt19937 random(seed);
+        const std::string& file = files[random() % files.size()];
+        const std::string path = fs::path(file).parent_path().string() + "/changed.tsct";
+        std::ofstream(path) << changedSomewhere(readText(file), random);
+        const std::vector<std::string> assets = {"--assets", "/usr/share/assimp/models"};
+        std::vector<std::string> check = {program("tessera-check"), path}, serve = {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
+        check.insert(check.end(), assets.begin(), assets.end());
+        serve.insert(serve.end(), assets.begin(), assets.end());
+        const Outcome checked = run(folder.path(), check, 60s);
+        Process server(folder.path(), "server", serve);
+        const bool shown = server.waitForText("scene: ", 60s).has_value();
+        // A picture that is not there is wrong, and the rest is shown.
+        const bool lost = checked.output.find(" cannot be had: ") != std::string::npos;
+        EXPECT_EQ(shown, checked.exitCode == 0 || lost) << "check: " << checked.output << "server: " << server.output();
+        if (shown) continue;
+        ++refused;
+        std::string last = checked.output.substr(0, checked.output.size() - 1);
+        last = last.substr(last.rfind('\n') + 1);
+        EXPECT_NE(server.output().find(last), std::string::npos) << "check: " << checked.output << "server: " << server.output();
+        EXPECT_EQ(server.waitForExit(60s), checked.exitCode);
+        fs::remove(path);
+    }
+    if (!only) EXPECT_GT(refused, 20u);
 }
 
 }  // namespace
