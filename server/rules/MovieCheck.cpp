@@ -29,7 +29,8 @@ Sound checkMovies(const Aspect& scene, const ChangeList& list) {
         const Movie* movie = scene.get<Movie>(id);
         if (!movie || said.contains(id) || gone.contains(id)) continue;
         if (const auto other = writers.find(movie->image); other != writers.end())
-            return tl::unexpected(Fault{other->second, typeOf<Movie>(), {ErrorCode::kRefused, fmt::format("its image: Movie #{} writes it already", id.value)}});
+            return tl::unexpected(
+                Fault{other->second, typeOf<Movie>(), {ErrorCode::kRefused, fmt::format("its image: Movie #{} writes it already", id.value)}});
     }
     return {};
 }

@@ -117,7 +117,8 @@ std::vector<std::pair<std::size_t, std::size_t>> piecesOf(const std::string& tex
     std::vector<std::pair<std::size_t, std::size_t>> pieces;
     for (std::size_t at = 0; at < text.size();) {
         std::size_t end = at;
-        while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_' || text[end] == '.' || text[end] == '-')) ++end;
+        while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || std::string_view("_.-").find(text[end]) != std::string_view::npos))
+            ++end;
         if (end > at) pieces.emplace_back(at, end - at);
         at = end + 1;
     }
@@ -157,7 +158,8 @@ TEST(BadScenes, OfShippedScenesThatAreChangedAtRandomBothRefuseTheSame) {
         const std::string path = fs::path(file).parent_path().string() + "/changed.tsct";
         std::ofstream(path) << changedSomewhere(readText(file), random);
         const std::vector<std::string> assets = {"--assets", "/usr/share/assimp/models"};
-        std::vector<std::string> check = {program("tessera-check"), path}, serve = {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
+        std::vector<std::string> check = {program("tessera-check"), path};
+        std::vector<std::string> serve = {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
         check.insert(check.end(), assets.begin(), assets.end());
         serve.insert(serve.end(), assets.begin(), assets.end());
         const Outcome checked = run(folder.path(), check, 60s);

@@ -92,9 +92,11 @@ private:
         while (!open.empty() && open.back() != nullptr) {
             aiNode* const node = open.back();
             open.pop_back();
-            keep(node->mMeshes, node->mNumMeshes, "places of meshes that do not exist", [&](unsigned mesh) { return mesh < places.size() && places[mesh] >= 0; });
+            keep(node->mMeshes, node->mNumMeshes, "places of meshes that do not exist",
+                 [&](unsigned mesh) { return mesh < places.size() && places[mesh] >= 0; });
             for (unsigned& mesh : std::span(node->mMeshes, node->mNumMeshes)) mesh = static_cast<unsigned>(places[mesh]);
-            keep(node->mChildren, node->mNumChildren, "nodes that are none, or there twice", [&](const aiNode* child) { return child != nullptr && seen.insert(child).second; });
+            keep(node->mChildren, node->mNumChildren, "nodes that are none, or there twice",
+                 [&](const aiNode* child) { return child != nullptr && seen.insert(child).second; });
             open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
         }
     }

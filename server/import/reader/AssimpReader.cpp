@@ -274,7 +274,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
             const std::set<std::string> gone = mendScene(const_cast<aiScene&>(*scene));
             mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}", reason.substr(kInvalid.size()),
                                  gone.empty() ? "" : "; left out are ", fmt::join(gone, ", "));
-            if (scene->mNumMeshes > 0) scene = again.ApplyPostProcessing(aiProcess_FlipUVs | (ofFaces & ~static_cast<unsigned>(aiProcess_ValidateDataStructure)));
+            const unsigned unchecked = ofFaces & ~static_cast<unsigned>(aiProcess_ValidateDataStructure);
+            if (scene->mNumMeshes > 0) scene = again.ApplyPostProcessing(aiProcess_FlipUVs | unchecked);
         }
         if (scene == nullptr) reason = firstLine(again.GetErrorString());
         if (scene != nullptr && scene->mRootNode == nullptr) reason = "it holds no node";

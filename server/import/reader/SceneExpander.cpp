@@ -460,9 +460,10 @@ void SceneExpander::forgetLost(const proto::scene::SceneFile& file) {
                                                                field.name().ends_with("_image") &&
                                                                lost_.contains(material.GetReflection()->GetString(material, &field)))
                 material.GetReflection()->ClearField(&material, &field);
-        material.mutable_layer()->erase(std::remove_if(material.mutable_layer()->begin(), material.mutable_layer()->end(), names), material.mutable_layer()->end());
-        material.mutable_uniform()->erase(std::remove_if(material.mutable_uniform()->begin(), material.mutable_uniform()->end(), names),
-                                          material.mutable_uniform()->end());
+        auto& layers = *material.mutable_layer();
+        layers.erase(std::remove_if(layers.begin(), layers.end(), names), layers.end());
+        auto& uniforms = *material.mutable_uniform();
+        uniforms.erase(std::remove_if(uniforms.begin(), uniforms.end(), names), uniforms.end());
     }
 }
 

@@ -12,7 +12,8 @@ namespace {
 
 /// A triangle in Collada that two joints move, as parts that tests replace.
 struct DaeFile {
-    std::string joints = "Upper Lower", lower = "Lower", weights = "1 0.5 0.5", pairs = "0 0  0 1 1 2  1 0", counts = "1 2 1";
+    std::string joints = "Upper Lower", lower = "Lower", weights = "1 0.5 0.5", pairs = "0 0  0 1 1 2  1 0",
+                counts = "1 2 1";
 
     [[nodiscard]] std::string text() const {
         const std::string unit = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
@@ -24,11 +25,15 @@ struct DaeFile {
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
 <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
 <library_controllers><controller id="c"><skin source="#g"><bind_shape_matrix>{0}</bind_shape_matrix>
-<source id="j"><Name_array id="ja" count="2">{1}</Name_array><technique_common><accessor source="#ja" count="2"><param name="JOINT" type="name"/></accessor></technique_common></source>
-<source id="b"><float_array id="ba" count="32">{0} {0}</float_array><technique_common><accessor source="#ba" count="2" stride="16"><param name="TRANSFORM" type="float4x4"/></accessor></technique_common></source>
-<source id="w"><float_array id="wa" count="3">{2}</float_array><technique_common><accessor source="#wa" count="3"><param name="WEIGHT" type="float"/></accessor></technique_common></source>
+<source id="j"><Name_array id="ja" count="2">{1}</Name_array>
+<technique_common><accessor source="#ja" count="2"><param name="JOINT" type="name"/></accessor></technique_common></source>
+<source id="b"><float_array id="ba" count="32">{0} {0}</float_array>
+<technique_common><accessor source="#ba" count="2" stride="16"><param name="TRANSFORM" type="float4x4"/></accessor></technique_common></source>
+<source id="w"><float_array id="wa" count="3">{2}</float_array>
+<technique_common><accessor source="#wa" count="3"><param name="WEIGHT" type="float"/></accessor></technique_common></source>
 <joints><input semantic="JOINT" source="#j"/><input semantic="INV_BIND_MATRIX" source="#b"/></joints>
-<vertex_weights count="3"><input semantic="JOINT" source="#j" offset="0"/><input semantic="WEIGHT" source="#w" offset="1"/><vcount>{3}</vcount><v>{4}</v></vertex_weights>
+<vertex_weights count="3"><input semantic="JOINT" source="#j" offset="0"/><input semantic="WEIGHT" source="#w" offset="1"/>
+<vcount>{3}</vcount><v>{4}</v></vertex_weights>
 </skin></controller></library_controllers>
 <library_visual_scenes><visual_scene id="s"><node id="Upper" sid="Upper" name="Upper" type="JOINT"><node id="{5}" sid="{5}" name="{5}" type="JOINT"/></node>
 <node id="body"><instance_controller url="#c"><skeleton>#Upper</skeleton></instance_controller></node></visual_scene></library_visual_scenes>
@@ -52,9 +57,13 @@ MendedFile readMended(const std::string& name, const std::string& text) {
     return read;
 }
 bool saysFault(const MendedFile& read, const std::string& fault) {
-    return std::ranges::any_of(read.notes, [&](const std::string& note) { return note.find("assimp finds fault with it (" + fault) != std::string::npos; });
+    return std::ranges::any_of(read.notes, [&](const std::string& note) {
+        return note.find("assimp finds fault with it (" + fault) != std::string::npos;
+    });
 }
-std::string everything(const MendedFile& read) { return fmt::format("{}\n{}", read.error, fmt::join(read.notes, "\n")); }
+std::string everything(const MendedFile& read) {
+    return fmt::format("{}\n{}", read.error, fmt::join(read.notes, "\n"));
+}
 
 TEST(AssimpMending, OfSoundFilesNothingIsSaid) {
     const MendedFile dae = readMended("sound.dae", DaeFile().text());
@@ -78,7 +87,8 @@ TEST(AssimpMending, WeightsThatAreAllZeroMoveNothing) {
 
 TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
     const MendedFile stl = readMended("empty.stl",
-                                      "solid nothing\nendsolid nothing\nsolid flag\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
+                                      "solid nothing\nendsolid nothing\nsolid flag\n facet normal 0 0 1\n  outer "
+                                      "loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
                                       "   vertex 0 1 0\n  endloop\n endfacet\nendsolid flag\n");
     EXPECT_EQ(stl.triangles, 1u) << everything(stl);
     EXPECT_TRUE(saysFault(stl, "The mesh ")) << everything(stl);
@@ -87,7 +97,8 @@ TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
 TEST(AssimpMending, OfDebiansModelsNoneIsRefusedForOneFault) {
     const std::string folder = "/usr/share/assimp/models/";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "models are missing (Debian package assimp-testmodels)";
-    for (const char* name : {"OpenGEX/camera.ogex", "OpenGEX/collada.ogex", "RAW/WithColor.raw", "RAW/WithTexture.raw", "STL/triangle_with_empty_solid.stl"}) {
+    for (const char* name : {"OpenGEX/camera.ogex", "OpenGEX/collada.ogex", "RAW/WithColor.raw", "RAW/WithTexture.raw",
+                             "STL/triangle_with_empty_solid.stl"}) {
         const Expected<ImportedScene> scene = importScene(folder + name, kRootNode, importOptions());
         ASSERT_TRUE(scene) << messageOf(scene);
         EXPECT_GT(scene->triangles, 0u) << name;

@@ -223,14 +223,22 @@ void expectAsAssimpSays(const std::string& path, std::size_t skins) {
 TEST(AssimpCharacters, AreWhereAssimpsOwnSceneSaysInEveryFrame) {
     const std::string folder = "/usr/share/assimp/models/";
     for (const auto& [file, skins] : std::initializer_list<std::pair<const char*, std::size_t>>{
-             {"FBX/animation_with_skeleton.fbx", 1}, {"FBX/huesitos.fbx", 1}, {"BVH/01_01.bvh", 1}, {"X/Testwuson.X", 1}, {"X/BCN_Epileptic.X", 3},
-             {"Collada/box_nested_animation.dae", 1}, {"Collada/anims_with_full_rotations_between_keys.DAE", 0}, {"CSM/ThomasFechten.csm", 1},
-             {"X/anim_test.x", 1}, {"ASE/RotatingCube.ASE", 0}, {"3DS/RotatingCube.3DS", 0}})
+             {"FBX/animation_with_skeleton.fbx", 1},
+             {"FBX/huesitos.fbx", 1},
+             {"BVH/01_01.bvh", 1},
+             {"X/Testwuson.X", 1},
+             {"X/BCN_Epileptic.X", 3},
+             {"Collada/box_nested_animation.dae", 1},
+             {"Collada/anims_with_full_rotations_between_keys.DAE", 0},
+             {"CSM/ThomasFechten.csm", 1},
+             {"X/anim_test.x", 1},
+             {"ASE/RotatingCube.ASE", 0},
+             {"3DS/RotatingCube.3DS", 0}})
         expectAsAssimpSays(folder + file, skins);
 }
 
-/// FBX in text: a square, bent by one bone, with three morph targets whose curves have keys at times of their own. `steps`: the second target has a step
-/// between at half its way.
+/// FBX in text: a square, bent by one bone, with three morph targets whose curves have keys at times of their own.
+/// `steps`: the second target has a step between at half its way.
 std::string morphingFbx(bool skinned, bool steps) {
     std::string objects, connections;
     constexpr std::int64_t kSecond = 46186158000;
@@ -238,8 +246,11 @@ std::string morphingFbx(bool skinned, bool steps) {
         connections += fmt::format(" C: \"{}\",{},{}{}\n", kind, from, to, field.empty() ? "" : ",\"" + field + "\"");
     };
     const auto shape = [&](int id, int vertex, const char* by) {
-        objects += fmt::format(" Geometry: {}, \"Geometry::s{}\", \"Shape\" {{\n  Version: 100\n  Indexes: *1 {{\n   a: {}\n  }}\n  Vertices: *3 {{\n   a: {}\n  }}\n"
-                               "  Normals: *3 {{\n   a: 0,0,0\n  }}\n }}\n", id, id, vertex, by);
+        objects += fmt::format(
+            " Geometry: {}, \"Geometry::s{}\", \"Shape\" {{\n  Version: 100\n  Indexes: *1 {{\n   a: {}\n  }}\n  "
+            "Vertices: *3 {{\n   a: {}\n  }}\n"
+            "  Normals: *3 {{\n   a: 0,0,0\n  }}\n }}\n",
+            id, id, vertex, by);
     };
     const auto curve = [&](int id, int node, const char* field, std::vector<std::pair<double, double>> keys) {
         std::string times, values;
@@ -247,14 +258,23 @@ std::string morphingFbx(bool skinned, bool steps) {
             times += fmt::format("{}{}", times.empty() ? "" : ",", static_cast<std::int64_t>(time * kSecond));
             values += fmt::format("{}{}", values.empty() ? "" : ",", value);
         }
-        objects += fmt::format(" AnimationCurve: {}, \"AnimCurve::\", \"\" {{\n  Default: 0\n  KeyVer: 4008\n  KeyTime: *{1} {{\n   a: {2}\n  }}\n  KeyValueFloat: *{1} {{\n"
-                               "   a: {3}\n  }}\n  KeyAttrFlags: *1 {{\n   a: 24836\n  }}\n  KeyAttrDataFloat: *4 {{\n   a: 0,0,255790911,0\n  }}\n"
-                               "  KeyAttrRefCount: *1 {{\n   a: {1}\n  }}\n }}\n", id, keys.size(), times, values);
+        objects += fmt::format(
+            " AnimationCurve: {0}, \"AnimCurve::\", \"\" {{\n  Default: 0\n  KeyVer: 4008\n  KeyTime: *{1} {{\n   a: "
+            "{2}\n  }}\n  KeyValueFloat: *{1} {{\n"
+            "   a: {3}\n  }}\n  KeyAttrFlags: *1 {{\n   a: 24836\n  }}\n  KeyAttrDataFloat: *4 {{\n   a: "
+            "0,0,255790911,0\n  }}\n"
+            "  KeyAttrRefCount: *1 {{\n   a: {1}\n  }}\n }}\n",
+            id, keys.size(), times, values);
         connect("OP", id, node, field);
     };
-    objects += " Geometry: 100, \"Geometry::Face\", \"Mesh\" {\n  Vertices: *12 {\n   a: 0,0,0,1,0,0,1,1,0,0,1,0\n  }\n  PolygonVertexIndex: *6 {\n   a: 0,1,-3,0,2,-4\n  }\n"
-               "  GeometryVersion: 124\n }\n Model: 200, \"Model::face\", \"Mesh\" {\n  Version: 232\n }\n Deformer: 300, \"Deformer::Shapes\", \"BlendShape\" {\n  Version: 100\n }\n"
-               " AnimationStack: 400, \"AnimStack::Take\", \"\" {\n }\n AnimationLayer: 401, \"AnimLayer::Base\", \"\" {\n }\n";
+    objects +=
+        " Geometry: 100, \"Geometry::Face\", \"Mesh\" {\n  Vertices: *12 {\n   a: 0,0,0,1,0,0,1,1,0,0,1,0\n  }\n  "
+        "PolygonVertexIndex: *6 {\n   a: 0,1,-3,0,2,-4\n  }\n"
+        "  GeometryVersion: 124\n }\n Model: 200, \"Model::face\", \"Mesh\" {\n  Version: 232\n }\n Deformer: 300, "
+        "\"Deformer::Shapes\", \"BlendShape\" {\n  Version: 100\n }\n"
+        " AnimationStack: 400, \"AnimStack::Take\", \"\" {\n  Properties70:  {\n   P: \"LocalStop\", \"KTime\", "
+        "\"Time\", \"\",92372316000\n  }\n }\n"
+        " AnimationLayer: 401, \"AnimLayer::Base\", \"\" {\n }\n";
     connect("OO", 200, 0, "");
     connect("OO", 100, 200, "");
     connect("OO", 300, 100, "");
@@ -263,12 +283,15 @@ std::string morphingFbx(bool skinned, bool steps) {
     shape(120, 3, "0,1,0");
     shape(130, 1, "3,0,0");
     if (steps) shape(121, 3, "0,0.2,0");
-    const std::vector<std::vector<std::pair<double, double>>> keys = {{{0, 0}, {2, 100}}, {{0, 50}, {0.5, 0}, {1.25, 80}}, {{0.75, 0}, {1.5, -40}}};
+    const std::vector<std::vector<std::pair<double, double>>> keys = {
+        {{0, 0}, {2, 100}}, {{0, 50}, {0.5, 0}, {1.25, 80}}, {{0.75, 0}, {1.5, -40}}};
     for (int c = 0; c < 3; ++c) {
         const int id = 301 + c;
         const bool two = steps && c == 1;
-        objects += fmt::format(" Deformer: {}, \"SubDeformer::c{}\", \"BlendShapeChannel\" {{\n  Version: 100\n  DeformPercent: 25\n  FullWeights: *{} {{\n   a: {}\n  }}\n }}\n", id, c,
-                               two ? 2 : 1, two ? "50,100" : "100");
+        objects += fmt::format(
+            " Deformer: {}, \"SubDeformer::c{}\", \"BlendShapeChannel\" {{\n  Version: 100\n  DeformPercent: 25\n  "
+            "FullWeights: *{} {{\n   a: {}\n  }}\n }}\n",
+            id, c, two ? 2 : 1, two ? "50,100" : "100");
         connect("OO", id, 300, "");
         if (two) connect("OO", 121, id, "");
         connect("OO", 110 + 10 * c, id, "");
@@ -279,10 +302,14 @@ std::string morphingFbx(bool skinned, bool steps) {
     }
     if (skinned) {
         const char* unit = "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1";
-        objects += fmt::format(" Model: 210, \"Model::bone\", \"LimbNode\" {{\n  Version: 232\n }}\n Deformer: 310, \"Deformer::Skin\", \"Skin\" {{\n  Version: 101\n }}\n"
-                               " Deformer: 311, \"SubDeformer::bone\", \"Cluster\" {{\n  Version: 100\n  Indexes: *4 {{\n   a: 0,1,2,3\n  }}\n  Weights: *4 {{\n   a: 1,1,1,1\n  }}\n"
-                               "  Transform: *16 {{\n   a: {0}\n  }}\n  TransformLink: *16 {{\n   a: {0}\n  }}\n }}\n"
-                               " AnimationCurveNode: 430, \"AnimCurveNode::R\", \"\" {{\n }}\n", unit);
+        objects += fmt::format(
+            " Model: 210, \"Model::bone\", \"LimbNode\" {{\n  Version: 232\n }}\n Deformer: 310, \"Deformer::Skin\", "
+            "\"Skin\" {{\n  Version: 101\n }}\n"
+            " Deformer: 311, \"SubDeformer::bone\", \"Cluster\" {{\n  Version: 100\n  Indexes: *4 {{\n   a: 0,1,2,3\n  "
+            "}}\n  Weights: *4 {{\n   a: 1,1,1,1\n  }}\n"
+            "  Transform: *16 {{\n   a: {0}\n  }}\n  TransformLink: *16 {{\n   a: {0}\n  }}\n }}\n"
+            " AnimationCurveNode: 430, \"AnimCurveNode::R\", \"\" {{\n }}\n",
+            unit);
         connect("OO", 210, 0, "");
         connect("OO", 310, 100, "");
         connect("OO", 311, 310, "");
@@ -293,8 +320,10 @@ std::string morphingFbx(bool skinned, bool steps) {
         curve(432, 430, "d|Y", {{0, 0}, {2, 0}});
         curve(433, 430, "d|Z", {{0, 0}, {2, 30}});
     }
-    return "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n FBXHeaderVersion: 1003\n FBXVersion: 7400\n}\nGlobalSettings:  {\n Version: 1000\n Properties70:  {\n"
-           "  P: \"UpAxis\", \"int\", \"Integer\", \"\",1\n }\n}\nObjects:  {\n" + objects + "}\nConnections:  {\n" + connections + "}\n";
+    return "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n FBXHeaderVersion: 1003\n FBXVersion: "
+           "7400\n}\nGlobalSettings:  {\n Version: 1000\n Properties70:  {\n"
+           "  P: \"UpAxis\", \"int\", \"Integer\", \"\",1\n }\n}\nObjects:  {\n" +
+           objects + "}\nConnections:  {\n" + connections + "}\n";
 }
 
 struct FbxFile {
@@ -326,7 +355,9 @@ TEST(AssimpCharacters, StepsBetweenMorphTargetsOfFbxAreSaidAndStandStill) {
     options.importerProgram = std::string(TESSERA_BIN_DIR) + "/tessera-import";
     const Expected<ImportedScene> imported = importScene(face.path, kRootNode, options);
     ASSERT_TRUE(imported) << imported.error().message;
-    EXPECT_TRUE(std::ranges::any_of(imported->notes, [](const std::string& note) { return note.find("morph targets have steps between") != std::string::npos; }));
+    EXPECT_TRUE(std::ranges::any_of(imported->notes, [](const std::string& note) {
+        return note.find("morph targets have steps between") != std::string::npos;
+    }));
     EXPECT_EQ(imported->triangles, 2u);
 }
 
