@@ -3,7 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cstdlib>
 #include <filesystem>
+#include <random>
 
 #include "tests/unit/import/ImportFixture.h"
 
@@ -92,6 +95,30 @@ TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
                                       "   vertex 0 1 0\n  endloop\n endfacet\nendsolid flag\n");
     EXPECT_EQ(stl.triangles, 1u) << everything(stl);
     EXPECT_TRUE(saysFault(stl, "The mesh ")) << everything(stl);
+}
+
+/// Numbers of a sound and of two faulty files become others.
+TEST(AssimpMending, WhateverIsChangedTheOutcomeIsASceneOrAMessageThatNamesTheFile) {
+    const char* const only = std::getenv("TESSERA_SEED");
+    const unsigned first = only ? static_cast<unsigned>(std::stoul(only)) : 1;
+    std::size_t shown = 0;
+    for (unsigned seed = first; seed < first + (only ? 1 : 100); ++seed) {
+        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=AssimpMending.Whatever*", seed));
+        std::mt19937 random(seed);
+        const char* const joints[] = {"Upper Lower", "Upper Upper", "Lower Lower"};
+        std::string text = DaeFile{.joints = joints[random() % 3], .weights = random() % 3 ? "1 0.5 0.5" : "0 0 0"}.text();
+        std::vector<std::size_t> digits;
+        for (std::size_t i = text.find("library_geometries"); i < text.size(); ++i)
+            if (std::isdigit(static_cast<unsigned char>(text[i])) != 0) digits.push_back(i);
+        const char* const others[] = {"0", "-1", "7", "65536", "4294967295", "1e30", "nan", ""};
+        text.replace(digits[random() % digits.size()], 1, others[random() % std::size(others)]);
+        const MendedFile read = readMended("changed.dae", text);
+        shown += read.error.empty() ? 1 : 0;
+        if (!read.error.empty()) {
+            EXPECT_NE(read.error.find("/changed.dae: "), std::string::npos) << read.error;
+        }
+    }
+    EXPECT_TRUE(only || shown > 20) << shown;
 }
 
 TEST(AssimpMending, OfDebiansModelsNoneIsRefusedForOneFault) {
