@@ -260,7 +260,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* loadAt = load->add_option("--at", in.loadAt, "Where the file's origin comes, in that node's units;\nwith --fit the middle of its underside")
                                     ->type_name("X Y Z")->expected(3)->check(numberFault);
     const CLI::Option* loadScale = load->add_option("--scale", in.loadScale, "So many times its own size")->type_name("S")->check(numberFault);
-    const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, in those units")
+    const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, as it stands\nbefore anything plays, in those units")
                                      ->type_name("METRES")->check(numberFault);
     load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else\n+Z of .stl and .off, +Y of others)")->check(CLI::IsMember({"y", "z"}));
 
@@ -320,7 +320,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     CLI::App* navigate = app.add_subcommand("navigate", "As a person at a window would: a mode, or a place");
     navigate->add_option("WHAT", in.navigateWhat, "fly, orbit or walk; home; fit [NODE]; bookmark N")->required();
-    navigate->add_option("WHERE", in.navigateWhere, "Of fit a node (the whole scene), of bookmark 1 to 9");
+    navigate->add_option("WHERE", in.navigateWhere, "Of fit a node (the whole scene), as it stands now;\nof bookmark 1 to 9");
 
     CLI::App* bookmark = app.add_subcommand("bookmark", "Goes to a place that was kept, or keeps this one");
     bookmark->add_option("N", in.bookmark, "1 to 9")->required()->check(CLI::Range(1, 9));

@@ -122,16 +122,15 @@ private:
     static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
     [[nodiscard]] tl::unexpected<Error> failAt(const Item& item, ErrorCode code, std::string_view why) {
-        std::string where;
-        if (parse(item)) {
-            const pb::Message& at = message_->GetReflection()->GetMessage(*message_, &schema_.objectField(SceneSchema::kAt));
-            const auto number = [&](int field) {
-                return at.GetReflection()->GetUInt32(at, at.GetDescriptor()->FindFieldByNumber(field));
-            };
-            if (number(1) > 0) where = fmt::format("{}:{}: ", number(1), number(2));
-        }
-        return fail(code, fmt::format("{}object {}{}: {}", where, item.number,
-                                      item.type ? fmt::format(" ({})", item.type->info->name) : "", why));
+        const SavedPlace place = parse(item) ? placeOfParsed(item) : SavedPlace{.number = item.number};
+        return fail(code, savedObjectText(place, item.type ? item.type->info->name : std::string_view(), why));
+    }
+
+    /// Of the object in `message_`.
+    [[nodiscard]] SavedPlace placeOfParsed(const Item& item) const {
+        const pb::Message& at = message_->GetReflection()->GetMessage(*message_, &schema_.objectField(SceneSchema::kAt));
+        const auto number = [&](int field) { return at.GetReflection()->GetUInt32(at, at.GetDescriptor()->FindFieldByNumber(field)); };
+        return {.number = item.number, .line = number(1), .column = number(2)};
     }
 
     // ---- what is there
@@ -207,6 +206,7 @@ private:
         rootIsParent_ = *bare;
         items_[root_].id = rootIsParent_ ? options_.parent : ObjectId{next++};
         result_.created = next - options_.firstId;
+        result_.places.resize(result_.created);
         return {};
     }
 
@@ -266,6 +266,7 @@ private:
             if (Expected<void> good = options_.look(item.id, type, made.data()); !good)
                 return failAt(item, good.error().code, good.error().message);
         if (index == root_ && rootIsParent_) return {};
+        result_.places[item.id.value - options_.firstId] = placeOfParsed(item);
         list_.create(item.id, type.type);
         setAllFields(list_, item.id, Object(type, made.data()));
         return {};
@@ -499,6 +500,11 @@ std::string laterKeptText(std::string_view what, std::size_t times) {
     return fmt::format(
         "a newer version of Tessera wrote {}{}: not understood; tessera-convert keeps it, a running scene does not", what,
         times > 1 ? fmt::format(" ({} times)", times) : "");
+}
+
+std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why) {
+    return fmt::format("{}object {}{}: {}", place.line > 0 ? fmt::format("{}:{}: ", place.line, place.column) : "", place.number,
+                       type.empty() ? "" : fmt::format(" ({})", type), why);
 }
 
 Expected<SavedScene> readSaved(ByteSpan bytes, std::span<const Blob> blobs, const SavedOptions& options,

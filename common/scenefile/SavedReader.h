@@ -22,12 +22,20 @@ struct SavedOptions {
     std::function<Expected<void>(ObjectId id, const TypeInfo& type, void* object)> look;
 };
 
+struct SavedPlace {
+    std::uint32_t number = 0;            ///< of the object, as the file counts
+    std::uint32_t line = 0, column = 0;  ///< from 1, where the file was a text
+};
 struct SavedScene {
-    std::uint64_t created = 0;  ///< ids from firstId on
+    std::uint64_t created = 0;       ///< ids from firstId on
+    std::vector<SavedPlace> places;  ///< of each of them
     std::vector<ObjectId> tops;
     LaterParts later;
     std::vector<std::string> notes;  ///< what a newer version wrote, in words
 };
+
+/// "line:column: object 7 (Material): why", as errors of `readSaved` begin.
+[[nodiscard]] std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why);
 
 /// The note about a part of a file that is kept without being understood.
 [[nodiscard]] std::string laterKeptText(std::string_view what, std::size_t times = 1);

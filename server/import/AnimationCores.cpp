@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/animation/KeyTrack.h"
@@ -143,6 +144,8 @@ Expected<ObjectId> SceneAssembly::keyFrames(LoadedFile& file, const proto::scene
     const TypeInfo* type = typeOfCreated(*target);
     if (const Expected<KeyTrack> sound = KeyTrack::of(frames, type); !sound)
         return failWith(fmt::format("{}: the channel of '{}'", parts.where, readName(channel.field(), "")), sound.error());
+    static constexpr std::array<std::string_view, 4> kMoving = {"translation", "rotation", "scale", "center"};
+    if (type->pose && std::ranges::find(kMoving, channel.field()) != kMoving.end()) driven_.emplace(*target, "an animation");
     return create(frames);
 }
 

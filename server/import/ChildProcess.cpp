@@ -145,7 +145,8 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
             end != ReadEnd::kComplete)
             return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
-        const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kError;
+        const bool isText =
+            record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault || record.kind == ImportRecord::Kind::kError;
         if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("it becomes more than {} MiB in memory", options.maxResultBytes >> 20));
@@ -168,6 +169,9 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
                 break;
             case ImportRecord::Kind::kNote:
                 if (output.notes.size() < kMaxChildNotes) output.notes.emplace_back(asText(payload));
+                break;
+            case ImportRecord::Kind::kFault:
+                if (output.faults.size() < kMaxChildNotes) output.faults.emplace_back(asText(payload));
                 break;
             case ImportRecord::Kind::kError:
                 return errorFrom(payload);

@@ -13,7 +13,7 @@ namespace tessera {
 struct ImporterOutput {
     Bytes scene;  ///< a SceneFile without blobs
     std::vector<Blob> blobs;
-    std::vector<std::string> notes;
+    std::vector<std::string> notes, faults;
 };
 
 /// What an importer writes into a pipe, to its end: bounded by the options, wrong hashes and orders refused. `cutShort`: what to say

@@ -60,7 +60,9 @@ Expected<ImportedScene> importScenes(std::span<const std::string> paths, ObjectI
     SceneAssembly assembly(options);
     for (const std::string& path : paths)
         if (Expected<void> added = assembly.add(path, parent); !added) return tl::unexpected(added.error());
-    ImportedScene scene = assembly.take();
+    Expected<ImportedScene> taken = assembly.take();
+    if (!taken) return taken;
+    ImportedScene scene = std::move(*taken);
     if (options.placing && options.placing->fit)
         if (const Expected<void> fitted = fitIn(scene, parent, *options.placing); !fitted) return failWith(paths.front(), fitted.error());
     return scene;

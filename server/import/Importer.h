@@ -68,6 +68,9 @@ struct ImportedScene {
     bool hasCamera = false;             ///< an enabled one
     /// What was left away or changed, for a person to read: textures made smaller, skins shown at rest, ….
     std::vector<std::string> notes;
+    /// Of the notes those that say what is wrong in a scene's text, with its place: pictures that are not there or cannot be read. What names them is
+    /// drawn without. Whoever shows a scene goes on; whoever checks or keeps it may not.
+    std::vector<std::string> faults;
     /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.
     LaterParts later;
 };

@@ -71,7 +71,7 @@ tl::unexpected<Error> failInFile(const std::string& label, const Error& error) {
 }
 
 Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
-                                               const ImportOptions& options, std::vector<std::string>& notes) {
+                                               const ImportOptions& options, ImportedScene& result) {
     const std::string extension = lowerCaseExtension(path);
     const bool isScene = extension == "tsct" || extension == "tsc";
     Expected<ImporterOutput> output = runImporter(path, isScene ? withBoundsOf(path, extension == "tsct", options) : options);
@@ -88,7 +88,11 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     file->materials = indexByName(file->content.material());
     file->images = indexByName(file->content.image());
     file->definitions = indexByName(file->content.definition());
-    for (const std::string& note : output->notes) notes.push_back(label + ": " + readName(note, "?"));
+    for (const std::string& note : output->notes) result.notes.push_back(label + ": " + readName(note, "?"));
+    for (const std::string& fault : output->faults) {
+        result.faults.push_back(failInFile(label, {ErrorCode::kBadInput, readName(fault, "?")}).value().message);
+        result.notes.push_back(result.faults.back());
+    }
     if (file->content.node().empty() && file->content.saved().empty()) return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
     return file;
 }

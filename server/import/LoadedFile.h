@@ -50,10 +50,10 @@ struct LoadedFile {
     [[nodiscard]] Expected<Geometry> mesh(const std::string& name);
 };
 
-/// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`.
+/// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`. What there is to say goes into `result`: notes, faults.
 [[nodiscard]] Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
                                                              const ImportOptions& options,
-                                                             std::vector<std::string>& notes);
+                                                             ImportedScene& result);
 
 /// "label: message", or "label:line:column: message" where the message begins with a place.
 [[nodiscard]] tl::unexpected<Error> failInFile(const std::string& label, const Error& error);

@@ -6,7 +6,10 @@
 #include <unordered_map>
 
 #include "common/drawable/Drawable.h"
+#include "common/scene/ChildChoice.h"
+#include "common/scene/MaterialParts.h"
 #include "common/scenefile/SavedReader.h"
+#include "common/wall/View.h"
 #include "server/import/SceneAssembly.h"
 
 namespace tessera {
@@ -43,9 +46,14 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             triangles[id] = drawable.triangleCount();
             ++result_.geometries;
             result_.trianglesStored += triangles[id];
+        } else if (const DistanceLOD* lod = seen.as<DistanceLOD>()) {
+            return checkRanges(*lod);
+        } else if (const Material* material = seen.as<Material>()) {
+            return checkLayers(*material);
         } else if (seen.is<Camera>()) {
             auto& camera = *static_cast<Camera*>(object);
             camera.enabled = camera.enabled && spot.camerasEnabled;
+            if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound) return sound;
             result_.hasCamera = result_.hasCamera || camera.enabled;
         }
         return {};
@@ -53,6 +61,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
     options.beside = fieldsBeside(file);
     Expected<SavedScene> saved = readSaved(asBytes(file.content.saved()), file.blobs, options, builder_);
     if (!saved) return failInFile(file.label, saved.error());
+    saved_.push_back({&file, nextId_, std::move(saved->places)});
     nextId_ += saved->created;
     for (const ObjectId core : drawn)
         if (const auto found = triangles.find(core); found != triangles.end()) result_.triangles += found->second;

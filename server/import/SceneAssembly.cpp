@@ -11,8 +11,10 @@
 #include <utility>
 
 #include "common/scene/FieldTable.h"
+#include "common/wall/View.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/TableCores.h"
+#include "server/rules/SceneRules.h"
 
 namespace tessera {
 namespace {
@@ -129,10 +131,22 @@ std::string placeText(const std::string& label, const proto::scene::Place& at) {
 SceneAssembly::SceneAssembly(const ImportOptions& options) : options_(options), nextId_(kFirstPlaceholder) {}
 SceneAssembly::~SceneAssembly() = default;
 
-ImportedScene SceneAssembly::take() {
+Expected<ImportedScene> SceneAssembly::take() {
+    noteDriven();
     result_.list = builder_.take();
+    if (const Sound sound = checkRules(Aspect(), result_.list); !sound) return refusal(sound.error());
     if (!result_.tops.empty()) result_.top = result_.tops.front();
     return std::move(result_);
+}
+
+tl::unexpected<Error> SceneAssembly::refusal(const Fault& fault) const {
+    const std::string_view type = findType(fault.type)->name;
+    // Whatever an edit would be told: of a file it is a bad one.
+    for (const SavedPart& part : saved_)
+        if (const std::uint64_t place = fault.object.value - part.firstId; fault.object.value >= part.firstId && place < part.places.size())
+            return failInFile(part.file->label, {ErrorCode::kBadInput, savedObjectText(part.places[place], type, fault.why.message)});
+    const auto written = writtenAt_.find(fault.object);
+    return failWith(written == writtenAt_.end() ? std::string(type) : fmt::format("{}: this {}", written->second, type), {ErrorCode::kBadInput, fault.why.message});
 }
 
 ObjectId SceneAssembly::createObject(const Object& object) {
@@ -229,7 +243,7 @@ Expected<LoadedFile*> SceneAssembly::load(const std::string& canonicalPath, cons
     if (!known) {
         if (files_.size() > kMaxFiles)
             return fail(ErrorCode::kLimit, fmt::format("{}: the scene imports more than {} files", label, kMaxFiles));
-        Expected<std::unique_ptr<LoadedFile>> loaded = loadFile(canonicalPath, label, options_, result_.notes);
+        Expected<std::unique_ptr<LoadedFile>> loaded = loadFile(canonicalPath, label, options_, result_);
         if (!loaded) return tl::unexpected(loaded.error());
         known = std::move(*loaded);
     }
@@ -257,7 +271,9 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         return failWith(
             fmt::format("{}: node '{}'", placeText(file.label, placeOfNode(node)), readName(node.name(), contentName(content))), error);
     };
+    const bool hadCamera = result_.hasCamera;
     Expected<ObjectId> core = contentCore(file, node, spot);
+    const bool firstCamera = result_.hasCamera && !hadCamera;
     if (!core) {
         const proto::scene::Place at = placeOf(node);
         return at.line() > 0 ? failWith(placeText(file.label, at), core.error()) : in(core.error());
@@ -281,6 +297,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     (*own)->parent_T_node = parent_T_node;
     (*own)->movesOtherwise = *core && tableTypeOf(node) && tableTypeOf(node)->pose;
     if (node.key() != 0) keys_[node.key()] = *own;
+    if (content == Content::kCamera && firstCamera)
+        if (const Expected<void> stands = checkCamera(**own, node.camera()); !stands) return in(stands.error());
     Spot below{(*own)->id, *own, spot.top, spot.depth + 1, spot.camerasEnabled, spot.material, spot.paint};
 
     // A node has one core: content beside a transform goes into a node of its own below. Only what says something of
@@ -323,6 +341,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
             note(where + ": it is divided into several objects, so its mass means nothing");
     }
     if (content == Content::kManipulator) {
+        isWritten(*core, placeText(file.label, placeOfNode(node)));
         pending_.push_back({PendingRef::Kind::kManipulatorTarget, *core, holder, spot.top, node.manipulator().target(), placeText(file.label, placeOfNode(node))});
         pending_.back().free = node.manipulator().kind() >= proto::scene::Manipulator::POINT_LIGHT;
     }

@@ -11,8 +11,10 @@
 
 #include "common/change/ChangeList.h"
 #include "common/scene/FieldTable.h"
+#include "common/scenefile/SavedReader.h"
 #include "server/import/Importer.h"
 #include "server/import/LoadedFile.h"
+#include "server/rules/Fault.h"
 #include "server/text/Typesetter.h"
 
 namespace tessera {
@@ -26,7 +28,8 @@ public:
 
     /// Reads the file (and what it imports) and places its content under `parent`.
     [[nodiscard]] Expected<void> add(const std::string& path, ObjectId parent);
-    [[nodiscard]] ImportedScene take();
+    /// All that was added; fails where the whole makes no sense (server/rules), with the place where that was written.
+    [[nodiscard]] Expected<ImportedScene> take();
 
 private:
     /// A node of the new scene, as far as names must be found again.
@@ -129,6 +132,13 @@ private:
     Expected<ObjectId> keyFrames(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts);
     /// What has the field: the transform of a node, its content, or the node; or a material.
     Expected<ObjectId> channelTarget(LoadedFile& file, const proto::scene::Channel& channel, const PendingParts& parts);
+    /// Where somebody wrote what `checkRules` may refuse; the first place counts.
+    void isWritten(ObjectId id, std::string where) { writtenAt_.try_emplace(id, std::move(where)); }
+    [[nodiscard]] tl::unexpected<Error> refusal(const Fault& fault) const;
+    /// Of the first enabled camera: where the wall would stand.
+    static Expected<void> checkCamera(const Placed& node, const proto::scene::Camera& camera);
+    /// Manipulators of what a motion or an animation drives: they wait until that is paused.
+    void noteDriven();
     void noteUnfree(const PendingRef& ref, const Placed& body);
     /// For a person to read, each once.
     void note(std::string text);
@@ -154,6 +164,19 @@ private:
     std::vector<PendingParts> pendingParts_;
     std::map<std::uint32_t, Placed*> keys_;   ///< of the file that is being placed
     std::vector<const TypeInfo*> types_;      ///< of what is created, by the place among the placeholders
+    std::map<ObjectId, std::string> writtenAt_;
+    struct SavedPart {
+        const LoadedFile* file;
+        std::uint64_t firstId;
+        std::vector<SavedPlace> places;
+    };
+    std::vector<SavedPart> saved_;
+    std::map<ObjectId, std::string_view> driven_;  ///< cores, and what drives each
+    struct Handle {
+        ObjectId moved;     ///< the core that it writes
+        std::string where;  ///< file:line:column
+    };
+    std::vector<Handle> handles_;
     std::set<std::string> noted_;
     std::vector<std::string> importing_;  ///< files being placed, outermost first
 };

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "common/scene/FieldTable.h"
+#include "common/wall/View.h"
 #include "server/import/SceneAssembly.h"
 
 namespace tessera {
@@ -93,6 +94,7 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
                              : found != nullptr ? fmt::format("the motion's target '{}' has no transform", shown)
                                                 : fmt::format("there is no node '{}' for this motion to move", shown));
             builder_.set(ref.core, typeOf<Motion>(), fieldId<&Motion::target>, toValue(found->transform));
+            driven_.emplace(found->transform, "a motion");
             return {};
         case PendingRef::Kind::kCollisionNode:
             if (found == nullptr)
@@ -115,6 +117,7 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
             // A light that has a transform of its own in the text is a node below that.
             if (Placed* light = ref.free && found->transform && found->content ? found->child("light", 0) : nullptr) found = light;
             builder_.set(ref.core, typeOf<Manipulator>(), fieldId<&Manipulator::target>, toValue(found->id));
+            handles_.push_back({found->transform ? found->transform : found->content, ref.where});
             return {};
         }
         case PendingRef::Kind::kInterestObject:
@@ -128,6 +131,27 @@ Expected<void> SceneAssembly::resolve(const PendingRef& ref) {
     builder_.set(ref.core, typeOf<Interest>(), object ? fieldId<&Interest::object> : fieldId<&Interest::against>,
                  toValue(found->id));
     return {};
+}
+
+void SceneAssembly::noteDriven() {
+    for (const Handle& handle : handles_)
+        if (const auto driver = driven_.find(handle.moved); driver != driven_.end())
+            note(fmt::format("{}: what this manipulator moves is driven by {}: its handles can be dragged only while that is paused", handle.where,
+                             driver->second));
+}
+
+Expected<void> SceneAssembly::checkCamera(const Placed& node, const proto::scene::Camera& camera) {
+    Affine3d world_T_node = Affine3d::Identity();
+    for (const Placed* above = &node; above != nullptr; above = above->parent) {
+        if (above->movesOtherwise) return {};  // then the server sees where it stands, in the first frame
+        world_T_node = above->parent_T_node * world_T_node;
+    }
+    if (!world_T_node.matrix().allFinite()) return fail(ErrorCode::kBadInput, "the camera's place in the world is not finite");
+    View view;
+    view.position = world_T_node.translation();
+    view.orientation = Quatd(world_T_node.rotation()).normalized();
+    if (camera.has_world_units_per_metre()) view.worldUnitsPerMetre = camera.world_units_per_metre();
+    return checkStand(view);
 }
 
 void SceneAssembly::noteUnfree(const PendingRef& ref, const Placed& body) {

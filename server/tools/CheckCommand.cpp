@@ -1,7 +1,10 @@
 #include "server/tools/CheckCommand.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/base/Version.h"
@@ -59,7 +62,10 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
     const Expected<FileScene> file =
         importAsScene(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
     if (!file) return bad(file.error());
-    result.notes = file->imported.notes;
+    const std::vector<std::string>& faults = file->imported.faults;
+    for (const std::string& note : file->imported.notes)
+        if (std::ranges::find(faults, note) == faults.end()) result.notes.push_back(note);
+    if (!faults.empty()) return bad({ErrorCode::kBadInput, fmt::format("{}", fmt::join(faults, "\n"))});
     result.what = fmt::format("a scene of {} nodes, {} other objects, {} triangles", file->imported.nodes,
                               file->imported.cores, file->imported.triangles);
     return result;

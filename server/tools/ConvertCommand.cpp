@@ -119,6 +119,8 @@ int runConvert(const std::vector<std::string>& words) {
         Expected<FileScene> file =
             importAsScene(arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
         if (!file) return tl::unexpected(file.error());
+        // What is written would have lost it for good.
+        if (!file->imported.faults.empty()) return fail(ErrorCode::kBadInput, file->imported.faults.front());
         for (const std::string& note : file->imported.notes) fmt::print(stderr, "tessera-convert: note: {}\n", note);
         for (const ObjectId id : file->scene.ids()) {
             const Object object = file->scene.find(id);

@@ -48,6 +48,28 @@ std::string shownName(const std::string& text) {
     return shown;
 }
 
+/// Of one target: times in ticks, ascending, and weights there.
+using MorphCurve = std::vector<std::pair<double, double>>;
+
+/// A key speaks of some targets, and those of FBX of the few whose own curve has a key then: between them the others go on.
+std::vector<MorphCurve> morphCurves(const aiMeshMorphAnim& source, std::size_t targets) {
+    std::vector<MorphCurve> curves(targets);
+    for (unsigned k = 0; k < source.mNumKeys; ++k)
+        for (unsigned i = 0; i < source.mKeys[k].mNumValuesAndWeights; ++i)
+            if (const unsigned target = source.mKeys[k].mValues[i]; target < targets && std::isfinite(source.mKeys[k].mTime))
+                curves[target].emplace_back(source.mKeys[k].mTime, source.mKeys[k].mWeights[i]);
+    for (MorphCurve& curve : curves) std::ranges::stable_sort(curve, {}, &std::pair<double, double>::first);
+    return curves;
+}
+
+double weightAt(const MorphCurve& curve, double time) {
+    const auto next = std::ranges::upper_bound(curve, time, {}, &std::pair<double, double>::first);
+    if (next == curve.begin()) return next->second;
+    const auto before = next - 1;
+    if (next == curve.end() || before->first == time) return before->second;
+    return before->second + (next->second - before->second) * ((time - before->first) / (next->first - before->first));
+}
+
 }  // namespace
 
 Affine3d affineOf(const aiMatrix4x4& m) {
@@ -224,10 +246,13 @@ void AssimpMotion::bindMorphs(const aiMesh& mesh, Bound& bound) {
     const auto turns = [](const aiAnimMesh* target) { return target->mNormals != nullptr; };
     if (mesh.HasNormals() && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes, turns))
         bound.morphNormals = scene_.addBlob(bytesOfNumbers(morphDeltas(mesh, true)));
+    // Of FBX assimp makes a target of each step of a channel; only such have weights of their own, the channel's.
+    bound.stepsBetween = ending_ == ".fbx" && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes,
+                                                          [](const aiAnimMesh* target) { return target->mWeight != 1.0f; });
     for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
         float weight = mesh.mAnimMeshes[t]->mWeight;
         // Of FBX assimp says 1 of each target that has no steps between, whatever the file does.
-        if (ending_ == ".fbx" && weight == 1.0f) {
+        if (bound.stepsBetween || (ending_ == ".fbx" && weight == 1.0f)) {
             scene_.note("how far morph targets of FBX are at rest is not known: they are at 0");
             weight = 0;
         }
@@ -370,9 +395,14 @@ void AssimpMotion::addMorphChannel(const aiMeshMorphAnim& source, double ticksPe
     if (range.first == range.second) return odd("channels of weights that name no mesh with morph targets are left out", named);
     if (source.mNumKeys > kMaxKeysPerChannel) return odd("channels of an animation with more than a million keys are left out", named);
     for (auto part = range.first; part != range.second; ++part) {
+        if (bounds_.at(part->second.mesh).stepsBetween) {
+            odd("channels of weights of FBX meshes whose morph targets have steps between are left out: which steps belong together is not known", named);
+            continue;
+        }
         const std::vector<float>& atRest = bounds_.at(part->second.mesh).morphWeights;
+        const std::vector<MorphCurve> curves = morphCurves(source, atRest.size());
         const auto weights = [&](const aiMeshMorphKey& key, double* to) {
-            std::ranges::copy(atRest, to);
+            for (std::size_t t = 0; t < atRest.size(); ++t) to[t] = curves[t].empty() ? static_cast<double>(atRest[t]) : weightAt(curves[t], key.mTime);
             for (unsigned i = 0; i < key.mNumValuesAndWeights; ++i) {
                 if (key.mValues[i] < atRest.size())
                     to[key.mValues[i]] = key.mWeights[i];
@@ -392,7 +422,8 @@ void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
     const std::string name = source.mName.length > 0 ? shownName(source.mName.C_Str()) : fmt::format("animation {}", number);
     double ticksPerSecond = source.mTicksPerSecond;
     if (!(ticksPerSecond > 0) || !std::isfinite(ticksPerSecond)) {
-        if (ticksPerSecond != 0) scene_.note(fmt::format("animation {} is of {} ticks a second: 25 are taken", name, ticksPerSecond));
+        scene_.note(ticksPerSecond == 0 ? std::string("the file says no pace of its animations: 25 ticks a second are taken")
+                                        : fmt::format("animation {} is of {} ticks a second: 25 are taken", name, ticksPerSecond));
         ticksPerSecond = 25;
     }
     // It begins at 0 s at the latest, and ends with its last key or where the file says, whichever is later.

@@ -55,6 +55,7 @@ private:
         std::vector<std::string> names;
         std::uint32_t binds = 0, indices = 0, weights = 0, morphPositions = 0, morphNormals = 0;  ///< blobs
         std::vector<float> morphWeights;
+        bool stepsBetween = false;  ///< of FBX: several targets are steps of one channel
     };
     [[nodiscard]] const aiNode* find(const char* name) const;
     void name(const char* named);

@@ -4,21 +4,25 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <span>
 
 #include "server/import/reader/AssimpFiles.h"
+#include "server/import/reader/AssimpMending.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/AssimpMotion.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
+#include "server/import/reader/VolumeFiles.h"
 
 namespace tessera {
 namespace {
@@ -175,6 +179,14 @@ std::string firstLine(std::string text) {
     return text;
 }
 
+/// Never deleted: the process ends soon, and the destructor of assimp 5.2.5 crashes after some 3MF files.
+Assimp::Importer& newImporter(const FolderFiles& files) {
+    Assimp::Importer& importer = *new Assimp::Importer;
+    importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
+    return importer;
+}
+
 /// Of a Half-Life model assimp 5.2.5 lists all bones below one node, and says by mParent alone whose child each is: here each comes below its parent, as
 /// long as that leads up to the root. The scene is never deleted (see below), so neither are the lists that it had.
 void hangUnderParents(const aiScene& scene) {
@@ -212,6 +224,16 @@ void hangUnderParents(const aiScene& scene) {
     }
 }
 
+/// Of all files that are read here, by anybody: ".3ds, .dae, …".
+std::string readEndings(const Assimp::Importer& importer) {
+    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb"};
+    for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
+    std::string all;
+    importer.GetExtensionList(all);  // "*.3ds;*.dae;…"
+    for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1)) endings.insert(all.substr(at, all.find(';', at) - at));
+    return fmt::format("{}", fmt::join(endings, ", "));
+}
+
 /// As proto/scene.proto has it, once assimp has read the file.
 std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
@@ -226,15 +248,10 @@ std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
 
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    // Never deleted: the process ends soon, and the destructor of assimp 5.2.5 crashes after some 3MF files.
-    Assimp::Importer& importer = *new Assimp::Importer;
+    Assimp::Importer& importer = newImporter(files);
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
-        return fail(ErrorCode::kUnsupported,
-                    fmt::format("nothing here reads files that end in '{}' (glTF, OBJ, PLY, STL and .tsct are read)",
-                                extension));
-    importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
-    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
+        return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'; read are {}", extension, readEndings(importer)));
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
     const aiScene* scene = importer.ReadFile(path, 0);
@@ -245,8 +262,25 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const unsigned ofFaces = toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords |
                              aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
+    std::string reason = firstLine(importer.GetErrorString());
+    std::optional<std::string> mended;
+    // Assimp's own check refuses all for one fault, and has deleted the scene then.
+    constexpr std::string_view kInvalid = "Validation failed: ";
+    if (scene == nullptr && reason.starts_with(kInvalid)) {
+        // Another one: some of assimp's readers remember what is gone.
+        Assimp::Importer& again = newImporter(files);
+        scene = again.ReadFile(path, 0);
+        if (scene != nullptr && scene->mRootNode != nullptr) {
+            const std::set<std::string> gone = mendScene(const_cast<aiScene&>(*scene));
+            mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}", reason.substr(kInvalid.size()),
+                                 gone.empty() ? "" : "; left out are ", fmt::join(gone, ", "));
+            const unsigned unchecked = ofFaces & ~static_cast<unsigned>(aiProcess_ValidateDataStructure);
+            if (scene->mNumMeshes > 0) scene = again.ApplyPostProcessing(aiProcess_FlipUVs | unchecked);
+        }
+        if (scene == nullptr) reason = firstLine(again.GetErrorString());
+        if (scene != nullptr && scene->mRootNode == nullptr) reason = "it holds no node";
+    }
     if (scene == nullptr || scene->mRootNode == nullptr) {
-        const std::string reason = firstLine(importer.GetErrorString());
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
         return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
     }
@@ -257,6 +291,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
+    if (converted && mended) converted->note(*mended);
     if (converted && lower == ".obj") noteObjMaterials(path, files, *converted);
     if (converted) converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;

@@ -25,7 +25,8 @@ struct ReadLimits {
 struct PlainScene {
     proto::scene::SceneFile file;
     std::vector<Bytes> blobs;
-    std::vector<std::string> notes;  ///< what was left away or changed; each once
+    std::vector<std::string> notes;   ///< what was left away or changed; each once
+    std::vector<std::string> faults;  ///< what is wrong in a person's text, and was left away: "line:column: what"
 
     void note(std::string text);
     /// The blob's number for the plain form; 0 for no bytes.

@@ -1,5 +1,7 @@
 #include "server/import/reader/SceneExpander.h"
 
+#include <algorithm>
+#include <filesystem>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -151,9 +153,10 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
         *scene_.file.add_material() = file.material(i);
     }
     for (int i = 0; i < file.image_size(); ++i)
-        if (Expected<void> done = expandImage(file.image(i)); !done)
+        if (Expected<void> done = expandImage(file.image(i), where("image", i).place()); !done)
             return failAt(where("image", i).place(), done.error());
     pictures_.finish();
+    if (!lost_.empty()) forgetLost(file);
     for (int i = 0; i < file.mesh_size(); ++i)
         if (Expected<void> done = expandMesh(file.mesh(i)); !done)
             return failAt(where("mesh", i).place(), done.error());
@@ -325,6 +328,7 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             // Lights, camera, switch, environment: as they are.
             const FieldDescriptor* field = fieldOf(node, static_cast<int>(content));
             out.GetReflection()->MutableMessage(&out, field)->CopyFrom(node.GetReflection()->GetMessage(node, field));
+            if (out.has_environment() && lost_.contains(out.environment().image())) out.mutable_environment()->clear_image();
             return {};
         }
     }
@@ -429,15 +433,41 @@ Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind
     return {};
 }
 
-Expected<DecodedImage> SceneExpander::readPicture(const std::string& uri) const {
+Expected<DecodedImage> SceneExpander::readPicture(const std::string& uri) {
     const Expected<Bytes> bytes = files_.read(uri);
-    if (!bytes) return tl::unexpected(bytes.error());
-    Expected<DecodedImage> decoded = decodeImage(*bytes, limits_.maxImageSide);
-    if (!decoded) return failWith(fmt::format("'{}'", uri), decoded.error());
+    Expected<DecodedImage> decoded = bytes ? decodeImage(*bytes, limits_.maxImageSide) : tl::unexpected(bytes.error());
+    if (!decoded && decoded.error().code != ErrorCode::kRefused) unreadable_.insert(uri);
+    if (bytes && !decoded) return failWith(fmt::format("'{}'", uri), decoded.error());
     return decoded;
 }
 
-Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
+void SceneExpander::forgetLost(const proto::scene::SceneFile& file) {
+    std::vector<const proto::scene::Node*> open;
+    for (const proto::scene::Node& node : file.node()) open.push_back(&node);
+    for (const proto::scene::Definition& definition : file.definition())
+        for (const proto::scene::Node& node : definition.node()) open.push_back(&node);
+    while (!open.empty()) {
+        const proto::scene::Node& node = *open.back();
+        open.pop_back();
+        if (node.has_movie()) lost_.erase(node.movie().image());
+        for (const proto::scene::Node& child : node.node()) open.push_back(&child);
+    }
+    const auto names = [&](const auto& part) { return lost_.contains(part.image()); };
+    const google::protobuf::Descriptor& type = *proto::scene::Material::descriptor();
+    for (proto::scene::Material& material : *scene_.file.mutable_material()) {
+        for (int i = 0; i < type.field_count(); ++i)
+            if (const FieldDescriptor& field = *type.field(i); !field.is_repeated() && field.cpp_type() == FieldDescriptor::CPPTYPE_STRING &&
+                                                               field.name().ends_with("_image") &&
+                                                               lost_.contains(material.GetReflection()->GetString(material, &field)))
+                material.GetReflection()->ClearField(&material, &field);
+        auto& layers = *material.mutable_layer();
+        layers.erase(std::remove_if(layers.begin(), layers.end(), names), layers.end());
+        auto& uniforms = *material.mutable_uniform();
+        uniforms.erase(std::remove_if(uniforms.begin(), uniforms.end(), names), uniforms.end());
+    }
+}
+
+Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, const proto::scene::Place& at) {
     using ImageMessage = proto::scene::Image;
     if (image.uri().empty() && image.face().empty()) {
         *scene_.file.add_image() = image;
@@ -449,7 +479,8 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
     if (files.empty()) files.push_back(image.uri());
     std::string picture;
     for (const std::string& file : files) {
-        if (file.empty() || file.front() == '/') return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", file));
+        if (file.empty() || file.front() == '/' || *std::filesystem::path(file).lexically_normal().begin() == "..")
+            return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", file));
         picture += fmt::format("{}'{}'", picture.empty() ? "" : ", ", file);
     }
     const bool cut = image.shape() != ImageMessage::FLAT && image.face().empty();
@@ -461,6 +492,16 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image) {
         if (first->shape != ImageMessage::FLAT) return fail(ErrorCode::kBadInput, fmt::format("{} is a {} by itself", picture, ImageMessage::Shape_Name(first->shape)));
         return cut ? cutPicture(std::move(*first), image) : joinFaces(std::move(*first), files);
     });
+    if (!added && std::ranges::any_of(files, [&](const std::string& file) { return unreadable_.contains(file); })) {
+        const std::string what = fmt::format("the image '{}' cannot be had: {}; what names it is drawn without", image.name(), added.error().message);
+        scene_.faults.push_back(failAt(at, {ErrorCode::kBadInput, what}).value().message);
+        lost_.insert(image.name());
+        proto::scene::Image* const empty = scene_.file.add_image();
+        *empty = image;
+        empty->clear_uri();
+        empty->clear_face();
+        return {};
+    }
     if (!added) return tl::unexpected(added.error());
     **added = image;
     (*added)->clear_uri();
@@ -490,7 +531,7 @@ Expected<DecodedImage> SceneExpander::cutPicture(DecodedImage picture, const pro
     return picture;
 }
 
-Expected<DecodedImage> SceneExpander::joinFaces(DecodedImage cube, const std::vector<std::string>& files) const {
+Expected<DecodedImage> SceneExpander::joinFaces(DecodedImage cube, const std::vector<std::string>& files) {
     if (cube.widthPx != cube.heightPx) return fail(ErrorCode::kBadInput, fmt::format("'{}': a CUBE is of squares, not of {} × {} pixels", files.front(), cube.widthPx, cube.heightPx));
     if (cube.mipmaps > 1) return fail(ErrorCode::kBadInput, fmt::format("'{}' has mipmaps, and is no face", files.front()));
     for (std::size_t i = 1; i < files.size(); ++i) {

@@ -49,10 +49,13 @@ private:
     Expected<std::string> shapeMesh(const proto::scene::Node& node);
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
     Expected<void> expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data);
-    Expected<void> expandImage(const proto::scene::Image& image);
-    [[nodiscard]] Expected<DecodedImage> readPicture(const std::string& uri) const;
+    Expected<void> expandImage(const proto::scene::Image& image, const proto::scene::Place& at);
+    /// A picture of a name within the folder that is not there, or that cannot be read, is kept in mind as one.
+    [[nodiscard]] Expected<DecodedImage> readPicture(const std::string& uri);
+    /// Of materials: what they say of images that cannot be had. Films bring pictures of their own.
+    void forgetLost(const proto::scene::SceneFile& file);
     [[nodiscard]] Expected<DecodedImage> cutPicture(DecodedImage picture, const proto::scene::Image& image) const;
-    [[nodiscard]] Expected<DecodedImage> joinFaces(DecodedImage cube, const std::vector<std::string>& files) const;
+    [[nodiscard]] Expected<DecodedImage> joinFaces(DecodedImage cube, const std::vector<std::string>& files);
     /// Its images.
     Expected<void> checkNames(const proto::scene::Material& material) const;
     /// What a newer version added to the authors' messages cannot be expanded: it is named in a note, and left out.
@@ -67,6 +70,8 @@ private:
     PlainScene scene_;
     Pictures pictures_;
     std::set<std::string> materials_, images_, meshes_, definitions_;
+    std::set<std::string> unreadable_;  ///< files of pictures
+    std::set<std::string> lost_;        ///< images without a picture
     std::map<std::string, std::string> shapes_;  ///< serialised shape → mesh
     std::size_t nodes_ = 0;
 };

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/base/Nearest.h"
+#include "common/base/Utf8.h"
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/SceneFileCheck.h"
 #include "server/import/reader/ReadScene.h"
@@ -59,6 +60,44 @@ private:
 
 FolderFiles filesBeside(const std::string& path, const ReadLimits& limits) {
     return FolderFiles(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
+}
+
+bool isWellFormed(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t length = utf8CharacterLength(text);
+        if (length == 0) return false;
+        text.remove_prefix(length);
+    }
+    return true;
+}
+
+/// Names the first text that is no UTF-8, whether it stands there so or is written with backslashes. Nobody could read the message else.
+/// `around`: where the message stands, for what the parser keeps no place of (lists in brackets).
+Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::ParseInfoTree* places, pb::TextFormat::ParseLocation around = {0, 0}) {
+    const pb::Reflection& reflection = *message.GetReflection();
+    std::vector<const pb::FieldDescriptor*> present;
+    reflection.ListFields(message, &present);
+    for (const pb::FieldDescriptor* field : present) {
+        const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
+        for (int i = 0; i < count; ++i) {
+            const int index = field->is_repeated() ? i : -1;
+            if (field->type() == pb::FieldDescriptor::TYPE_STRING) {
+                std::string scratch;
+                const std::string& text = index < 0 ? reflection.GetStringReference(message, field, &scratch)
+                                                    : reflection.GetRepeatedStringReference(message, field, i, &scratch);
+                if (isWellFormed(text)) continue;
+                pb::TextFormat::ParseLocation at = places ? places->GetLocation(field, index) : around;
+                if (at.line < 0) at = around;
+                return fail(ErrorCode::kBadInput, fmt::format("{}:{}: this {} is no UTF-8", at.line + 1, at.column + 1, field->name()));
+            }
+            if (field->message_type() == nullptr) break;
+            const pb::Message& inner = index < 0 ? reflection.GetMessage(message, field) : reflection.GetRepeatedMessage(message, field, i);
+            const pb::TextFormat::ParseLocation at = places ? places->GetLocation(field, index) : around;
+            const Expected<void> sound = checkTexts(inner, places ? places->GetTreeForNested(field, index) : nullptr, at.line < 0 ? around : at);
+            if (!sound) return sound;
+        }
+    }
+    return {};
 }
 
 /// Where each saved object stands in the text, for messages of whoever looks at its values.
@@ -125,6 +164,7 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     pb::io::ArrayInputStream input(bytes->data() + mark, static_cast<int>(bytes->size() - mark));
     if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
+    if (const Expected<void> sound = checkTexts(*message, &places); !sound) return tl::unexpected(sound.error());
     notePlaces(*message, places);
     const Expected<std::string> beside = takeQuoted(*message, places);
     if (!beside) return tl::unexpected(beside.error());

@@ -448,10 +448,11 @@ std::string extensionIn(const std::string& name) {
 
 }  // namespace
 
-bool isVolumeFile(std::string_view extension) {
-    constexpr std::array<std::string_view, 6> kExtensions = {"mhd", "mha", "slc", "vtk", "nrrd", "nhdr"};
-    return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+std::span<const std::string_view> volumeEndings() {
+    static constexpr std::array<std::string_view, 6> kEndings = {"mhd", "mha", "slc", "vtk", "nrrd", "nhdr"};
+    return kEndings;
 }
+bool isVolumeFile(std::string_view extension) { return std::ranges::find(volumeEndings(), extension) != volumeEndings().end(); }
 
 Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string& name) {
     const std::string extension = extensionIn(name);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,8 @@ struct VolumeData {
     [[nodiscard]] VoxelGrid grid() const { return {.format = format, .size = size, .origin = origin, .spacing = spacing, .voxels = voxels}; }
 };
 
+/// In lower case, without a dot.
+[[nodiscard]] std::span<const std::string_view> volumeEndings();
 /// `extension`: in lower case, without its dot.
 [[nodiscard]] bool isVolumeFile(std::string_view extension);
 /// `name`: in the folder. kBadInput where the file is damaged, kLimit where it says more than 2^28 bytes of voxels: before anything is taken for

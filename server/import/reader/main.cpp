@@ -75,6 +75,8 @@ void writeScene(const PlainScene& scene) {
     for (const Bytes& blob : scene.blobs) writeRecord(ImportRecord::Kind::kBlob, blob);
     for (const std::string& note : scene.notes)
         writeRecord(ImportRecord::Kind::kNote, asBytes(std::string_view(note).substr(0, 2000)));
+    for (const std::string& fault : scene.faults)
+        writeRecord(ImportRecord::Kind::kFault, asBytes(std::string_view(fault).substr(0, 2000)));
     writeRecord(ImportRecord::Kind::kEnd, {});
 }
 

@@ -13,6 +13,7 @@ extern "C" {
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace tessera {
@@ -49,6 +50,18 @@ std::int64_t seekTo(void* opaque, std::int64_t offset, int whence) {
     }
     const off_t there = ::lseek(descriptor, offset, whence & ~AVSEEK_FORCE);
     return there < 0 ? AVERROR(errno) : there;
+}
+
+/// What lists of films begin with: HLS, ffmpeg's own, PLS, DASH, ASX, SMIL.
+bool isPlaylist(int descriptor) {
+    char head[1024] = {};
+    const ssize_t got = ::pread(descriptor, head, sizeof head, 0);
+    std::string_view text(head, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+    for (const std::string_view beginning : {"#EXTM3U", "ffconcat version", "[playlist]", "<asx", "<ASX", "<smil", "<SMIL"})
+        if (text.starts_with(beginning)) return true;
+    return text.starts_with("<") && text.find("<MPD") != std::string_view::npos;
 }
 
 /// Playlists name other files: nobody opens them.
@@ -108,6 +121,7 @@ Expected<std::unique_ptr<FilmDecoder>> FilmDecoder::open(int descriptor) {
 Expected<void> FilmDecoder::openFile() {
     closeFile();
     if (::lseek(input_->descriptor, 0, SEEK_SET) != 0) return fail(ErrorCode::kBadInput, "it is no file that can be wound back");
+    if (isPlaylist(input_->descriptor)) return fail(ErrorCode::kUnsupported, "it is a playlist, which names films, and no film itself");
     input_->context = avio_alloc_context(static_cast<unsigned char*>(av_malloc(kReadBytes)), kReadBytes, 0, &input_->descriptor, &readPart, nullptr, &seekTo);
     format_ = avformat_alloc_context();
     format_->pb = input_->context;

@@ -14,11 +14,7 @@
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/MaterialParts.h"
-#include "server/sim/commit/ImageCheck.h"
-#include "server/sim/commit/KeyFramesCheck.h"
-#include "server/sim/commit/ManipulatorCheck.h"
-#include "server/sim/commit/MaterialCheck.h"
-#include "server/sim/commit/MovieCheck.h"
+#include "server/rules/SceneRules.h"
 
 namespace tessera {
 namespace {
@@ -58,11 +54,10 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     list.nextFreeId = 0;
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
-    if (const Expected<void> play = checkKeyFrames(scene_, list); !play) return tl::unexpected(play.error());
-    if (const Expected<void> holds = checkManipulators(scene_, list); !holds) return tl::unexpected(holds.error());
-    if (const Expected<void> looks = checkMaterials(list); !looks) return tl::unexpected(looks.error());
-    if (const Expected<void> shown = checkImages(scene_, list); !shown) return tl::unexpected(shown.error());
-    if (const Expected<void> alone = checkMovies(scene_, list); !alone) return tl::unexpected(alone.error());
+    if (const Sound sound = checkRules(scene_, list); !sound) {
+        const Fault& fault = sound.error();
+        return failWith(fmt::format("{} #{}", findType(fault.type)->name, fault.object.value), fault.why);
+    }
     return applyNumbered(std::make_shared<const ChangeList>(std::move(list)), std::move(ids), inverse);
 }
 

@@ -101,6 +101,12 @@ TEST(AssimpMotion, NoTicksASecondAreTwentyFive) {
     const KeyFrames* places = channel(read, "translation");
     ASSERT_NE(places, nullptr);
     EXPECT_NEAR(numbersIn(places->times).back(), 20.0 / 25, 1e-12);
+    const std::string pace = "the file says no pace of its animations: 25 ticks a second are taken";
+    EXPECT_TRUE(says(read, pace)) << allNotes(read);
+    EXPECT_FALSE(says(readX({}), "no pace"));
+    const Read two = readX({.ticks = "0", .more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 1; 0;3;0,0,1;;; } } }"});
+    EXPECT_EQ(allOf<Animation>(two).size(), 2u);
+    EXPECT_EQ(std::ranges::count_if(two.notes, [&](const std::string& note) { return note.find(pace) != std::string::npos; }), 1) << allNotes(two);
 }
 
 TEST(AssimpMotion, ABoneWithoutItsNodeLeavesItsVerticesWhereTheMeshIs) {

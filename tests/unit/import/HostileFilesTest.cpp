@@ -51,7 +51,9 @@ TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
     std::filesystem::resize_file(large, std::uintmax_t{3} << 30);  // sparse: takes no room
     expectError(large, ErrorCode::kLimit, "the file is larger than 2047 MiB");
     expectError(scratch.write("what.xyz123", "?"), ErrorCode::kUnsupported,
-                "nothing here reads files that end in '.xyz123'");
+                "nothing here reads files that end in '.xyz123'; read are ");
+    for (const char* ending : {".3ds", ".blend", ".dae", ".fbx", ".glb", ".gltf", ".mhd", ".nrrd", ".obj", ".ply", ".stl", ".tsc", ".tsct"})
+        expectError(scratch.path("what.xyz123"), ErrorCode::kUnsupported, std::string(ending) + ",");
     if (::geteuid() == 0) return;  // root reads everything
     const std::string secret = scratch.write("secret.glb", "glTF");
     std::filesystem::permissions(secret, std::filesystem::perms::none);

@@ -68,6 +68,18 @@ TEST(Assets, AreLoadedByTheirNameAlone) {
         EXPECT_FALSE(importScene(wrong, kRootNode, importOptions())) << wrong;
 }
 
+TEST(SceneTexts, ThatAreNoUtf8NameThePlace) {
+    const Scratch scratch;
+    const auto refusal = [&](const std::string& text) { return messageOf(importScene(scratch.write("odd.tsct", text), kRootNode, importOptions())); };
+    const std::string path = scratch.path("odd.tsct");
+    EXPECT_EQ(refusal("node {\n  name: \"Caf\xE9\" }"), path + ":2:3: this name is no UTF-8");
+    EXPECT_EQ(refusal("node {\n  node { name: \"\\377\" } }"), path + ":2:10: this name is no UTF-8");
+    EXPECT_EQ(refusal("image { name: \"i\"\n face: [\"a\", \"\xC0\x80\"] }"), path + ":1:1: this face is no UTF-8");
+    EXPECT_EQ(refusal("saved { root: 1 object { number: 1 child: 2 node {} }\n object { number: 2 node { name: \"\xFF\" } } }"), path + ":2:28: this name is no UTF-8");
+    // Where nobody reads it as letters it may stand.
+    EXPECT_EQ(refusal("# Caf\xE9\nnode { application_data { key: \"a\" data: \"\xE9\" } }"), "(imported)");
+}
+
 TEST(SceneTexts, MayBeginWithAByteOrderMark) {
     const Scratch scratch;
     const Expected<ImportedScene> scene = importScene(scratch.write("marked.tsct", "\xEF\xBB\xBFnode { name: \"a\" }"), kRootNode, importOptions());

@@ -1,6 +1,7 @@
 // Where textures are found, which of a glTF's images is shown, and images of other shapes in scene texts.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/unit/import/GltfText.h"
@@ -149,6 +150,55 @@ TEST(ImageShapes, ASolidIsCutAndALineIsOneRow) {
     Expected<ImportedScene> line = withImage(scratch, R"(uri: "row.tga" shape: LINE)", false);
     ASSERT_TRUE(line) << messageOf(line);
     EXPECT_EQ(allOf<Image>(ImportedAspect(std::move(*line))).at(0)->shape, Image::kLine);
+}
+
+TEST(SceneTextures, ThatCannotBeHadAreNamedWithTheirPlaceAndTheRestIsThere) {
+    const Scratch scratch;
+    scratch.write("one.tga", ofValue(1));
+    scratch.write("broken.png", "\x89PNG\r\n\x1a\n and then nothing");
+    scratch.write("sea.tsct", R"(image { name: "there" uri: "one.tga" }
+image { name: "gone" uri: "nowhere.png" }
+  image { name: "broken" uri: "broken.png" }
+image { name: "face" face: ["one.tga", "one.tga", "one.tga", "lost.tga", "one.tga", "one.tga"] }
+image { name: "screen" uri: "still.png" }
+material { name: "m" base_color_image: "gone" normal_image: "there" layer { image: "broken" } layer { image: "there" mode: DECAL }
+  uniform { name: "a" image: "gone" } uniform { name: "b" value: 3 } }
+material { name: "film" base_color_image: "screen" }
+node { name: "box" material: "m" box { size { x: 1 y: 1 z: 1 } } }
+node { name: "wall" material: "film" box { size { x: 1 y: 1 z: 1 } } }
+node { environment { image: "face" } }
+node { movie { image: "screen" file: "film.avi" } })");
+    Expected<ImportedScene> scene = importScene(scratch.path("sea.tsct"), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const std::string path = scratch.path("sea.tsct");
+    const std::vector<std::string> faults = scene->faults;
+    ASSERT_EQ(faults.size(), 4u);
+    EXPECT_EQ(faults[0], path + ":2:1: the image 'gone' cannot be had: 'nowhere.png': No such file or directory; what names it is drawn without");
+    EXPECT_TRUE(faults[1].starts_with(path + ":3:3: the image 'broken' cannot be had: 'broken.png': ")) << faults[1];
+    EXPECT_TRUE(faults[2].starts_with(path + ":4:1: the image 'face' cannot be had: 'lost.tga': ")) << faults[2];
+    EXPECT_TRUE(faults[3].starts_with(path + ":5:1: the image 'screen' cannot be had: ")) << faults[3];
+    for (const std::string& fault : faults) EXPECT_NE(std::ranges::find(scene->notes, fault), scene->notes.end());
+    const ImportedAspect aspect(std::move(*scene));
+    const Material& look = *aspect->get<Material>(aspect.core<Geometry>("/box")->material);
+    EXPECT_FALSE(look.baseColorImage);
+    EXPECT_TRUE(look.normalImage);
+    ASSERT_EQ(look.layers.size(), 1u);
+    EXPECT_EQ(aspect->get<TextureLayer>(look.layers[0])->mode, TextureLayer::kDecal);
+    ASSERT_EQ(look.uniforms.size(), 1u);
+    EXPECT_EQ(aspect->get<Uniform>(look.uniforms[0])->name, "b");
+    // What a film is shown in is there, black, until the film is.
+    const Material& film = *aspect->get<Material>(aspect.core<Geometry>("/wall")->material);
+    ASSERT_TRUE(film.baseColorImage);
+    EXPECT_EQ(aspect->get<Image>(film.baseColorImage)->widthPx, 1);
+    ASSERT_EQ(allOf<Environment>(aspect).size(), 1u);
+    EXPECT_FALSE(allOf<Environment>(aspect)[0]->image);
+}
+
+TEST(SceneTextures, OutsideOfTheScenesFolderAreRefused) {
+    const Scratch scratch;
+    const std::string refusal = messageOf(withImage(scratch, "uri: \"../../etc/passwd\""));
+    EXPECT_NE(refusal.find("scene.tsct:1:1: "), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("leads out of the file's own folder"), std::string::npos) << refusal;
 }
 
 TEST(ImageShapes, WhatDoesNotFitIsRefusedInWords) {

@@ -171,6 +171,13 @@ TEST(FilmDecoder, WhatIsNoFilmIsNamed) {
     EXPECT_NE(OpenFilm(folder / "none.mkv").problem, "");
     EXPECT_NE(OpenFilm("/dev/null").problem, "");
     EXPECT_NE(OpenFilm("/etc/passwd").problem.find("it is no film"), std::string::npos);
+    const char* const lists[] = {"#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:9,\na.ts\n", "\xEF\xBB\xBF#EXTM3U\na.avi\n", "ffconcat version 1.0\nfile a.avi\n",
+                                 "\n[playlist]\nFile1=a.avi\n", "<?xml version=\"1.0\"?>\n<MPD><Period/></MPD>\n", "<asx version=\"3.0\"></asx>\n"};
+    for (const char* const list : lists)
+        for (const char* const name : {"list.m3u8", "list.avi"}) {
+            std::ofstream(folder / name) << list;
+            EXPECT_EQ(OpenFilm(folder / name).problem, "it is a playlist, which names films, and no film itself") << list;
+        }
 }
 
 TEST(FilmPictures, MipmapsAreMeans) {

@@ -3,8 +3,13 @@
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "common/drawable/Drawable.h"
@@ -41,12 +46,17 @@ public:
     /// Of all triangles' vertices, in the order of nodes and meshes. `known`: of those that at most four bones move.
     std::vector<Real3> positionsAt(Real seconds, std::vector<bool>& known) {
         channels_.clear();
+        morphs_.clear();
         worlds_.clear();
         known.clear();
         if (scene_->mNumAnimations > 0) {
             const aiAnimation& animation = *scene_->mAnimations[0];
             ticks_ = seconds * (animation.mTicksPerSecond != 0 ? animation.mTicksPerSecond : 25);
             for (unsigned c = 0; c < animation.mNumChannels; ++c) channels_.emplace(animation.mChannels[c]->mNodeName.C_Str(), animation.mChannels[c]);
+            for (unsigned c = 0; c < animation.mNumMorphMeshChannels; ++c) {
+                const std::string named = animation.mMorphMeshChannels[c]->mName.C_Str();
+                morphs_.emplace(named.substr(0, named.rfind('*')), animation.mMorphMeshChannels[c]);
+            }
         }
         place(*scene_->mRootNode, Real4::Identity());
         std::vector<Real3> all;
@@ -87,6 +97,19 @@ private:
         }
         return Eigen::Quaternion<Real>(q[0], q[1], q[2], q[3]);
     }
+    /// Between the keys that speak of the target; of one that none speaks of, 0.
+    Real weightOf(const aiMeshMorphAnim& channel, unsigned target) const {
+        Real before = -1, after = -1, from = 0, to = 0;
+        for (unsigned k = 0; k < channel.mNumKeys; ++k)
+            for (unsigned i = 0; i < channel.mKeys[k].mNumValuesAndWeights; ++i) {
+                if (channel.mKeys[k].mValues[i] != target) continue;
+                const Real time = channel.mKeys[k].mTime, weight = channel.mKeys[k].mWeights[i];
+                if (time <= ticks_ && time >= before) before = time, from = weight;
+                if (time > ticks_ && (after < 0 || time < after)) after = time, to = weight;
+            }
+        if (before < 0) return after < 0 ? 0 : to;
+        return after < 0 ? from : from + (to - from) * (ticks_ - before) / (after - before);
+    }
     void place(const aiNode& node, const Real4& above) {
         Real4 local = realOf(node.mTransformation);
         if (const auto channel = channels_.find(node.mName.C_Str()); channel != channels_.end()) {
@@ -117,7 +140,12 @@ private:
                 }
             }
             for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-                const Eigen::Matrix<Real, 4, 1> at(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z, 1);
+                Eigen::Matrix<Real, 4, 1> at(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z, 1);
+                if (const auto morph = morphs_.find(node.mName.C_Str()); morph != morphs_.end())
+                    for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
+                        const aiVector3D to = mesh.mAnimMeshes[t]->mVertices[v], from = mesh.mVertices[v];
+                        at.head<3>() += weightOf(*morph->second, t) * (Real3(to.x, to.y, to.z) - Real3(from.x, from.y, from.z));
+                    }
                 all.emplace_back((weights[v] > 0 ? Real4(sums[v] / weights[v]) : worlds_[node.mName.C_Str()]).topRows<3>() * at);
                 known.push_back(counts[v] <= 4);
             }
@@ -128,6 +156,7 @@ private:
     Assimp::Importer importer_;
     const aiScene* scene_ = nullptr;
     std::map<std::string, const aiNodeAnim*> channels_;
+    std::map<std::string, const aiMeshMorphAnim*> morphs_;
     std::map<std::string, Real4> worlds_;
     Real ticks_ = 0;
 };
@@ -194,10 +223,142 @@ void expectAsAssimpSays(const std::string& path, std::size_t skins) {
 TEST(AssimpCharacters, AreWhereAssimpsOwnSceneSaysInEveryFrame) {
     const std::string folder = "/usr/share/assimp/models/";
     for (const auto& [file, skins] : std::initializer_list<std::pair<const char*, std::size_t>>{
-             {"FBX/animation_with_skeleton.fbx", 1}, {"FBX/huesitos.fbx", 1}, {"BVH/01_01.bvh", 1}, {"X/Testwuson.X", 1}, {"X/BCN_Epileptic.X", 3},
-             {"Collada/box_nested_animation.dae", 1}, {"Collada/anims_with_full_rotations_between_keys.DAE", 0}, {"CSM/ThomasFechten.csm", 1},
-             {"X/anim_test.x", 1}, {"ASE/RotatingCube.ASE", 0}, {"3DS/RotatingCube.3DS", 0}})
+             {"FBX/animation_with_skeleton.fbx", 1},
+             {"FBX/huesitos.fbx", 1},
+             {"BVH/01_01.bvh", 1},
+             {"X/Testwuson.X", 1},
+             {"X/BCN_Epileptic.X", 3},
+             {"Collada/box_nested_animation.dae", 1},
+             {"Collada/anims_with_full_rotations_between_keys.DAE", 0},
+             {"CSM/ThomasFechten.csm", 1},
+             {"X/anim_test.x", 1},
+             {"ASE/RotatingCube.ASE", 0},
+             {"3DS/RotatingCube.3DS", 0}})
         expectAsAssimpSays(folder + file, skins);
+}
+
+/// FBX in text: a square, bent by one bone, with three morph targets whose curves have keys at times of their own.
+/// `steps`: the second target has a step between at half its way.
+std::string morphingFbx(bool skinned, bool steps) {
+    std::string objects, connections;
+    constexpr std::int64_t kSecond = 46186158000;
+    const auto connect = [&](const char* kind, int from, int to, const std::string& field) {
+        connections += fmt::format(" C: \"{}\",{},{}{}\n", kind, from, to, field.empty() ? "" : ",\"" + field + "\"");
+    };
+    const auto shape = [&](int id, int vertex, const char* by) {
+        objects += fmt::format(
+            " Geometry: {}, \"Geometry::s{}\", \"Shape\" {{\n  Version: 100\n  Indexes: *1 {{\n   a: {}\n  }}\n  "
+            "Vertices: *3 {{\n   a: {}\n  }}\n"
+            "  Normals: *3 {{\n   a: 0,0,0\n  }}\n }}\n",
+            id, id, vertex, by);
+    };
+    const auto curve = [&](int id, int node, const char* field, std::vector<std::pair<double, double>> keys) {
+        std::string times, values;
+        for (const auto& [time, value] : keys) {
+            times += fmt::format("{}{}", times.empty() ? "" : ",", static_cast<std::int64_t>(time * kSecond));
+            values += fmt::format("{}{}", values.empty() ? "" : ",", value);
+        }
+        objects += fmt::format(
+            " AnimationCurve: {0}, \"AnimCurve::\", \"\" {{\n  Default: 0\n  KeyVer: 4008\n  KeyTime: *{1} {{\n   a: "
+            "{2}\n  }}\n  KeyValueFloat: *{1} {{\n"
+            "   a: {3}\n  }}\n  KeyAttrFlags: *1 {{\n   a: 24836\n  }}\n  KeyAttrDataFloat: *4 {{\n   a: "
+            "0,0,255790911,0\n  }}\n"
+            "  KeyAttrRefCount: *1 {{\n   a: {1}\n  }}\n }}\n",
+            id, keys.size(), times, values);
+        connect("OP", id, node, field);
+    };
+    objects +=
+        " Geometry: 100, \"Geometry::Face\", \"Mesh\" {\n  Vertices: *12 {\n   a: 0,0,0,1,0,0,1,1,0,0,1,0\n  }\n  "
+        "PolygonVertexIndex: *6 {\n   a: 0,1,-3,0,2,-4\n  }\n"
+        "  GeometryVersion: 124\n }\n Model: 200, \"Model::face\", \"Mesh\" {\n  Version: 232\n }\n Deformer: 300, "
+        "\"Deformer::Shapes\", \"BlendShape\" {\n  Version: 100\n }\n"
+        " AnimationStack: 400, \"AnimStack::Take\", \"\" {\n  Properties70:  {\n   P: \"LocalStop\", \"KTime\", "
+        "\"Time\", \"\",92372316000\n  }\n }\n"
+        " AnimationLayer: 401, \"AnimLayer::Base\", \"\" {\n }\n";
+    connect("OO", 200, 0, "");
+    connect("OO", 100, 200, "");
+    connect("OO", 300, 100, "");
+    connect("OO", 401, 400, "");
+    shape(110, 2, "0,0,2");
+    shape(120, 3, "0,1,0");
+    shape(130, 1, "3,0,0");
+    if (steps) shape(121, 3, "0,0.2,0");
+    const std::vector<std::vector<std::pair<double, double>>> keys = {
+        {{0, 0}, {2, 100}}, {{0, 50}, {0.5, 0}, {1.25, 80}}, {{0.75, 0}, {1.5, -40}}};
+    for (int c = 0; c < 3; ++c) {
+        const int id = 301 + c;
+        const bool two = steps && c == 1;
+        objects += fmt::format(
+            " Deformer: {}, \"SubDeformer::c{}\", \"BlendShapeChannel\" {{\n  Version: 100\n  DeformPercent: 25\n  "
+            "FullWeights: *{} {{\n   a: {}\n  }}\n }}\n",
+            id, c, two ? 2 : 1, two ? "50,100" : "100");
+        connect("OO", id, 300, "");
+        if (two) connect("OO", 121, id, "");
+        connect("OO", 110 + 10 * c, id, "");
+        objects += fmt::format(" AnimationCurveNode: {}, \"AnimCurveNode::DeformPercent\", \"\" {{\n }}\n", 410 + c);
+        connect("OO", 410 + c, 401, "");
+        connect("OP", 410 + c, id, "DeformPercent");
+        curve(420 + c, 410 + c, "d|DeformPercent", keys[static_cast<std::size_t>(c)]);
+    }
+    if (skinned) {
+        const char* unit = "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1";
+        objects += fmt::format(
+            " Model: 210, \"Model::bone\", \"LimbNode\" {{\n  Version: 232\n }}\n Deformer: 310, \"Deformer::Skin\", "
+            "\"Skin\" {{\n  Version: 101\n }}\n"
+            " Deformer: 311, \"SubDeformer::bone\", \"Cluster\" {{\n  Version: 100\n  Indexes: *4 {{\n   a: 0,1,2,3\n  "
+            "}}\n  Weights: *4 {{\n   a: 1,1,1,1\n  }}\n"
+            "  Transform: *16 {{\n   a: {0}\n  }}\n  TransformLink: *16 {{\n   a: {0}\n  }}\n }}\n"
+            " AnimationCurveNode: 430, \"AnimCurveNode::R\", \"\" {{\n }}\n",
+            unit);
+        connect("OO", 210, 0, "");
+        connect("OO", 310, 100, "");
+        connect("OO", 311, 310, "");
+        connect("OO", 210, 311, "");
+        connect("OO", 430, 401, "");
+        connect("OP", 430, 210, "Lcl Rotation");
+        curve(431, 430, "d|X", {{0, 0}, {2, 90}});
+        curve(432, 430, "d|Y", {{0, 0}, {2, 0}});
+        curve(433, 430, "d|Z", {{0, 0}, {2, 30}});
+    }
+    return "; FBX 7.4.0 project file\nFBXHeaderExtension:  {\n FBXHeaderVersion: 1003\n FBXVersion: "
+           "7400\n}\nGlobalSettings:  {\n Version: 1000\n Properties70:  {\n"
+           "  P: \"UpAxis\", \"int\", \"Integer\", \"\",1\n }\n}\nObjects:  {\n" +
+           objects + "}\nConnections:  {\n" + connections + "}\n";
+}
+
+struct FbxFile {
+    explicit FbxFile(const std::string& text) {
+        char pattern[] = "/tmp/tessera-fbx-XXXXXX";
+        folder = ::mkdtemp(pattern);
+        path = folder + "/face.fbx";
+        std::ofstream(path) << text;
+    }
+    ~FbxFile() { std::filesystem::remove_all(folder); }
+    FbxFile(const FbxFile&) = delete;
+    FbxFile& operator=(const FbxFile&) = delete;
+    std::string folder, path;
+};
+
+TEST(AssimpCharacters, MorphTargetsOfFbxWithCurvesOfTheirOwnAreWhereAssimpSaysInEveryFrame) {
+    const FbxFile face(morphingFbx(false, false));
+    expectAsAssimpSays(face.path, 1);
+}
+
+TEST(AssimpCharacters, MorphTargetsOfASkinnedFbxMeshAreWhereAssimpSaysInEveryFrame) {
+    const FbxFile face(morphingFbx(true, false));
+    expectAsAssimpSays(face.path, 1);
+}
+
+TEST(AssimpCharacters, StepsBetweenMorphTargetsOfFbxAreSaidAndStandStill) {
+    const FbxFile face(morphingFbx(false, true));
+    ImportOptions options;
+    options.importerProgram = std::string(TESSERA_BIN_DIR) + "/tessera-import";
+    const Expected<ImportedScene> imported = importScene(face.path, kRootNode, options);
+    ASSERT_TRUE(imported) << imported.error().message;
+    EXPECT_TRUE(std::ranges::any_of(imported->notes, [](const std::string& note) {
+        return note.find("morph targets have steps between") != std::string::npos;
+    }));
+    EXPECT_EQ(imported->triangles, 2u);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// A manipulator that a list touches has something to move, or the list is refused in words.
-#include "server/sim/commit/ManipulatorCheck.h"
+#include "server/rules/ManipulatorCheck.h"
 
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ struct Cores {
     [[nodiscard]] ObjectId node(const std::string& path) const { return findNode(scene, path).value(); }
     [[nodiscard]] ObjectId core(const std::string& path) const { return scene.get<Node>(node(path))->core; }
     [[nodiscard]] std::string refusal(const ChangeList& list) const {
-        const Expected<void> checked = checkManipulators(scene, list);
-        return checked ? std::string() : checked.error().message;
+        const Sound checked = checkManipulators(scene, list);
+        return checked ? std::string() : checked.error().why.message;
     }
     [[nodiscard]] std::string refusal(std::int64_t kind, const std::string& target) const {
         ChangeListBuilder list;

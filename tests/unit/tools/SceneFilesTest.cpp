@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "common/scenefile/SceneFile.h"
@@ -79,6 +80,23 @@ TEST(Check, NamesFileLineAndColumn) {
     EXPECT_EQ(run(program("tessera-check")).code, 2);
     const Ran json = run(program("tessera-check") + " --json " + good);
     EXPECT_EQ(json.said.find("{\"file\":\"" + good + "\",\"good\":true,"), 0u) << json.said;
+}
+
+TEST(Check, APictureThatIsNotThereIsWrongAndConvertKeepsNothingOfIt) {
+    const Scratch scratch;
+    const std::string file = scratch.write("bare.tsct", "image { name: \"i\" uri: \"none.png\" }\n image { name: \"j\" uri: \"no.png\" }\n" + std::string(kSmall));
+    const std::string first = file + ":1:1: the image 'i' cannot be had: 'none.png': No such file or directory; what names it is drawn without\n";
+    const Ran check = run(program("tessera-check") + " " + file);
+    EXPECT_EQ(check.code, 3);
+    EXPECT_TRUE(check.said.starts_with(first + file + ":2:2: the image 'j' cannot be had: ")) << check.said;
+    EXPECT_EQ(std::ranges::count(check.said, '\n'), 2) << check.said;
+    const Ran json = run(program("tessera-check") + " --json " + file);
+    EXPECT_EQ(json.code, 3);
+    EXPECT_NE(json.said.find("\"good\":false"), std::string::npos) << json.said;
+    const Ran convert = run(program("tessera-convert") + " " + file + " " + scratch.path("out.tsc"));
+    EXPECT_EQ(convert.code, 3);
+    EXPECT_EQ(convert.said, "tessera-convert: " + first);
+    EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
 }
 
 TEST(SceneTools, HelpFitsATerminalAndVersionsAreSaid) {

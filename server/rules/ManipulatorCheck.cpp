@@ -1,4 +1,4 @@
-#include "server/sim/commit/ManipulatorCheck.h"
+#include "server/rules/ManipulatorCheck.h"
 
 #include <algorithm>
 #include <map>
@@ -45,7 +45,7 @@ std::string_view wantedBy(std::int64_t kind, ObjectType core) {
 
 }  // namespace
 
-Expected<void> checkManipulators(const Aspect& scene, const ChangeList& list) {
+Sound checkManipulators(const Aspect& scene, const ChangeList& list) {
     std::map<ObjectId, Manipulator> touched;
     for (const FieldColumn& column : list.columns) {
         const bool target = column.field == fieldId<&Manipulator::target>, kind = column.field == fieldId<&Manipulator::kind>;
@@ -65,9 +65,10 @@ Expected<void> checkManipulators(const Aspect& scene, const ChangeList& list) {
         if (wanted.empty()) continue;
         const TypeInfo* is = findType(core);
         const FieldEntry* field = findField(*findType(typeOf<Manipulator>()), fieldId<&Manipulator::kind>);
-        return fail(ErrorCode::kBadInput, fmt::format("Manipulator #{}: its target #{} has {}; '{}' wants a node whose core is {}", id.value,
-                                                      manipulator.target.value, is ? fmt::format("the core {}", is->name) : std::string("no core"),
-                                                      wordOfNumber(*field, manipulator.kind).value_or("?"), wanted));
+        return tl::unexpected(Fault{id, typeOf<Manipulator>(),
+                                    {ErrorCode::kBadInput, fmt::format("its target has {}; '{}' wants a node whose core is {}",
+                                                                       is ? fmt::format("the core {}", is->name) : std::string("no core"),
+                                                                       wordOfNumber(*field, manipulator.kind).value_or("?"), wanted)}});
     }
     return {};
 }

@@ -1,16 +1,14 @@
-#include "server/sim/commit/ImageCheck.h"
+#include "server/rules/ImageCheck.h"
 
 #include <algorithm>
 #include <array>
 #include <map>
 
-#include <fmt/format.h>
-
 #include "common/drawable/ImageLayout.h"
 
 namespace tessera {
 
-Expected<void> checkImages(const Aspect& scene, const ChangeList& list) {
+Sound checkImages(const Aspect& scene, const ChangeList& list) {
     std::map<ObjectId, Image> touched;
     const auto draftOf = [&](ObjectId id) -> Image& {
         const auto known = touched.find(id);
@@ -33,7 +31,7 @@ Expected<void> checkImages(const Aspect& scene, const ChangeList& list) {
         if (range.type == type.type && range.field == fieldId<&Image::pixels>) draftOf(range.object).pixels = range.result;
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, image] : touched)
-        if (const Expected<void> sound = checkImage(image); !sound) return failWith(fmt::format("Image #{}", id.value), sound.error());
+        if (const Expected<void> sound = checkImage(image); !sound) return tl::unexpected(Fault{id, typeOf<Image>(), sound.error()});
     return {};
 }
 

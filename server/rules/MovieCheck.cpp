@@ -1,4 +1,4 @@
-#include "server/sim/commit/MovieCheck.h"
+#include "server/rules/MovieCheck.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 namespace tessera {
 
-Expected<void> checkMovies(const Aspect& scene, const ChangeList& list) {
+Sound checkMovies(const Aspect& scene, const ChangeList& list) {
     std::map<ObjectId, ObjectId> said;
     const FieldEntry& field = *findField(*findType(typeOf<Movie>()), fieldId<&Movie::image>);
     for (const FieldColumn& column : list.columns) {
@@ -21,15 +21,16 @@ Expected<void> checkMovies(const Aspect& scene, const ChangeList& list) {
     std::unordered_map<ObjectId, ObjectId> writers;  // of images
     for (const auto& [movie, image] : said) {
         if (!image || gone.contains(movie)) continue;
-        const auto [other, isFirst] = writers.emplace(image, movie);
-        if (!isFirst) return fail(ErrorCode::kRefused, fmt::format("Image #{}: the Movies #{} and #{} would both write it", image.value, other->second.value, movie.value));
+        if (!writers.emplace(image, movie).second)
+            return tl::unexpected(Fault{movie, typeOf<Movie>(), {ErrorCode::kRefused, "its image: another Movie writes it too"}});
     }
     if (writers.empty()) return {};
     for (const ObjectId id : scene.ids()) {
         const Movie* movie = scene.get<Movie>(id);
         if (!movie || said.contains(id) || gone.contains(id)) continue;
         if (const auto other = writers.find(movie->image); other != writers.end())
-            return fail(ErrorCode::kRefused, fmt::format("Image #{}: Movie #{} writes it already, #{} cannot", movie->image.value, id.value, other->second.value));
+            return tl::unexpected(
+                Fault{other->second, typeOf<Movie>(), {ErrorCode::kRefused, fmt::format("its image: Movie #{} writes it already", id.value)}});
     }
     return {};
 }

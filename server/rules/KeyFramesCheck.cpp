@@ -1,15 +1,13 @@
-#include "server/sim/commit/KeyFramesCheck.h"
+#include "server/rules/KeyFramesCheck.h"
 
 #include <algorithm>
 #include <map>
-
-#include <fmt/format.h>
 
 #include "common/animation/KeyTrack.h"
 
 namespace tessera {
 
-Expected<void> checkKeyFrames(const Aspect& scene, const ChangeList& list) {
+Sound checkKeyFrames(const Aspect& scene, const ChangeList& list) {
     std::map<ObjectId, KeyFrames> touched;
     const auto draftOf = [&](ObjectId id) -> KeyFrames& {
         const auto known = touched.find(id);
@@ -36,7 +34,8 @@ Expected<void> checkKeyFrames(const Aspect& scene, const ChangeList& list) {
         const Object target = frames.target ? scene.find(frames.target) : Object();
         const auto fresh = created.find(frames.target);
         const TypeInfo* targetType = target ? &target.info() : fresh != created.end() ? findType(fresh->second) : nullptr;
-        if (const Expected<KeyTrack> sound = KeyTrack::of(frames, targetType); !sound) return failWith(fmt::format("KeyFrames #{}", id.value), sound.error());
+        if (const Expected<KeyTrack> sound = KeyTrack::of(frames, targetType); !sound)
+            return tl::unexpected(Fault{id, typeOf<KeyFrames>(), sound.error()});
     }
     return {};
 }

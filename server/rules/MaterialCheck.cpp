@@ -1,4 +1,4 @@
-#include "server/sim/commit/MaterialCheck.h"
+#include "server/rules/MaterialCheck.h"
 
 #include <algorithm>
 #include <array>
@@ -21,13 +21,14 @@ constexpr std::array kMostRefs = {MostRefs{fieldId<&Material::passes>, "passes",
 
 }  // namespace
 
-Expected<void> checkMaterials(const ChangeList& list) {
+Sound checkMaterials(const ChangeList& list) {
     for (const FieldColumn& column : list.columns) {
         if (const auto* refs = std::get_if<std::vector<RefList>>(&column.values); refs && column.type == typeOf<Material>())
             for (const MostRefs& bound : kMostRefs)
                 for (std::size_t row = 0; column.field == bound.field && row < std::min(refs->size(), column.ids.size()); ++row)
                     if ((*refs)[row].size() > bound.most)
-                        return fail(ErrorCode::kLimit, fmt::format("Material #{}: {} {}, and {} may be", column.ids[row].value, (*refs)[row].size(), bound.what, bound.most));
+                        return tl::unexpected(Fault{column.ids[row], typeOf<Material>(),
+                                                    {ErrorCode::kLimit, fmt::format("{} {}, and {} may be", (*refs)[row].size(), bound.what, bound.most)}});
     }
     return {};
 }

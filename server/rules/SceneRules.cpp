@@ -1,0 +1,19 @@
+#include "server/rules/SceneRules.h"
+
+#include "server/rules/ImageCheck.h"
+#include "server/rules/KeyFramesCheck.h"
+#include "server/rules/ManipulatorCheck.h"
+#include "server/rules/MaterialCheck.h"
+#include "server/rules/MovieCheck.h"
+
+namespace tessera {
+
+Sound checkRules(const Aspect& scene, const ChangeList& list) {
+    if (Sound play = checkKeyFrames(scene, list); !play) return play;
+    if (Sound hold = checkManipulators(scene, list); !hold) return hold;
+    if (Sound look = checkMaterials(list); !look) return look;
+    if (Sound show = checkImages(scene, list); !show) return show;
+    return checkMovies(scene, list);
+}
+
+}  // namespace tessera
