@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <thread>
 
 #include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
@@ -432,8 +433,7 @@ bool isEdit(const Verb& verb) {
         verb);
 }
 
-/// Empty where frames are made. A wall of which no host has drawn yet makes none: its first frame waits for all of them, or for
-/// its start deadline from the first one on.
+/// Empty where frames are made. A wall of which no host has drawn yet makes none before its start deadline is over.
 std::string whyNoFrame(Application& application, const std::string& server) {
     const Expected<answer::Status> status = application.status();
     if (!status || status->hosts.empty()) return {};
@@ -442,8 +442,12 @@ std::string whyNoFrame(Application& application, const std::string& server) {
         if (host.state != "absent" && host.state != "joining" && host.state != "syncing") return {};
         hosts.push_back(fmt::format("{}: {}", host.name, host.state));
     }
-    return withoutControls(fmt::format("no host draws yet ({}), and edits are made with frames; waiting. tessera-client --server {} --host {} starts one",
-                                       fmt::join(hosts, ", "), server, status->hosts.front().name));
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // several frames, at any usual rate
+    const Expected<answer::Status> later = application.status();
+    if (!later || later->frame != status->frame) return {};
+    return withoutControls(fmt::format("no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
+                                       "tessera-client --server {} --host {} starts one",
+                                       fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000, server, status->hosts.front().name));
 }
 
 /// One verb prints as it goes, one says much in either form.
@@ -485,7 +489,7 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     if (!waiting.empty()) std::fprintf(stderr, "tessera-ctl: %s\n", waiting.c_str());
     Expected<Answer> answer = std::visit(Runner{**application, line.json, print}, line.verb);
     if (!answer && answer.error().code == ErrorCode::kNetwork && !waiting.empty())
-        return fail(ErrorCode::kNetwork, answer.error().message + "; no host has come meanwhile, and it is done once one draws");
+        return fail(ErrorCode::kNetwork, answer.error().message + "; it stands, and is done with the first frame");
     return answer;
 }
 

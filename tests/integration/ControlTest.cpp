@@ -195,7 +195,7 @@ TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
     EXPECT_EQ(alone.exitCode, 4) << alone.output;
     for (const std::string& host : kFourHosts) EXPECT_NE(alone.output.find(host + ": absent"), std::string::npos) << alone.output;
     EXPECT_NE(alone.output.find("tessera-client --server " + wall.address()), std::string::npos) << alone.output;
-    EXPECT_NE(alone.output.find("it is done once one draws"), std::string::npos) << alone.output;
+    EXPECT_NE(alone.output.find("is done with the first frame"), std::string::npos) << alone.output;
     for (const std::string& host : kFourHosts) wall.startClient(host);
     ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();
     const Outcome there = wall.ctl({"get", "/row[0]", "translation"});

@@ -99,7 +99,7 @@ TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
         wall.tell({"set", "/handles", "kind", held.kind});
         const std::string name = held.kind;
         const Picture before = wall.picture(name + "-before");
-        (void)wall.dragFrom(held.x, held.y, held.x - 0.05, held.y + 0.1);
+        (void)wall.dragFrom(held.x, held.y, held.x - 0.25, held.y + 0.2);
         EXPECT_GT(pixelsThatDiffer(wall.picture(name + "-moved"), before), 20u) << name;
         wall.tell({"undo"});
         EXPECT_TRUE(wall.picture(name + "-back") == before) << name;
