@@ -90,6 +90,7 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
 TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
     Workshop wall("2x2");
     ASSERT_TRUE(wall.ready) << wall.logs();
+    wall.tell({"view", "--position", "1.5", "1", "2", "--look-at", "0", "0", "0", "--scale", "0.5"});
     struct Case {
         const char* kind;
         double x, y;
