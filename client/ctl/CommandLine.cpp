@@ -273,9 +273,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     move->add_option("--scale", in.moveScale, "In all directions")->type_name("S")->check(numberFault);
 
     CLI::App* set = app.add_subcommand("set", "Sets a field of a node or of its core");
-    set->footer("tessera-ctl types lists all fields, their units, bounds and words.");
+    set->footer("tessera-ctl types lists all fields, their units, bounds and words.\n"
+                "An array of numbers is set whole, as long as it shall be: clipPlanes 1 0 0 .5\n"
+                "is one plane, 8 numbers are two, none is empty. FIELD@N sets elements that it\n"
+                "has, from N on.");
     set->add_option("NODE", in.set.node, "/path/of/names, or #id of any object")->required();
-    set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity;\npoints@17: of an array of numbers, from\nelement 17 on")->required();
+    set->add_option("FIELD", in.set.field, "e.g. translation, choice, intensity;\npoints@17: elements of an array, from 17 on")->required();
     set->add_option("VALUE", in.set.values, "Numbers, a text, a node or none")->required();
 
     CLI::App* get = app.add_subcommand("get", "The fields of an object, and of a node's core");

@@ -106,9 +106,13 @@ Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& na
 }
 
 Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, const std::vector<std::string>& words) {
-    if (field.kind == FieldKind::kBlob)
-        return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here{}", field.name,
-                                           field.numbersEach > 0 ? fmt::format("; {}@N sets some of it, from element N on", field.name) : std::string()));
+    if (field.kind == FieldKind::kBlob && field.numbersEach > 0) {
+        if (words.size() == 1 && words[0] == "none") return Blob();
+        Expected<Blob> elements = parseElements(field, words);
+        if (!elements) return failWith("all of it, or none", elements.error());
+        return std::move(*elements);
+    }
+    if (field.kind == FieldKind::kBlob) return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
     const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
     if (field.kind != FieldKind::kRefs && words.size() != count)
         return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count,
@@ -152,7 +156,7 @@ Expected<Blob> parseElements(const FieldInfo& field, const std::vector<std::stri
     const std::size_t each = field.numbersEach;
     if (each == 0) return fail(ErrorCode::kUsage, fmt::format("{} is no array of numbers that could be set in part", field.name));
     if (words.empty() || words.size() % each != 0)
-        return fail(ErrorCode::kUsage, fmt::format("{}@N takes {} number{} for each element, not {}", field.name, each, each == 1 ? "" : "s", words.size()));
+        return fail(ErrorCode::kUsage, fmt::format("{} takes {} number{} for each element, not {}", field.name, each, each == 1 ? "" : "s", words.size()));
     std::vector<double> numbers;
     for (const std::string& word : words) {
         const Expected<double> number = finiteNumber(word, field.name);
@@ -193,6 +197,10 @@ const FieldInfo& showField() {
 std::string wordOf(const FieldInfo& field, const FieldValue& value) {
     if (const auto* number = std::get_if<std::int64_t>(&value))
         if (const std::optional<std::string> word = wordOfNumber(field, *number)) return *word;
+    if (const auto* array = std::get_if<Blob>(&value); array && field.numbersEach > 0) {
+        const std::uint64_t elements = array->sizeBytes() / field.elementBytes();
+        return elements == 0 ? std::string("none") : fmt::format("{} element{}", elements, elements == 1 ? "" : "s");
+    }
     return textOf(value);
 }
 

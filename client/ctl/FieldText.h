@@ -26,7 +26,8 @@ struct FieldPlace {
 using FindObject = std::function<Expected<ObjectId>(const std::string& name)>;
 
 /// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as many as
-/// are wanted. Numbers that have words may be said by them. kUsage says what it wants.
+/// are wanted, and of arrays of numbers all numbers of as many elements, or "none". Numbers that have words may be said by
+/// them. kUsage says what it wants.
 [[nodiscard]] Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field,
                                               const std::vector<std::string>& words);
 
@@ -43,7 +44,7 @@ struct ArrayPart {
 /// For people: "1 2 3", "#17", a text as it is, "4800 bytes".
 [[nodiscard]] std::string textOf(const FieldValue& value);
 
-/// The same by its word, where its number has one: "loop".
+/// The same by its word, where its number has one: "loop"; of an array of numbers "3 elements", or "none".
 [[nodiscard]] std::string wordOf(const FieldInfo& field, const FieldValue& value);
 
 /// Which of an interest's contacts are drawn: the field whose words `contacts --show` takes.

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <filesystem>
+#include <thread>
 
 #include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
@@ -420,6 +422,34 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
     return answer;
 }
 
+/// Whether it is done with a frame.
+bool isEdit(const Verb& verb) {
+    return std::visit(
+        []<typename One>(const One&) {
+            return std::is_same_v<One, verb::Load> || std::is_same_v<One, verb::Move> || std::is_same_v<One, verb::Set> ||
+                   std::is_same_v<One, verb::Remove> || std::is_same_v<One, verb::Clone> || std::is_same_v<One, verb::Undo> ||
+                   std::is_same_v<One, verb::Redo> || std::is_same_v<One, verb::Play> || std::is_same_v<One, verb::Drag>;
+        },
+        verb);
+}
+
+/// Empty where frames are made. A wall of which no host has drawn yet makes none before its start deadline is over.
+std::string whyNoFrame(Application& application, const std::string& server) {
+    const Expected<answer::Status> status = application.status();
+    if (!status || status->hosts.empty()) return {};
+    std::vector<std::string> hosts;
+    for (const answer::HostInfo& host : status->hosts) {
+        if (host.state != "absent" && host.state != "joining" && host.state != "syncing") return {};
+        hosts.push_back(fmt::format("{}: {}", host.name, host.state));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // several frames, at any usual rate
+    const Expected<answer::Status> later = application.status();
+    if (!later || later->frame != status->frame) return {};
+    return withoutControls(fmt::format("no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
+                                       "tessera-client --server {} --host {} starts one",
+                                       fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000, server, status->hosts.front().name));
+}
+
 /// One verb prints as it goes, one says much in either form.
 struct Runner {
     Application& application;
@@ -455,7 +485,12 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     }
     Expected<std::unique_ptr<Application>> application = Application::connect(options);
     if (!application) return tl::unexpected(application.error());
-    return std::visit(Runner{**application, line.json, print}, line.verb);
+    const std::string waiting = isEdit(line.verb) ? whyNoFrame(**application, line.server) : std::string();
+    if (!waiting.empty()) std::fprintf(stderr, "tessera-ctl: %s\n", waiting.c_str());
+    Expected<Answer> answer = std::visit(Runner{**application, line.json, print}, line.verb);
+    if (!answer && answer.error().code == ErrorCode::kNetwork && !waiting.empty())
+        return fail(ErrorCode::kNetwork, answer.error().message + "; it stands, and is done with the first frame");
+    return answer;
 }
 
 namespace {

@@ -248,14 +248,14 @@ Aspect::Aspect(Aspect&&) noexcept = default;
 Aspect& Aspect::operator=(Aspect&&) noexcept = default;
 
 Expected<void> Aspect::apply(const ChangeList& list) {
-    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list, impl_->checkedRows).run();
+    const Expected<CheckedList> checked = ListCheck(*this, impl_->table, impl_->limits, list, impl_->checkedRows).run();
     if (!checked) return tl::unexpected(checked.error());
     impl_->applyChecked(list, *checked, nullptr);
     return {};
 }
 
 Expected<ChangeList> Aspect::applyWithInverse(const ChangeList& list) {
-    const Expected<CheckedList> checked = ListCheck(impl_->table, impl_->limits, list, impl_->checkedRows).run();
+    const Expected<CheckedList> checked = ListCheck(*this, impl_->table, impl_->limits, list, impl_->checkedRows).run();
     if (!checked) return tl::unexpected(checked.error());
     InverseRecorder inverse(list, impl_->table);
     impl_->applyChecked(list, *checked, &inverse);

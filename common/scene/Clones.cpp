@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/scene/FieldTable.h"
+#include "common/scene/ServerNodes.h"
 
 namespace tessera {
 
@@ -56,7 +57,7 @@ private:
         for (nodes_ = 0; nodes_ < originals_.size();) {
             const Node& node = *aspect_.get<Node>(originals_[nodes_++]);
             for (const ObjectId child : node.children)
-                if (!add(child)) return false;
+                if (!isServersOwn(aspect_, *aspect_.get<Node>(child)) && !add(child)) return false;
         }
         return true;
     }
@@ -144,6 +145,10 @@ Expected<Clone> cloneList(const Aspect& aspect, ObjectId node, const CloneOption
     if (under && aspect.get<Node>(under) == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", under.value));
     if (under && standsBelow(aspect, under, node))
         return fail(ErrorCode::kRefused, fmt::format("{} cannot be copied into itself", pathOf(aspect, node)));
+    for (const ObjectId one : {node, under})
+        if (standsInServersOwn(aspect, one))
+            return fail(ErrorCode::kRefused, fmt::format("{}: the server makes it and takes it away; copy {}", pathOf(aspect, one),
+                                                         one == node ? "what it belongs to" : "to somewhere else"));
     if (const Expected<void> good = checkShareList(aspect, options); !good) return tl::unexpected(good.error());
     return Copying(aspect, options).make(node, under);
 }

@@ -36,7 +36,8 @@ struct Clone {
     std::size_t objects = 0;  ///< that are created
 };
 
-/// `node` with everything below it, once more. Proportional to the copy. kRefused: the root, or a copy below its own original. kNotFound: a node or
+/// `node` with everything below it, once more, but for what the server makes there (ServerNodes.h), which it makes for the copy too. Proportional to
+/// the copy. kRefused: the root, a copy below its own original, or something of the server's. kNotFound: a node or
 /// a shared object that is not there. kUsage: a share list of a copy that is not deep, or that names nodes as a type or an unknown type. kLimit: too
 /// many changes.
 [[nodiscard]] Expected<Clone> cloneList(const Aspect& aspect, ObjectId node, const CloneOptions& options);

@@ -11,6 +11,7 @@
 
 #include "common/math/Types.h"
 #include "common/scene/Text.h"
+#include "common/scene/Users.h"
 
 namespace tessera {
 
@@ -528,8 +529,8 @@ Expected<void> ListCheck::checkDestructions() {
     countUses(destroyed);
     for (const ObjectId id : list_.destructions)
         if (const std::int64_t uses = *destroyed.find(id); uses != 0)
-            return refuse(fmt::format("destroy {}: the {} is in use by {} other object{}", nameOf(id),
-                                      typeOfObject(id)->name, uses, uses == 1 ? "" : "s"));
+            return refuse(fmt::format("destroy {}: the {} is in use by {} other object{}{}", nameOf(id), typeOfObject(id)->name, uses,
+                                      uses == 1 ? "" : "s", usersInWords(aspect_, list_, id, uses)));
     return {};
 }
 

@@ -26,8 +26,8 @@ class ListCheck {
 public:
     /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many objects
     /// costs as much as writing them (see CheckedList::rowsOf).
-    ListCheck(ObjectTable& table, const SceneLimits& limits, const ChangeList& list, std::vector<ObjectTable::Slot*>& rows)
-        : table_(table), limits_(limits), list_(list), present_(table), rows_(rows) {}
+    ListCheck(const Aspect& aspect, ObjectTable& table, const SceneLimits& limits, const ChangeList& list, std::vector<ObjectTable::Slot*>& rows)
+        : aspect_(aspect), table_(table), limits_(limits), list_(list), present_(table), rows_(rows) {}
 
     [[nodiscard]] Expected<CheckedList> run();
 
@@ -81,6 +81,7 @@ private:
     [[nodiscard]] ObjectId parentOf(ObjectId node) const;
     [[nodiscard]] std::size_t depthOf(Place& node);
 
+    const Aspect& aspect_;  ///< of the table; for words
     ObjectTable& table_;  ///< not written here: who is left the rows will
     const SceneLimits& limits_;
     const ChangeList& list_;

@@ -1,4 +1,5 @@
-/// Nodes that whoever serves a scene hangs into it so that something is seen: no file has them, and they do not make a scene larger.
+/// Nodes that whoever serves a scene hangs into it so that something is seen: no file has them, no copy takes them along, and they do
+/// not make a scene larger.
 #pragma once
 
 #include <string_view>
@@ -20,6 +21,13 @@ inline constexpr std::string_view kProgramNoticesName = "program-problems";  ///
     if ((node.name != kContactsName && node.name != kProgramNoticesName) || node.parent != kRootNode) return false;
     const CollisionObject* object = scene.coreOf<CollisionObject>(node);
     return object && object->layers == 0;
+}
+
+/// Whether the node is such a top, or stands below one. Costs a look at each node above.
+[[nodiscard]] inline bool standsInServersOwn(const Aspect& scene, ObjectId id) {
+    for (const Node* node = scene.get<Node>(id); node; node = scene.get<Node>(node->parent))
+        if (isServersOwn(scene, *node)) return true;
+    return false;
 }
 
 }  // namespace tessera

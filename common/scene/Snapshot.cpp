@@ -23,9 +23,9 @@ namespace {
 std::string outsideOf(const Object& object, const RangeEdit& range, std::uint64_t size) {
     const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
     const std::string what = field ? fmt::format("{} of #{}", field->name, range.object.value) : fmt::format("an array of #{}", range.object.value);
-    if (size == 0) return what + " is empty: there is nothing to edit a range of";
+    if (size == 0) return what + " is empty: there is nothing to edit a range of; set all of it";
     const std::uint64_t each = field && field->numbersEach > 0 ? field->elementBytes() : 1;
-    return fmt::format("{} has {} {}, numbered from 0; a range of {} from {} on does not lie in it", what, size / each,
+    return fmt::format("{} has {} {}, numbered from 0; a range of {} from {} on does not lie in it; to make it longer, set all of it", what, size / each,
                        each > 1 ? "elements" : "bytes", range.bytes.sizeBytes() / each, range.offset / each);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,11 +16,15 @@
 namespace tessera {
 namespace {
 
-Vec3f colorOf(HandleColor color) {
+struct Paint {
+    Vec4f baseColor;
+    Vec3f emissive;
+};
+Paint paintOf(HandleColor color) {
     constexpr std::array<std::array<float, 3>, kHandleColors> kColors{{{0.9f, 0.08f, 0.08f}, {0.1f, 0.75f, 0.1f}, {0.12f, 0.25f, 1.0f},
                                                                        {0.85f, 0.85f, 0.85f}, {1.0f, 0.8f, 0.0f}}};
     const auto& c = kColors[static_cast<std::size_t>(color)];
-    return {c[0], c[1], c[2]};
+    return {.baseColor = {0.5f * c[0], 0.5f * c[1], 0.5f * c[2], 1.0f}, .emissive = {0.6f * c[0], 0.6f * c[1], 0.6f * c[2]}};
 }
 
 /// The nodes of one manipulator's handles, as they stand in the scene.
@@ -28,7 +33,6 @@ struct HandleNodes {
         ObjectId transform, geometry;
     };
     ObjectId top, outer, inner;  ///< a node and two Transforms
-    std::array<ObjectId, kHandleColors> materials{};
     std::vector<Piece> pieces;
 };
 
@@ -56,6 +60,12 @@ std::vector<const HandlePiece*> shownOf(const Handles& handles) {
     return shown;
 }
 
+/// What has a material of its own: pieces of one handle and one colour.
+using HandleLook = std::pair<std::int64_t, HandleColor>;
+HandleLook lookOf(const HandlePiece& piece) {
+    return {piece.handle, piece.color};
+}
+
 /// Nothing where they are not what this kind has.
 std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown) {
     HandleNodes found;
@@ -67,6 +77,8 @@ std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const st
     if (!pieces || pieces->children.size() != shown.size()) return std::nullopt;
     const CollisionObject* object = scene.get<CollisionObject>(body);
     if (object->layers != 0 || object->node != inner->children[0]) return std::nullopt;
+    std::map<HandleLook, ObjectId> materials;
+    std::set<ObjectId> taken;
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const Node* piece = scene.get<Node>(pieces->children[i]);
         if (!scene.coreOf<Transform>(*piece) || piece->children.size() != 1) return std::nullopt;
@@ -75,6 +87,8 @@ std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const st
         const MeshArrays& shape = handleShape(shown[i]->shape);
         if (!geometry || !leaf->children.empty() || geometry->positions != shape.positions || geometry->indices != shape.indices || !scene.get<Material>(geometry->material))
             return std::nullopt;
+        const auto [known, fresh] = materials.try_emplace(lookOf(*shown[i]), geometry->material);
+        if (fresh ? !taken.insert(geometry->material).second : known->second != geometry->material) return std::nullopt;
         found.pieces.push_back({piece->core, leaf->core});
     }
     return found;
@@ -161,9 +175,9 @@ public:
     }
     ObjectId material(HandleColor color) {
         const ObjectId id = make<Material>();
-        const Vec3f rgb = colorOf(color);
-        setField<&Material::baseColor>(list_, id, Vec4f(0.5f * rgb.x(), 0.5f * rgb.y(), 0.5f * rgb.z(), 1.0f));
-        setField<&Material::emissive>(list_, id, 0.6f * rgb);
+        const Paint paint = paintOf(color);
+        setField<&Material::baseColor>(list_, id, paint.baseColor);
+        setField<&Material::emissive>(list_, id, paint.emissive);
         setField<&Material::doubleSided>(list_, id, true);
         return id;
     }
@@ -196,42 +210,23 @@ void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer
     const ObjectId pieces = made.node(below, "pieces", object);
     setField<&CollisionObject::node>(list, object, pieces);
     setField<&CollisionObject::layers>(list, object, std::int64_t{0});
-    std::array<ObjectId, kHandleColors> materials{};
+    std::map<HandleLook, ObjectId> materials;
     for (const HandlePiece* piece : shown) {
-        ObjectId& material = materials[static_cast<std::size_t>(shownColor(*piece, held))];
+        ObjectId& material = materials[lookOf(*piece)];
         if (!material) material = made.material(shownColor(*piece, held));
         made.node(made.node(pieces, "piece", made.transform(piece->pose)), "shape", made.geometry(piece->shape, material));
     }
 }
 
-/// While somebody holds a handle its pieces have a colour of their own: a material of it is looked for among those that are there.
-void paint(const Aspect& scene, ChangeListBuilder& list, std::uint64_t& placeholders, const HandleNodes& nodes, const std::vector<const HandlePiece*>& shown,
-           std::int64_t held) {
-    std::array<ObjectId, kHandleColors> materials{};
+/// While somebody holds a handle its pieces have a colour of their own. Materials stay: who has let go sees what was there before, in the order in which it
+/// was drawn.
+void paint(const Aspect& scene, ChangeListBuilder& list, const HandleNodes& nodes, const std::vector<const HandlePiece*>& shown, std::int64_t held) {
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const ObjectId id = scene.get<Geometry>(nodes.pieces[i].geometry)->material;
-        const Vec3f emissive = scene.get<Material>(id)->emissive;
-        for (std::size_t c = 0; c < kHandleColors; ++c)
-            if (emissive == Vec3f(0.6f * colorOf(static_cast<HandleColor>(c)))) materials[c] = id;
-    }
-    std::set<ObjectId> before, after;
-    std::vector<std::pair<ObjectId, ObjectId>> painted;
-    for (std::size_t i = 0; i < shown.size(); ++i) {
-        const std::size_t color = static_cast<std::size_t>(shownColor(*shown[i], held));
-        const ObjectId now = scene.get<Geometry>(nodes.pieces[i].geometry)->material;
-        if (!materials[color]) materials[color] = Build(list, placeholders).material(static_cast<HandleColor>(color));
-        before.insert(now);
-        after.insert(materials[color]);
-        if (materials[color] != now) painted.emplace_back(nodes.pieces[i].geometry, materials[color]);
-    }
-    for (const auto& [geometry, material] : painted) setField<&Geometry::material>(list, geometry, material);
-    // A material that was the handles' alone goes with its last piece.
-    for (const ObjectId material : before) {
-        if (after.contains(material)) continue;
-        const auto uses = static_cast<std::size_t>(std::ranges::count_if(nodes.pieces, [&](const HandleNodes::Piece& piece) {
-            return scene.get<Geometry>(piece.geometry)->material == material;
-        }));
-        if (scene.useCount(material) == uses) list.destroy(material);
+        const Material* now = scene.get<Material>(id);
+        const Paint wanted = paintOf(shownColor(*shown[i], held));
+        if (now->baseColor != wanted.baseColor) setField<&Material::baseColor>(list, id, wanted.baseColor);
+        if (now->emissive != wanted.emissive) setField<&Material::emissive>(list, id, wanted.emissive);
     }
 }
 
@@ -347,7 +342,7 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
         setPose(list, nodes->inner, *scene.get<Transform>(nodes->inner), inner);
         for (std::size_t i = 0; i < shown.size(); ++i)
             setPose(list, nodes->pieces[i].transform, *scene.get<Transform>(nodes->pieces[i].transform), shown[i]->pose);
-        paint(scene, list, placeholders, *nodes, shown, held);
+        paint(scene, list, *nodes, shown, held);
     }
     if (!going.empty()) {
         ChangeList removal = removalOf(scene, going);

@@ -31,11 +31,12 @@ struct PlacedManipulator {
 ///           turn  Transform ┘
 ///             pieces   CollisionObject without layers: nobody's obstacle
 ///               piece  Transform, one for each piece that is shown
-///                 shape   Geometry of a fixed array, with a material of its colour
+///                 shape   Geometry of a fixed array, with a material of its handle and colour
 ///
 /// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's edits. Nothing is remembered of
-/// them. They are known by how they look, so that undo, copies and a server that goes on find them; what is not as it should be is taken away and
-/// made anew in the next frame, and what else hangs below the node is left alone. Files leave them out (common/scenefile).
+/// them. They are known by how they look, so that undo and a server that goes on find them; what is not as it should be is taken away and
+/// made anew in the next frame, and what else hangs below the node is left alone. Files and copies leave them out (common/scene/ServerNodes.h).
+/// Pieces of one handle and one colour have one material, which stays while handles are held: then its values change.
 ///
 /// Only values of Transforms travel while a target moves. A frame without a list costs nothing; one with a list costs each manipulator a look at
 /// its nodes; what its target shows is looked at only where that may have changed. Not thread-safe.

@@ -185,5 +185,26 @@ TEST_F(Control, NobodyAtTheAddressIsANetworkError) {
     EXPECT_NE(outcome.output.find("127.0.0.1:1"), std::string::npos) << outcome.output;
 }
 
+/// An edit waits for the first frame, and whoever waits is told so at once.
+TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
+    LiveWall wall({});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    const auto begun = std::chrono::steady_clock::now();
+    const Outcome alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
+    EXPECT_EQ(alone.exitCode, 4) << alone.output;
+    for (const std::string& host : kFourHosts) EXPECT_NE(alone.output.find(host + ": absent"), std::string::npos) << alone.output;
+    EXPECT_NE(alone.output.find("tessera-client --server " + wall.address()), std::string::npos) << alone.output;
+    EXPECT_NE(alone.output.find("is done with the first frame"), std::string::npos) << alone.output;
+    for (const std::string& host : kFourHosts) wall.startClient(host);
+    ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();
+    const Outcome there = wall.ctl({"get", "/row[0]", "translation"});
+    EXPECT_EQ(there.output, "0 7 0\n");
+    const Outcome again = wall.ctl({"set", "/row[0]", "translation", "0", "1", "0"});
+    EXPECT_EQ(again.exitCode, 0) << again.output;
+    EXPECT_EQ(again.output.find("no host"), std::string::npos) << again.output;
+    (void)wall.finish();
+}
+
 }  // namespace
 }  // namespace tessera::test

@@ -86,5 +86,31 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
     (void)one.finish();
 }
 
+/// Whatever was held, and whatever its pieces coincide with: the picture after a drag and its undo is the one before, byte for byte.
+TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
+    Workshop wall("2x2");
+    ASSERT_TRUE(wall.ready) << wall.logs();
+    wall.tell({"view", "--position", "1.5", "1", "2", "--look-at", "0", "0", "0", "--scale", "0.5"});
+    struct Case {
+        const char* kind;
+        double x, y;
+    };
+    for (const Case& held : {Case{"move", 0, 0.8}, {"rotate", 0.707, 0.707}, {"scale", 0.8, 0}, {"trackball", 0.707, 0.707}, {"jack", 0, 0.8},
+                             {"tab-box", 0.3, 0.3}, {"transformer", 0.3, 0.3}}) {
+        wall.tell({"set", "/handles", "kind", held.kind});
+        const std::string name = held.kind;
+        const Picture before = wall.picture(name + "-before");
+        (void)wall.dragFrom(held.x, held.y, held.x - 0.25, held.y + 0.2);
+        EXPECT_GT(pixelsThatDiffer(wall.picture(name + "-moved"), before), 20u) << name;
+        wall.tell({"undo"});
+        EXPECT_TRUE(wall.picture(name + "-back") == before) << name;
+    }
+    // None of what is held can be referred to, and it goes on following.
+    const Outcome own = wall.wall().ctl({"set", "/handles", "target", "/handles/handles/turn"});
+    EXPECT_EQ(own.exitCode, 1) << own.output;
+    EXPECT_NE(own.output.find("of the handles of /handles: the server makes those"), std::string::npos) << own.output;
+    (void)wall.finish();
+}
+
 }  // namespace
 }  // namespace tessera::test

@@ -23,6 +23,20 @@ bool isPoseField(const FieldColumn& column) {
            (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
 }
 
+/// Whether an inverse says of the scene what is so already. Costs a look-up per row, up to the first that differs.
+bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
+    if (!inverse.creations.empty() || !inverse.placements.empty() || !inverse.destructions.empty()) return false;
+    const auto isSo = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
+        const Object object = scene.find(id);
+        const FieldEntry* entry = object && object.info().type == type ? findField(object.info(), field) : nullptr;
+        return entry && entry->load(object) == value;
+    };
+    for (const FieldColumn& column : inverse.columns)
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            if (!isSo(column.ids[row], column.type, column.field, column.value(row))) return false;
+    return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) { return isSo(range.object, range.type, range.field, range.result); });
+}
+
 Pose poseOf(const Transform& t) {
     return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
 }
@@ -115,10 +129,13 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
             tellHand(accepted.transform);
     if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
     commitPoses(wishes, animations, result.collision);
+    closeSteps(wishes, true);
     commitSkinPoses(result.remarks);
     commitHandles(manipulators_.update(scene()));
-    if (const ChangeListPtr marks = display_.commit(committer_, result.collision))
+    if (const ChangeListPtr marks = display_.commit(committer_, result.collision)) {
         pipeline_.sceneChanged(scene(), marks.get());
+        serversNodes_.sceneChanged(scene(), marks.get());
+    }
     result.commit = committer_.closeFrame();
     result.history = history_.happened();
     result.notes = std::exchange(textNotes_, {});
@@ -129,9 +146,12 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (edit.kind == Edit::Kind::kPart || edit.kind == Edit::Kind::kLastPart) return applyPart(std::move(edit));
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
     const bool isChange = edit.kind == Edit::Kind::kChange;
+    // Edits that came before a step in its frame are steps by what they want.
+    if (!isChange) closeSteps(wishes, false);
     outcome.result = isChange ? checkHidden(edit.list) : checkStill();
     // What the server says itself nobody takes back.
     if (isChange && edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
+    if (isChange && edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
     if (isChange && edit.undoable) resetVerdicts(edit.list, scene());
     if (isChange && outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
     if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
@@ -181,35 +201,50 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         sceneChanged(applied->list.get());
         commitInlines(inlines_.following(scene(), wants));
     }
-    ChangeListBuilder back;
+    if (isChange && saysNothing(scene(), inverse)) inverse = {};
+    OpenStep step{.edit = index, .inverse = std::move(inverse), .before = {}, .gesture = edit.gesture};
     for (const auto& [id, pose] : poses) {
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
         wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
-        if (edit.undoable || !isChange) addPose(back, id, pose, poseOf(*now));
+        step.before.emplace_back(id, poseOf(*now));
     }
-    if (isChange && !edit.undoable) return outcome;
-    ChangeList poseBack = back.take();
-    // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
-    for (FieldColumn& column : poseBack.columns) mergeColumn(inverse, std::move(column));
-    switch (edit.kind) {
-        case Edit::Kind::kChange:
-            history_.edited(std::move(inverse), edit.gesture);
-            break;
-        case Edit::Kind::kUndo:
-            history_.undone(std::move(inverse));
-            break;
-        case Edit::Kind::kRedo:
-            history_.redone(std::move(inverse));
-            if (!history_.underWay()) break;
-            redo_ = outcome;
-            outcome.underWay = true;
-            break;
-        case Edit::Kind::kPart:
-        case Edit::Kind::kLastPart:
-            break;  // see above
+    if (isChange) {
+        if (edit.undoable) openSteps_.push_back(std::move(step));
+        return outcome;
+    }
+    inverse = closed(std::move(step), wishes, false);
+    if (edit.kind == Edit::Kind::kUndo) {
+        history_.undone(std::move(inverse));
+        return outcome;
+    }
+    history_.redone(std::move(inverse));
+    if (history_.underWay()) {
+        redo_ = outcome;
+        outcome.underWay = true;
     }
     return outcome;
+}
+
+ChangeList Simulation::closed(OpenStep step, const Wishes& wishes, bool moved) const {
+    ChangeListBuilder back;
+    for (const auto& [id, before] : step.before) {
+        const Transform* now = scene().get<Transform>(id);
+        const auto wish = wishes.find(id);
+        if (!now || wish == wishes.end() || !wish->second.ofAnEdit() || wish->second.edit != step.edit) continue;
+        addPose(back, id, moved ? poseOf(*now) : wish->second.pose, before);
+    }
+    ChangeList poseBack = back.take();
+    // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
+    for (FieldColumn& column : poseBack.columns) mergeColumn(step.inverse, std::move(column));
+    return std::move(step.inverse);
+}
+
+void Simulation::closeSteps(const Wishes& wishes, bool moved) {
+    for (OpenStep& step : std::exchange(openSteps_, {})) {
+        const Gesture gesture = step.gesture;
+        if (ChangeList inverse = closed(std::move(step), wishes, moved); !inverse.empty()) history_.edited(std::move(inverse), gesture);
+    }
 }
 
 void Simulation::commitInlines(const std::vector<InlineContents::Consequence>& consequences) {
@@ -238,7 +273,8 @@ EditOutcome Simulation::applyPart(Edit edit) {
     EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
     resetVerdicts(edit.list, scene());
-    const Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable);
+    Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable);
+    if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =
         wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count, Committer::Inverse::kMade)
                : tl::unexpected(wanted.error());
@@ -479,6 +515,7 @@ void Simulation::sceneChanged(const ChangeList* list) {
     pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
     manipulators_.sceneChanged(scene(), list);
+    serversNodes_.sceneChanged(scene(), list);
 }
 
 }  // namespace tessera

@@ -13,6 +13,7 @@
 #include "server/manipulators/ManipulatorDisplay.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
+#include "server/sim/commit/ServersNodes.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/frame/Animations.h"
 #include "server/sim/frame/InlineContents.h"
@@ -79,6 +80,9 @@ struct SimulationOptions {
 /// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
 /// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
 /// moves: for as long as it does, it is moved like anything else. Not thread-safe.
+///
+/// **What can be taken back** is what remained of an edit once collisions had their say. One that changes nothing, because it was stopped at the start
+/// or says what is so already, is no step, and what was taken back can still be done again.
 ///
 /// **What is too large for one frame** comes in parts, one in a frame at most, hidden until the last; undo hides it with
 /// the first list and takes it away in later frames, redo brings it again as it came. Whatever is on its way is nobody
@@ -149,10 +153,22 @@ private:
         [[nodiscard]] bool ofAnEdit() const { return !motion && animations.empty(); }
     };
     using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
+    /// An edit that may be taken back, until collisions have said what remains of it.
+    struct OpenStep {
+        std::size_t edit = 0;                           ///< its index
+        ChangeList inverse;                             ///< of all but the Transforms that it wants to move
+        std::vector<std::pair<ObjectId, Pose>> before;  ///< where those stood
+        Gesture gesture;
+    };
 
     [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
+    /// The edits so far become steps of the history, each by what has remained of it; of which nothing has remained is none. A Transform that several
+    /// edits of a frame move belongs to the last one.
+    void closeSteps(const Wishes& wishes, bool moved);
+    /// The list that leads back from an edit; `moved`: from where its Transforms stand now, else from where it wants them.
+    [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes, bool moved) const;
     /// The next list of the step under way. The outcome of a redo when it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.
@@ -190,12 +206,14 @@ private:
     std::size_t maxObjects_;
     Committer committer_;
     EditHistory history_;
+    std::vector<OpenStep> openSteps_;  ///< of this frame
     std::optional<Arriving> arriving_;
     std::optional<EditOutcome> redo_;  ///< under way; what its outcome will be
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;
     ManipulatorDisplay manipulators_;
+    ServersNodes serversNodes_;
     Motions motions_;
     Typesetter typesetter_;
     std::vector<std::string> textNotes_;  ///< of this frame

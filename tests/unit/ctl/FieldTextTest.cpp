@@ -90,7 +90,7 @@ TEST_F(FieldText, WrongValuesAreExplained) {
     EXPECT_NE(why(translation, {"1", "2", "nan"}).find("is not finite"), std::string::npos);
     EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("too large"), std::string::npos);
     EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"1.5"}).find("whole number"), std::string::npos);
-    EXPECT_NE(why(field(typeOf<Geometry>(), "positions"), {"0"}).find("bulk data"), std::string::npos);
+    EXPECT_NE(why(field(typeOf<Geometry>(), "indices"), {"0"}).find("bulk data"), std::string::npos);
 }
 
 TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
@@ -118,6 +118,24 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
     EXPECT_NE(whyNot(points, {"1", "2", "1e39"}).find("too large"), std::string::npos);
     EXPECT_NE(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}).find("no array of numbers"), std::string::npos);
     EXPECT_NE(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}).find("no array of numbers"), std::string::npos);
+}
+
+/// So a list is made longer, and a first clip plane comes where there is none.
+TEST_F(FieldText, ArraysOfNumbersAreSetWholeAtAnyLength) {
+    const FieldEntry& planes = field(typeOf<Volume>(), "clipPlanes");
+    const auto parsed = [&](const std::vector<std::string>& words) { return std::get<Blob>(*parseValue(find, planes, words)); };
+    for (const std::size_t count : {std::size_t(1), std::size_t(2), std::size_t(5)}) {
+        std::vector<std::string> words;
+        std::vector<double> numbers;
+        for (std::size_t i = 0; i < 4 * count; ++i) words.push_back(std::to_string(numbers.emplace_back(static_cast<double>(i) / 4)));
+        const Blob blob = parsed(words);
+        EXPECT_EQ(std::vector<double>(blob.as<double>().begin(), blob.as<double>().end()), numbers);
+        EXPECT_EQ(wordOf(planes, blob), std::to_string(count) + (count == 1 ? " element" : " elements"));
+    }
+    EXPECT_TRUE(parsed({"none"}).empty());
+    EXPECT_EQ(wordOf(planes, Blob()), "none");
+    EXPECT_NE(why(planes, {"1", "0", "0"}).find("clipPlanes takes 4 numbers for each element, not 3"), std::string::npos) << why(planes, {"1", "0", "0"});
+    EXPECT_NE(why(planes, {"none", "1", "0", "0"}).find("not a number"), std::string::npos);
 }
 
 /// Every word of every field, against the constants that the cores have for them.

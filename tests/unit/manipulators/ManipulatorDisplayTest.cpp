@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Edits.h"
 #include "common/scene/ServerNodes.h"
@@ -132,6 +134,32 @@ TEST(ManipulatorDisplay, WhatPeopleDoToHandlesIsMadeGood) {
     ASSERT_TRUE(table.scene.get<Node>(hat));
     EXPECT_EQ(table.scene.get<Node>(hat)->parent, table.manipulatorNode);
     EXPECT_LT(Table::apart(table.seen(), first), 1e-6);
+}
+
+/// Whoever takes hold and lets go leaves the scene as it was, ids included: hosts draw what lies upon each other in the order of ids.
+TEST(ManipulatorDisplay, HoldingAHandleChangesColoursAlone) {
+    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
+                                    Manipulator::kJack, Manipulator::kTransformer}) {
+        Table table(kind);
+        table.frame();
+        const StateHash before = table.scene.stateHash();
+        std::set<std::int64_t> handles;
+        for (const HandlePiece& piece : table.placed().handles.pieces)
+            if (piece.shown) handles.insert(piece.handle);
+        for (const std::int64_t handle : handles) {
+            setField<&Manipulator::held>(table.edit, table.manipulator, handle);
+            table.apply();
+            const ChangeList painted = table.display.update(table.scene);
+            ASSERT_FALSE(painted.empty()) << "kind " << kind << ", handle " << handle;
+            EXPECT_TRUE(painted.creations.empty() && painted.destructions.empty() && painted.placements.empty());
+            table.apply(painted);
+            EXPECT_TRUE(table.display.update(table.scene).empty()) << "nothing more to say";
+            setField<&Manipulator::held>(table.edit, table.manipulator, std::int64_t{0});
+            table.apply();
+            table.frame();
+            ASSERT_EQ(table.scene.stateHash(), before) << "kind " << kind << ", handle " << handle;
+        }
+    }
 }
 
 TEST(ManipulatorDisplay, HandlesMakeNoSceneLarger) {

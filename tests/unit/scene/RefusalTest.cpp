@@ -187,6 +187,22 @@ TEST(Refusals, OfDestructions) {
     EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(), "in use by 1 other");
 }
 
+/// Whoever wants something gone is told who holds it, as the list leaves it.
+TEST(Refusals, OfDestructionsNameWhoRefersToIt) {
+    const std::string three = pathOf(hall(), ObjectId(3)), four = pathOf(hall(), ObjectId(4));
+    EXPECT_SAYS(Edits().gone(6).take(), "in use by 1 other object: " + four + " (Node)");
+    EXPECT_SAYS(Edits().gone(7).take(), "in use by 1 other object: " + four + " (Geometry)");
+    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(), "in use by 1 other object: " + three + " (Node)");
+    Aspect many = hall();
+    Edits more;
+    for (const std::uint64_t id : {20, 21, 22, 23, 24}) more.core<Geometry>(id).value<Geometry>(id, fieldId<&Geometry::material>, ObjectId(7));
+    ASSERT_TRUE(many.apply(more.take()));
+    EXPECT_NE(refusalBy(std::move(many), Edits().gone(7).take()).message.find(": " + four + " (Geometry), #20 (Geometry), #21 (Geometry), and 3 more"),
+              std::string::npos);
+    EXPECT_SAYS(Edits().core<Geometry>(20).value<Geometry>(20, fieldId<&Geometry::material>, ObjectId(7)).gone(7).take(),
+                "2 other objects: one that it creates, " + four + " (Geometry)");
+}
+
 TEST(Refusals, OfTooMuch) {
     EXPECT_NE(
         refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message.find("limit of 8"),

@@ -349,8 +349,8 @@ TEST(ProgramNotices, MakeNoSceneLargerAndAreNobodysObstacle) {
     EXPECT_EQ(test::placeOf(shop.scene(), "/thing0"), through);
 }
 
-/// What people do to it is made good, whatever it is; what they hang among it stays theirs.
-TEST(ProgramNotices, WhatPeopleDoToThemIsMadeGood) {
+/// Nobody's edit gets at it (ServersNodes); what an older journal or a server's own list has left is made good, and what hangs there stays.
+TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
     Shop shop(2);
     shop.verdict(0, SurfaceProgram::kBad, "no");
     const Box first = shop.seen();
@@ -359,20 +359,26 @@ TEST(ProgramNotices, WhatPeopleDoToThemIsMadeGood) {
         return shop.top() && shop.texts().size() == 1 && (shop.seen().center() - first.center()).norm() < 1e-9;
     };
     const auto notice = [&] { return shop.scene().get<Node>(shop.top())->children[0]; };
+    const auto become = [&](ChangeList list) { shop.frame(test::one(Edit{.ticket = 9, .list = std::move(list), .undoable = false})); };
     ChangeListBuilder list;
     setField<&Transform::translation>(list, shop.scene().get<Node>(notice())->core, Vec3d(7, 7, 7));
-    shop.frame(test::one(list.take()));
+    become(list.take());
     EXPECT_TRUE(asItWas());
-    shop.frame(test::one(*removalList(shop.scene(), notice())));
+    become(*removalList(shop.scene(), notice()));
     EXPECT_TRUE(asItWas());
-    shop.frame(test::one(*removalList(shop.scene(), shop.top())));
+    become(*removalList(shop.scene(), shop.top()));
     EXPECT_TRUE(asItWas());
-    shop.frame(test::one(Edit::Kind::kUndo));  // there are two of them now
+    const ObjectId earlier = shop.top();
+    setField<&Node::name>(list, earlier, std::string("away"));
+    become(list.take());
+    EXPECT_TRUE(asItWas());
+    setField<&Node::name>(list, earlier, std::string(kProgramNoticesName));  // there are two of them now
+    become(list.take());
     EXPECT_TRUE(asItWas());
     EXPECT_EQ(std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }), 1);
     ListMaker make;
     (void)make.node("hat", notice(), make.box(Vec3d(0.1, 0.1, 0.1)));
-    shop.frame(test::one(make.builder.take()));
+    become(make.builder.take());
     EXPECT_TRUE(asItWas());
     EXPECT_TRUE(findNode(shop.scene(), "/hat"));
     // Something else of that name is left alone.
