@@ -106,22 +106,16 @@ TEST_F(VolumeLight, OfShadedCloudsIsWhatTheFormulaSays) {
             return std::array<double, 3>{encodedOf(out[0]), encodedOf(out[1]), encodedOf(out[2])};
         };
         const double step = v.step * v.spacing.minCoeff();
-        for (int y = 1; y < kSidePx; y += 4)
-            for (int x = 1; x < kSidePx; x += 4) {
-                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
-                // At the rim of the box a ray's rounding decides whether it meets it.
-                if (std::abs(ray.end - ray.begin) < 1e-3) continue;
-                const SeenThere rule = followed(v, ray, step, 1, lit);
-                covered += rule.opacity > 0.02;
-                const Rgb is = pixel(picture, x, y);
-                const std::array<int, 3> channels{is.r, is.g, is.b};
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const int off = std::abs(channels[c] - over(rule.color[c], rule.opacity, 0));
-                    mostOff = std::max(mostOff, off);
-                    ASSERT_LE(off, 3) << "at " << x << ' ' << y << " channel " << c << ": is " << is << ", opacity " << rule.opacity
-                                      << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeLight.*";
-                }
+        for (const auto& [x, y, ray, is] : pixelsOf(picture, stage, v, 1, 4)) {
+            const SeenThere rule = followed(v, ray, step, 1, lit);
+            covered += rule.opacity > 0.02;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const int off = std::abs(is[c] - over(rule.color[c], rule.opacity, 0));
+                mostOff = std::max(mostOff, off);
+                ASSERT_LE(off, 3) << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", opacity " << rule.opacity
+                                  << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeLight.*";
             }
+        }
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(covered, 1500);
