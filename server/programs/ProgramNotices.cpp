@@ -320,26 +320,27 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         Vec3d on;   ///< from the screen's corner
     };
     // All as near as the nearest, so that none stands behind what another is of; not in the eye.
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity(), nearestOfAny = nearest;
     std::vector<std::optional<Seen>> ways;
     for (WantedNotice& one : wanted) {
         std::optional<Seen>& seen = ways.emplace_back();
         Vec3d way = one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
         std::optional<Vec3d> on = seenOn(way);
-        if (!on && !eye_.sees.classify(one.of).outside) {
+        nearestOfAny = std::min(nearestOfAny, way.norm());
+        const double free = distanceTo(one.of, eye_.world_T_wall * head) / eye_.unitsPerMetre;
+        if (!on && (free == 0 || !eye_.sees.classify(one.of).outside)) {
             way = one.close ? toMiddle : Vec3d(way.norm() / toMiddle.norm() * toMiddle);
             on = seenOn(way);
         }
         if (!on) continue;
         if (one.close) {
-            const double free = distanceTo(one.of, eye_.world_T_wall * head) / eye_.unitsPerMetre;
             way *= std::max(beforeEye_ / std::abs(normal.dot(way)), kShareOfFree * free / way.norm());
             one.em = way.norm() * screenHeightFrom(head) * kShareOfScreen * eye_.unitsPerMetre;
         }
         seen = Seen{way, *on};
         nearest = std::min(nearest, one.close ? way.norm() : std::max(way.norm(), kNearestMetres));
     }
-    eye_.nearest = nearest;
+    eye_.nearest = std::min(nearest, nearestOfAny);
     std::vector<Laid> all;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (!ways[i]) continue;
