@@ -32,7 +32,7 @@ public:
     void update(const Aspect& aspect, const ChangeList* list);
     [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
     [[nodiscard]] SceneVersion version() const;
-    /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or transforms bring it beyond kUtmostCoordinate. Of what looks at the
+    /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or some of it lies beyond kUtmostCoordinate. Of what looks at the
     /// head it is as the last screen shows it. Not of what is not here yet.
     [[nodiscard]] const std::set<ObjectId>& undrawn() const;
 

@@ -31,7 +31,7 @@ std::string whyNotDrawn(const Aspect& aspect, ObjectId node) {
         }
         if (!std::isfinite(reach)) break;
     }
-    return fmt::format("{} is not drawn: transforms bring vertex {} to {:g} world units from the origin; things are drawn up to {:g}", path, vertex, farthest,
+    return fmt::format("{} is not drawn: vertex {} comes to lie {:g} world units from the origin; things are drawn up to {:g}", path, vertex, farthest,
                        kUtmostCoordinate);
 }
 

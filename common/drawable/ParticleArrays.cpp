@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "common/cores/Geometry.h"
-#include "common/geometry/Utmost.h"
 
 namespace tessera {
 namespace {
@@ -39,7 +38,6 @@ struct NumberBounds {
 };
 constexpr double kUtmostFloat = std::numeric_limits<float>::max();
 constexpr NumberBounds kFinite{-kUtmostFloat, kUtmostFloat, "has to be finite"};
-constexpr NumberBounds kPlaces{-kUtmostCoordinate, kUtmostCoordinate, "has to be from -1e18 to 1e18"};
 constexpr NumberBounds kAnyNumber{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), "has to be a number"};
 constexpr NumberBounds kSizes{0, kGreatestParticleSize, "has to be from 0 to 1e12"};
 
@@ -79,9 +77,9 @@ Expected<void> checkParticles(const void* core) {
     if (haveTails(p) && count > 0 && p.tails.empty()) return badParticles("lines need tails, as many as positions");
     for (const auto& [blob, name] : {std::pair(&p.ageColors, "ageColors"), std::pair(&p.ageSizes, "ageSizes")})
         if (Expected<void> good = checkRamp(*blob, name); !good) return good;
-    if (Expected<void> good = checkNumbers(p.positions.as<float>(), 0, 3, "the position", kPlaces); !good) return good;
+    if (Expected<void> good = checkNumbers(p.positions.as<float>(), 0, 3, "the position", kFinite); !good) return good;
     if (haveTails(p))
-        if (Expected<void> good = checkNumbers(p.tails.as<float>(), 0, 3, "the tail", kPlaces); !good) return good;
+        if (Expected<void> good = checkNumbers(p.tails.as<float>(), 0, 3, "the tail", kFinite); !good) return good;
     if (haveTurns(p))
         if (Expected<void> good = checkNumbers(p.turns.as<float>(), 0, 1, "the turn", kFinite); !good) return good;
     if (Expected<void> good = checkNumbers(p.sizes.as<float>(), 0, 1, "the size", kSizes); !good) return good;
@@ -181,7 +179,7 @@ DerivedMesh movedParticles(const Particles& p, const EarlierMesh& earlier) {
     const std::size_t first = range.begin, end = std::min<std::size_t>(range.end, particleCount(p));
     DerivedMesh out{.arrays = earlier.mesh.arrays, .plan = nullptr};
     if (first >= end) return out;
-    if (!checkNumbers(p.positions.as<float>().subspan(3 * first, 3 * (end - first)), first, 3, "the position", kPlaces)) return {};
+    if (!checkNumbers(p.positions.as<float>().subspan(3 * first, 3 * (end - first)), first, 3, "the position", kFinite)) return {};
     const std::vector<float> places = placesOf(p, first, end);
     const std::size_t bytesEach = kPlaceBytes * (haveTails(p) ? 2 : 1);
     Expected<Blob> moved = out.arrays.positions.withRange(bytesEach * first, std::as_bytes(std::span<const float>(places)));

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "common/geometry/Points.h"
-#include "common/geometry/Utmost.h"
 
 namespace tessera {
 
@@ -37,26 +36,10 @@ Expected<void> checkPerVertex(const Blob& blob, std::size_t bytesEach, std::stri
     return {};
 }
 
-bool isFar(float coordinate) {
-    return std::abs(static_cast<double>(coordinate)) > kUtmostCoordinate;
-}
-
 Expected<void> checkFinite(std::span<const float> values, std::size_t perVertex, std::string_view name) {
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (!std::isfinite(values[i])) {
             return fail(ErrorCode::kBadInput, fmt::format("the {} of vertex {} are not finite", name, i / perVertex));
-        }
-    }
-    return {};
-}
-
-Expected<void> checkPositions(std::span<const float> values) {
-    if (auto ok = checkFinite(values, 3, "positions"); !ok) return ok;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        if (isFar(values[i])) {
-            const float* vertex = &values[i / 3 * 3];
-            return fail(ErrorCode::kBadInput, fmt::format("vertex {} lies at ({:g}, {:g}, {:g}): coordinates go up to {:g}", i / 3, vertex[0], vertex[1],
-                                                          vertex[2], kUtmostCoordinate));
         }
     }
     return {};
@@ -117,7 +100,7 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkPerVertex(*texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
 
-    if (auto ok = checkPositions(arrays.positions.as<float>()); !ok) return ok;
+    if (auto ok = checkFinite(arrays.positions.as<float>(), 3, "positions"); !ok) return ok;
     if (auto ok = checkFinite(arrays.normals.as<float>(), 3, "normals"); !ok) return ok;
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkFinite(texcoords->as<float>(), 2, "texture coordinates"); !ok) return ok;
@@ -144,8 +127,7 @@ bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
         return std::ranges::all_of(within(blob.as<std::uint32_t>(), bytes),
                                    [&](std::uint32_t vertex) { return vertex < vertices; });
     };
-    const auto near = [&](const ByteRange& bytes) { return std::ranges::none_of(within(arrays.positions.as<float>(), bytes), isFar); };
-    return finite(arrays.positions, ranges[0]) && near(ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
+    return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
            finite(arrays.texcoords1, ranges[5]) &&
            known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]);
 }

@@ -3,9 +3,8 @@
 
 namespace tessera {
 
-/// The greatest coordinate, each by itself: of vertices in their arrays, and of where they come to stand, in world units. Squares of it, and sums of them,
-/// are floats with room for any view's scale; of what is farther a renderer's numbers overflow. It is refused where it can be (checkMesh), and named
-/// where it comes about by transforms (RenderScene::undrawn).
+/// The greatest coordinate of what is drawn, in world units, each by itself. Squares of it, and sums of them, are floats with room for any view's scale;
+/// of what is farther a renderer's numbers overflow. Arrays may hold larger numbers that transforms make small.
 inline constexpr double kUtmostCoordinate = 1e18;
 
 }  // namespace tessera

@@ -209,7 +209,7 @@ TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
         const bool drawn = scale < 1e18;
         EXPECT_EQ(followed.undrawn(), drawn ? std::set<ObjectId>() : std::set<ObjectId>{thing}) << scale;
         if (!drawn) {
-            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 9 to "), std::string::npos) << whyNotDrawn(scene.aspect, thing);
+            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 9 comes to lie "), std::string::npos) << whyNotDrawn(scene.aspect, thing);
         }
         scene.edit.set(pose, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
         ChangeList list = scene.edit.take();
