@@ -340,7 +340,7 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         seen = Seen{way, *on};
         nearest = std::min(nearest, one.close ? way.norm() : std::max(way.norm(), kNearestMetres));
     }
-    eye_.nearest = std::min(nearest, nearestOfAny);
+    eye_.nearest = std::isfinite(nearest) ? nearest : nearestOfAny;
     std::vector<Laid> all;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (!ways[i]) continue;

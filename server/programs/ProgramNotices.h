@@ -30,8 +30,8 @@ namespace tessera {
 /// one. Other things may. It goes when the program is good, changed, or of nothing that is seen.
 ///
 /// What reaches the first screen has its notice there: where its middle is seen, else in the screen's middle. Whoever is nearer to a thing than twice its
-/// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye (in depth, on screens' way
-/// of counting), farther where screens are for two eyes, which could not see it as one. What is still nearer hides it, and screens of one eye hardly
+/// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye, straight towards the
+/// screen's plane, and farther where screens are for two eyes, which could not see it as one. What is still nearer hides it; screens for one eye hardly
 /// draw such a thing. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
 /// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
 ///

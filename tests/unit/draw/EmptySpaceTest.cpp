@@ -130,7 +130,8 @@ TEST_F(EmptySpace, ThatIsLeftOutChangesNoBit) {
             const Vec3d shift = straight ? Vec3d::Zero() : anywhere(0.5);
             const Quatd inner = straight ? Quatd::Identity() : anyTurn(), outer = straight ? Quatd::Identity() : anyTurn();
             scene.addNode(scene.addCore(v), scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(large * shift, outer, large * scale)));
-            const auto solid = [&] { return scene.add(makeSheet(large * between(0.5, 4), large * between(0.5, 4)), scene.add(unlit(Vec3f(0.7f, 0.2f, 0.4f)))); };
+            const ObjectId red = scene.add(unlit(Vec3f(0.7f, 0.2f, 0.4f)));
+            const auto solid = [&] { return scene.add(makeSheet(large * between(0.5, 4), large * between(0.5, 4)), red); };
             if (oneOf(3)) scene.place(solid(), large * anywhere(0.8), anyTurn());
             const Aspect aspect = scene.take();
             View view;

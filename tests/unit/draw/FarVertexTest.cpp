@@ -86,7 +86,8 @@ TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
             ObjectId core;
             if (kind == 0) core = scene.add(makeSphere(0.5, 9));
             if (kind == 1) core = scene.add(MeshData{.positions = {0, 0, 0, 0.3f, 0.2f, 0}, .primitive = Primitive::kPoints, .pointRadius = 0.2});
-            if (kind == 2) core = scene.add(MeshData{.positions = {-0.5f, 0, 0, 0.5f, 0.2f, 0}, .lines = {0, 1}, .primitive = Primitive::kLines, .lineWidth = 4});
+            const MeshData line{.positions = {-0.5f, 0, 0, 0.5f, 0.2f, 0}, .lines = {0, 1}, .primitive = Primitive::kLines, .lineWidth = 4};
+            if (kind == 2) core = scene.add(line);
             if (kind == 3) {
                 Particles particles;
                 const std::vector<float> places = {0, 0, 0, 0.3f, 0.2f, 0};
