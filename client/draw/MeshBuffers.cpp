@@ -36,7 +36,7 @@ MeshBuffers::~MeshBuffers() {
 
 void MeshBuffers::beginDraw() {
     clock_.beginDraw();
-    if (residentBytes() > budgetBytes_) makeRoom();
+    clock_.giveWay(meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, [this](const Mesh& mesh) { release(mesh); });
 }
 
 std::size_t MeshBuffers::residentBytes() const {
@@ -297,16 +297,6 @@ std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle
             issue(kIndicesPerPoint * std::min<std::uint64_t>(kPointsAtOnce, points - first), GL_UNSIGNED_SHORT, 0, 1,
                   mesh.baseVertex + static_cast<std::int64_t>(kNumbersPerPoint * first), firstRecord + i);
     return calls;
-}
-
-void MeshBuffers::makeRoom() {
-    for (const auto& candidate : clock_.lastNeededFirst(meshes_)) {
-        if (residentBytes() <= UseClock::roomFor(candidate, budgetBytes_)) return;
-        const auto it = meshes_.find(*candidate.key);
-        clock_.remember(gone_, *candidate.key, it->second.uses);
-        release(it->second);
-        meshes_.erase(it);
-    }
 }
 
 }  // namespace tessera

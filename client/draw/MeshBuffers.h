@@ -96,7 +96,6 @@ private:
     void grow(MeshStore store, std::uint64_t capacity);
     [[nodiscard]] std::uint64_t mostOf(MeshStore store) const;
     void rebind();
-    void makeRoom();
     void makeSharedByPoints();
     [[nodiscard]] Buffer& buffer(MeshStore store) { return buffers_[static_cast<std::size_t>(store)]; }
     [[nodiscard]] const Buffer& buffer(MeshStore store) const { return buffers_[static_cast<std::size_t>(store)]; }

@@ -108,7 +108,8 @@ vec4 cornerOfLine(vec4 a) {
     // Up to the near plane, where depth is 1: what lies behind the eye has no place on the screen.
     float beyondA = a.w - a.z, beyondB = b.w - b.z;
     if (beyondA < 0.0 && beyondB < 0.0) return a;
-    vec4 cut = a + (b - a) * (beyondA / (beyondA - beyondB));
+    // Each end by its share: a difference of the two would round the near one away where the other is very far.
+    vec4 cut = a * (beyondB / (beyondB - beyondA)) - b * (beyondA / (beyondB - beyondA));
     if (beyondA < 0.0) a = cut;
     if (beyondB < 0.0) b = cut;
     vec2 along = b.xy / (b.w * clipPerPixel.xy) - a.xy / (a.w * clipPerPixel.xy);

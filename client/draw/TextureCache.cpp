@@ -103,7 +103,11 @@ TextureCache::~TextureCache() {
 
 void TextureCache::beginDraw() {
     clock_.beginDraw();
-    clock_.giveWay(textures_, gone_, bytes_, budgetBytes_, [this](const Texture& texture) { gl_.DeleteTextures(1, &texture.name); });
+    const auto drop = [this](const Texture& texture) {
+        bytes_ -= texture.bytes;
+        gl_.DeleteTextures(1, &texture.name);
+    };
+    clock_.giveWay(textures_, gone_, budgetBytes_, [this] { return bytes_; }, drop);
 }
 
 GLuint TextureCache::sampler(const Image& image) {

@@ -90,15 +90,15 @@ public:
         return candidate.nextUse >= kNever - 1 ? budgetBytes / 4 * 3 : budgetBytes;
     }
 
-    /// What a budget has no room for goes, the last needed first; `drop` is told each, just before. `map`: of things that have `uses` and `bytes`.
-    template <typename Map, typename UsesByKey, typename Drop>
-    void giveWay(Map& map, UsesByKey& gone, std::size_t& bytes, std::size_t budgetBytes, Drop&& drop) const {
-        if (bytes <= budgetBytes) return;
+    /// What a budget has no room for goes, the last needed first. `held` says how many bytes all take now; `drop` frees one of them. `map`: of things
+    /// that have `uses`.
+    template <typename Map, typename UsesByKey, typename Held, typename Drop>
+    void giveWay(Map& map, UsesByKey& gone, std::size_t budgetBytes, Held&& held, Drop&& drop) const {
+        if (held() <= budgetBytes) return;
         for (const auto& candidate : lastNeededFirst(map)) {
-            if (bytes <= roomFor(candidate, budgetBytes)) return;
+            if (held() <= roomFor(candidate, budgetBytes)) return;
             const auto it = map.find(*candidate.key);
             remember(gone, *candidate.key, it->second.uses);
-            bytes -= it->second.bytes;
             drop(it->second);
             map.erase(it);
         }

@@ -85,18 +85,22 @@ bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float marg
 
 #if (MARCHED & 3) == 1
 vec3 linearOf(vec3 c) { return mix(pow((max(c, vec3(0.04045)) + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045))); }
-// Both sides are lit. Where the field is even it is lit as if it faced the eye.
-vec3 shadedAt(vec3 at, vec3 eye, vec3 color, vec3 last, vec3 texel, mat3 steps_T_eye, Gloss gloss) {
+// Both sides are lit: the normal is the one that faces the eye. Where it changes sides, and where the field turns round or is even, so that there is none,
+// a normal would come of nothing: it has faded to the way to the eye before. How much the field goes one way is what it differs by between the two sides
+// of a voxel, of what it goes up and down on its way: no matter how steep it is. `value`: here; `perValue`: of a value's share of the transfer function.
+const float kEdgeOn = 0.2, kOneWay = 0.5, kEven = 1.0 / 512.0;  // a cosine; a share; of the transfer function
+vec3 shadedAt(vec3 at, float value, vec3 eye, vec3 color, vec3 last, vec3 texel, mat3 steps_T_eye, float perValue, Gloss gloss) {
     vec3 lower = max(at - 1.0, vec3(0.0)), upper = min(at + 1.0, last);
-    vec3 slope = vec3(fieldAt(vec3(upper.x, at.yz), texel) - fieldAt(vec3(lower.x, at.yz), texel),
-                      fieldAt(vec3(at.x, upper.y, at.z), texel) - fieldAt(vec3(at.x, lower.y, at.z), texel),
-                      fieldAt(vec3(at.xy, upper.z), texel) - fieldAt(vec3(at.xy, lower.z), texel)) / (upper - lower);
+    vec3 before = vec3(fieldAt(vec3(lower.x, at.yz), texel), fieldAt(vec3(at.x, lower.y, at.z), texel), fieldAt(vec3(at.xy, lower.z), texel));
+    vec3 after = vec3(fieldAt(vec3(upper.x, at.yz), texel), fieldAt(vec3(at.x, upper.y, at.z), texel), fieldAt(vec3(at.xy, upper.z), texel));
+    vec3 slope = (after - before) / (upper - lower);
+    float way = length(after - before) / (length(abs(after - value) + abs(value - before)) + kEven / perValue);
     // Gradients are rows: those of the eye's coordinates are the steps' times the matrix.
     vec3 n = slope * steps_T_eye, towards = normalize(-eye);
-    float size2 = dot(slope, slope);
-    float length2 = dot(n, n);
-    n = size2 > 1e-14 && length2 > 1e-30 ? n * inversesqrt(length2) : towards;
-    n = dot(n, towards) < 0.0 ? -n : n;
+    n *= inversesqrt(max(dot(n, n), 1e-30));
+    float cosine = dot(n, towards);
+    float share = smoothstep(0.0, kEdgeOn, abs(cosine)) * smoothstep(0.0, kOneWay, way);
+    n = normalize(mix(towards, cosine < 0.0 ? -n : n, share));
     Lit lit = light(eye, n, linearOf(color), 0.0, 1.0, 1.0, vec2(0.0), gloss);
     return encodeSrgb(toneMap(lit.diffuse));
 }
@@ -179,7 +183,7 @@ void main() {
         // To the next place where there is anything: nothing else is done for what is empty.
         vec4 color;
         vec3 at;
-        float begin, end, middle;
+        float begin, end, middle, value;
         bool empty;
         do {
             do {
@@ -191,7 +195,8 @@ void main() {
                 float steps = float(texelFetch(bricks, ivec3(brick), 0).r);
                 empty = leap(steps, brick, at, from3, inverse, margin, perPace, lastPiece, piece, left);
             } while (empty);
-            color = colored(fieldAt(at, texel), toTable);
+            value = fieldAt(at, texel);
+            color = colored(value, toTable);
             empty = color.a <= 0.0 && end < far && left > 1;
             piece += empty ? 1.0 : 0.0;
             left -= empty ? 1 : 0;
@@ -199,7 +204,7 @@ void main() {
         exponent = max(exponent + (end - begin) * perLength * clearness(color.a), -30.0);
         float clearBehind = exponent > -30.0 ? exp2(exponent) : 0.0;
 #if (MARCHED & 3) == 1
-        color.rgb = shadedAt(at, ray * middle, color.rgb, last, texel, steps_T_eye, gloss);
+        color.rgb = shadedAt(at, value, ray * middle, color.rgb, last, texel, steps_T_eye, toTable.x / toTable.z, gloss);
 #endif
         seen += (clear - clearBehind) * color.rgb;
         clear = clearBehind;

@@ -103,6 +103,7 @@ VolumeTextures::~VolumeTextures() {
 }
 
 void VolumeTextures::drop(Texture& texture) {
+    bytes_ -= texture.bytes;
     gl_.DeleteTextures(1, &texture.name);
     for (const BrickTexture& bricks : texture.brickTextures) gl_.DeleteTextures(1, &bricks.name);
     texture.brickTextures.clear();
@@ -111,7 +112,7 @@ void VolumeTextures::drop(Texture& texture) {
 void VolumeTextures::beginDraw() {
     transfer_.clear();
     clock_.beginDraw();
-    clock_.giveWay(textures_, gone_, bytes_, budgetBytes_, [this](Texture& texture) { drop(texture); });
+    clock_.giveWay(textures_, gone_, budgetBytes_, [this] { return bytes_; }, [this](Texture& texture) { drop(texture); });
 }
 
 bool VolumeTextures::canBeShown(const Volume& v) const {

@@ -42,7 +42,8 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
 }
 
 void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
-    if (!checkMesh(arrays)) return;
+    mesh.refused = !checkMesh(arrays);
+    if (mesh.refused) return;
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});

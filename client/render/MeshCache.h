@@ -18,7 +18,8 @@ struct RenderMesh {
     Box bounds;  ///< in the mesh's own coordinates; empty when the mesh cannot be drawn
     std::uint64_t triangles = 0;
     std::uint64_t lines = 0;
-    bool opaque = true;  ///< no vertex colour with alpha below 1
+    bool refused = false;  ///< by checkMesh
+    bool opaque = true;    ///< no vertex colour with alpha below 1
     Blob positions, indices;
     Blob slices;  ///< of kSlices: their texcoords (VolumeShapes.h)
     DrawKind kind = DrawKind::kTriangles;

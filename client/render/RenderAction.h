@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <set>
+#include <string>
 
 #include "client/render/DrawList.h"
 #include "client/render/DrawSorting.h"
@@ -30,6 +32,9 @@ public:
     void update(const Aspect& aspect, const ChangeList* list);
     [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
     [[nodiscard]] SceneVersion version() const;
+    /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or some of it lies beyond kUtmostCoordinate. Of what looks at the
+    /// head it is as the last screen shows it. Not of what is not here yet.
+    [[nodiscard]] const std::set<ObjectId>& undrawn() const;
 
     struct Impl;
     [[nodiscard]] const Impl& impl() const { return *impl_; }
@@ -40,6 +45,9 @@ public:
 private:
     std::unique_ptr<Impl> impl_;
 };
+
+/// In words, for whoever reads a log: which of a node's vertices are at fault. Costs a pass over them.
+[[nodiscard]] std::string whyNotDrawn(const Aspect& aspect, ObjectId node);
 
 struct CullCounts {
     std::uint64_t inFrustum = 0;  ///< items that passed the frustum test (culler `none`: all)

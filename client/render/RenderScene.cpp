@@ -40,6 +40,10 @@ Box RenderScene::bounds() const {
     return impl_->tree.bounds();
 }
 
+const std::set<ObjectId>& RenderScene::undrawn() const {
+    return impl_->undrawn;
+}
+
 SceneVersion RenderScene::version() const {
     return impl_->version;
 }
@@ -66,6 +70,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     detailedItems = coatedItems = glossyItems = 0;
     scopes = {};
     transparentTriangles = finerTransparentTriangles = 0;
+    undrawn.clear();
     byScreen.clear();
     ++finenessChanges;
     ++transparentChanges;

@@ -126,6 +126,8 @@ struct RenderScene::Impl {
     std::uint64_t transparentChanges = 0;  ///< grows whenever a transparent item comes, goes or moves
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
+    /// Nodes of what is shown and left out: beyond kUtmostCoordinate, or of a mesh that is not whole.
+    std::set<ObjectId> undrawn;
     /// Items that screens may draw finer.
     std::set<std::uint32_t> byScreen;
     std::uint64_t finenessChanges = 0;

@@ -5,13 +5,11 @@
 #include <optional>
 
 #include "client/render/SceneItems.h"
+#include "common/geometry/Utmost.h"
 
 namespace tessera {
 
 namespace {
-
-/// Beyond this a float of the rasteriser overflows; such an item leaves no pixel.
-constexpr double kUtmost = 1e30;
 
 bool sameBits(const Affine3d& a, const Affine3d& b) {
     return std::memcmp(a.data(), b.data(), 16 * sizeof(double)) == 0;
@@ -228,7 +226,10 @@ Affine3d RenderScene::Impl::worldOf(const ScenePlace& place) const {
 
 void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another) {
     ScenePlace& place = places[slot];
-    if (!place.shown || place.role != SceneRole::kDrawable) return freeItem(place);
+    if (!place.shown || place.role != SceneRole::kDrawable) {
+        undrawn.erase(place.id);
+        return freeItem(place);
+    }
     const auto placed = [&] {
         SceneItem& item = items[place.item];
         item.turned = SceneItem::kUnturned;
@@ -242,7 +243,10 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
         return;
     }
     SceneLook look = looks_.of(*aspect_, place.core);
-    if (!look.mesh || !look.mesh->drawable()) return freeItem(place);
+    if (!look.mesh || !look.mesh->drawable()) {
+        look.mesh && look.mesh->refused ? (void)undrawn.insert(place.id) : (void)undrawn.erase(place.id);
+        return freeItem(place);
+    }
     const bool isNew = place.item == kNone;
     if (isNew && freeItems_.empty()) {
         place.item = static_cast<std::uint32_t>(items.size());
@@ -295,9 +299,12 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
     const Vec3d farthest = reached.lower.cwiseAbs().cwiseMax(reached.upper.cwiseAbs());
     item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
     // Written so that it is false for NaN.
-    const bool sane = (box.lower.array() > -kUtmost).all() && (box.upper.array() < kUtmost).all() && !box.empty() &&
-                      item.reach < kUtmost;
-    if (!sane) {
+    const bool sane = (box.lower.array() >= -kUtmostCoordinate).all() && (box.upper.array() <= kUtmostCoordinate).all() && !box.empty() &&
+                      item.reach <= 2 * kUtmostCoordinate;
+    if (sane) {
+        undrawn.erase(item.node);
+    } else {
+        undrawn.insert(item.node);
         box = Box();
         item.reach = 0;
     }
@@ -358,6 +365,7 @@ void RenderScene::Impl::queue(std::uint32_t item) {
 
 void RenderScene::Impl::leaveRole(std::uint32_t slot) {
     ScenePlace& place = places[slot];
+    undrawn.erase(place.id);
     freeItem(place);
     if (place.ordered) takeOut(slot);
     if (!place.counted) return;

@@ -265,6 +265,13 @@ bool RenderHost::on(const work::Draw& draw) {
         log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
                                  skipped));
     skippedBefore_ = skipped;
+    if (const std::set<ObjectId>& undrawn = scene_.undrawn(); surface_ && undrawn != undrawnBefore_) {
+        if (!undrawn.empty()) {
+            const std::string others = undrawn.size() > 1 ? fmt::format(" (and {} things more)", undrawn.size() - 1) : std::string();
+            log_.warning(fmt::format("frame {}: {}{}", frame.value, whyNotDrawn(aspect_, *undrawn.begin()), others));
+        }
+        undrawnBefore_ = undrawn;
+    }
     if (dark != darkBefore_ && dark > 0)
         log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark, DrawList::kMaxLights));
     darkBefore_ = dark;

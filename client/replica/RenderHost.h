@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -145,6 +146,7 @@ private:
     std::unique_ptr<PictureWriter> writer_;
     std::string troubleBefore_;        ///< with the surroundings, in the frame before
     std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;     ///< lights left out in the frame before
+    std::set<ObjectId> undrawnBefore_;  ///< RenderScene::undrawn, in the frame before: said once
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
 };
 

@@ -1,7 +1,6 @@
 #include "server/programs/ProgramNotices.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -26,6 +25,8 @@ struct ProgramNotices::WantedNotice {
     NoticeText words;
     Vec3d at;
     double em = 1;
+    Box of;              ///< the thing, in the world
+    bool close = false;  ///< before the eye, wherever the thing is
     [[nodiscard]] Vec3d plateSize() const {
         return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
     }
@@ -38,84 +39,20 @@ namespace {
 using WantedNotice = ProgramNotices::WantedNotice;
 constexpr double kShareOfScreen = 1.0 / 40;  ///< an em, of the screen's height
 
-// --- Words
-
-struct Letter {
-    char32_t code = 0;
-    std::size_t size = 1;  ///< in bytes
-};
-/// The first character of UTF-8 `text`, which is not empty; '?' for a byte that begins none.
-Letter firstLetter(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-    const unsigned lead = byte(0);
-    const std::size_t size = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
-    if (size == 1) return {lead, 1};
-    if (size == 0) return {U'?', 1};
-    char32_t code = lead & (0x7fu >> size);
-    for (std::size_t i = 1; i < size; ++i) {
-        if ((byte(i) & 0xc0u) != 0x80u) return {U'?', 1};
-        code = code << 6 | (byte(i) & 0x3fu);
-    }
-    constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
-    const bool none = code < kLeast[size] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000);
-    return none ? Letter{U'?', 1} : Letter{code, size};
+/// As a Billboard of no axis turns what is below it: to the right, up, towards the head. In the world.
+Mat3d facing(const Vec3d& towards) {
+    const Vec3d across = Vec3d::UnitY().cross(towards);
+    Mat3d turned;
+    turned.col(2) = towards;
+    turned.col(0) = across.norm() > 1e-9 ? Vec3d(across.normalized()) : Vec3d(Vec3d::UnitX());
+    turned.col(1) = towards.cross(turned.col(0));
+    return turned;
 }
 
-/// Neither a letter nor a sign: control characters, what turns the direction of others, ends of lines.
-bool isBlank(char32_t c) {
-    return c <= 0x20 || (c >= 0x7f && c <= 0xa0) || c == 0xad || c == 0x61c || (c >= 0x200b && c <= 0x200f) || (c >= 0x2028 && c <= 0x202f) ||
-           (c >= 0x2060 && c <= 0x206f) || c == 0xfeff || (c >= 0xfff0 && c <= 0xfffb) || c >= 0xe0000;
+/// 0 in it.
+double distanceTo(const Box& box, const Vec3d& place) {
+    return (place - place.cwiseMax(box.lower).cwiseMin(box.upper)).norm();
 }
-
-/// Of what stands in one word, or is cut.
-std::size_t widthOf(char32_t c) {
-    return c >= 0x2e80 ? 2 : 1;
-}
-
-void appendUtf8(std::string& out, char32_t c) {
-    const auto put = [&](char32_t byte) { out.push_back(static_cast<char>(static_cast<unsigned char>(byte))); };
-    if (c < 0x80) return put(c);
-    if (c < 0x800) return put(0xc0 | c >> 6), put(0x80 | (c & 0x3f));
-    if (c < 0x10000) return put(0xe0 | c >> 12), put(0x80 | (c >> 6 & 0x3f)), put(0x80 | (c & 0x3f));
-    put(0xf0 | c >> 18), put(0x80 | (c >> 12 & 0x3f)), put(0x80 | (c >> 6 & 0x3f)), put(0x80 | (c & 0x3f));
-}
-
-/// Letters, with single blanks between words and none at the ends.
-std::u32string lettersOf(std::string_view text) {
-    std::u32string letters;
-    while (!text.empty()) {
-        const Letter letter = firstLetter(text);
-        text.remove_prefix(letter.size);
-        if (!isBlank(letter.code))
-            letters.push_back(letter.code);
-        else if (!letters.empty() && letters.back() != U' ')
-            letters.push_back(U' ');
-    }
-    if (!letters.empty() && letters.back() == U' ') letters.pop_back();
-    return letters;
-}
-
-std::size_t columnsOf(std::u32string_view letters) {
-    std::size_t columns = 0;
-    for (const char32_t c : letters) columns += widthOf(c);
-    return columns;
-}
-
-/// As much of `letters` as fits into a line, and as ends where a word does if one does in its second half; takes it away.
-std::u32string_view takeLine(std::u32string_view& letters) {
-    std::size_t end = 0, columns = 0;
-    while (end < letters.size() && columns + widthOf(letters[end]) <= NoticeText::kColumns) columns += widthOf(letters[end++]);
-    if (end < letters.size()) {
-        const std::size_t blank = letters.substr(0, end + 1).rfind(U' ');
-        if (blank != std::u32string_view::npos && blank > end / 2) end = blank;
-    }
-    const std::u32string_view line = letters.substr(0, end);
-    letters.remove_prefix(end);
-    if (!letters.empty() && letters.front() == U' ') letters.remove_prefix(1);
-    return line;
-}
-
-// --- Nodes
 
 const MeshArrays& plateShape() {
     static const MeshArrays shape = [] {
@@ -286,36 +223,11 @@ void appendPrograms(const Aspect& scene, ObjectId material, const std::set<Objec
 
 }  // namespace
 
-NoticeText noticeText(std::string_view path, ObjectId program, std::string_view problem) {
-    std::u32string head = lettersOf(path);
-    const std::u32string number = lettersOf(fmt::format(": SurfaceProgram #{}", program.value));
-    // Of a long path the end says more.
-    if (const std::size_t room = NoticeText::kColumns - number.size(); head.size() > room) {
-        std::u32string end(1, U'…');
-        end.append(head, head.size() - room + 1, room);
-        head.swap(end);
-    }
-    head += number;
-    const std::u32string letters = lettersOf(problem.empty() ? std::string_view("it is bad") : problem);
-    std::vector<std::u32string> lines{head};
-    std::u32string_view rest = letters;
-    while (!rest.empty() && lines.size() + 1 < NoticeText::kMostLines) lines.emplace_back(takeLine(rest));
-    // Either the last line, or how much there is beside.
-    if (columnsOf(rest) <= NoticeText::kColumns) {
-        if (!rest.empty()) lines.emplace_back(rest);
-    } else {
-        lines.push_back(lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), program.value)));
-    }
-    NoticeText notice{.text = {}, .lines = lines.size(), .columns = 0};
-    for (const std::u32string& line : lines) {
-        if (!notice.text.empty()) notice.text.push_back('\n');
-        for (const char32_t c : line) appendUtf8(notice.text, c);
-        notice.columns = std::max(notice.columns, columnsOf(line));
-    }
-    return notice;
+ProgramNotices::ProgramNotices(const Wall& wall) : wall_(wall) {
+    const auto ofTwo = [](const TileAssignment& tile) { return tile.eye != Eye::kCenter; };
+    for (const WallHost& host : wall_.hosts)
+        if (std::ranges::any_of(host.tiles, ofTwo)) beforeEye_ = kBeforeTwoEyesMetres;
 }
-
-ProgramNotices::ProgramNotices(const Wall& wall) : wall_(wall) {}
 
 void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     const auto lookAtProgram = [&](ObjectId id) {
@@ -359,15 +271,33 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); })) sinceLook_ = kPatience;
 }
 
+bool ProgramNotices::stillSees(const View& view) const {
+    const Affine3d world_T_wall = view.world_T_wall();
+    constexpr double kTurned = 0.02, kMoved = 0.25;  // in all, and of the way to the nearest
+    const Mat3d turned = world_T_wall.linear() / view.worldUnitsPerMetre - eye_.world_T_wall.linear() / eye_.unitsPerMetre;
+    const double moved = (world_T_wall * headOf(view) - eye_.world_T_wall * eye_.head).norm();
+    const double larger = view.worldUnitsPerMetre / eye_.unitsPerMetre;
+    return turned.cwiseAbs().maxCoeff() < kTurned && moved < kMoved * eye_.nearest * eye_.unitsPerMetre && larger < 1.25 && larger > 0.8;
+}
+
 /// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on the screen are moved until all of
 /// them are, and up or down, as little as that takes, off those that come before.
 void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view) {
+    if (wanted.empty()) return;
     const Screen& screen = wall_.screens.front();
-    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized(), normal = right.cross(up);
-    if (laidFor_ != stands_.size() || standsMoved_) eye_ = {.wall_T_world = view.world_T_wall().inverse(), .head = headOf(view), .unitsPerMetre = view.worldUnitsPerMetre};
+    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
+    const Vec3d normal = right.cross(up);
+    if (laidFor_ != wanted.size() || standsMoved_ || !stillSees(view)) {
+        User user = wall_.users.front();
+        user.position = headOf(view);
+        const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
+        const PixelRect whole{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+        eye_ = {.world_T_wall = view.world_T_wall(), .wall_T_world = view.world_T_wall().inverse(), .head = user.position,
+                .unitsPerMetre = view.worldUnitsPerMetre, .sees = tileFrustum(camera, whole, 0), .nearest = 0};
+    }
     standsMoved_ = false;
-    laidFor_ = stands_.size();
-    constexpr double kRoomAround = 1.1, kNearestMetres = 0.3, kDearerDown = 3;
+    laidFor_ = wanted.size();
+    constexpr double kRoomAround = 1.1, kNearestMetres = 0.3, kDearerDown = 3, kShareOfFree = 0.7;
     const Vec3d& head = eye_.head;
     const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(), height = screen.heightMetres();
     struct Laid {
@@ -376,7 +306,6 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
             return std::abs(x - other.x) < halfWidth + other.halfWidth && std::abs(y - other.y) < halfHeight + other.halfHeight;
         }
     };
-    const auto wayOf = [&](const WantedNotice& one) -> Vec3d { return eye_.wall_T_world * one.at - head; };
     /// From the screen's corner to where it is seen on it; nothing where it is not.
     const auto seenOn = [&](const Vec3d& way) -> std::optional<Vec3d> {
         const double t = before / normal.dot(way);
@@ -385,26 +314,50 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         const double x = right.dot(on), y = up.dot(on);
         return x >= 0 && x <= width && y >= 0 && y <= height ? std::optional<Vec3d>(on) : std::nullopt;
     };
+    const Vec3d toMiddle = screen.lowerLeft + 0.5 * (width * right + height * up) - head;
+    struct Seen {
+        Vec3d way;  ///< m, from the head, on the wall
+        Vec3d on;   ///< from the screen's corner
+    };
     // All as near as the nearest, so that none stands behind what another is of; not in the eye.
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const WantedNotice& one : wanted)
-        if (const Vec3d way = wayOf(one); seenOn(way)) nearest = std::min(nearest, std::max(way.norm(), kNearestMetres));
-    std::vector<Laid> all;
+    double nearest = std::numeric_limits<double>::infinity(), nearestOfAny = nearest;
+    std::vector<std::optional<Seen>> ways;
     for (WantedNotice& one : wanted) {
-        Vec3d way = wayOf(one);
-        const std::optional<Vec3d> seen = seenOn(way);
-        if (!seen) continue;
-        const Vec3d& on = *seen;
+        std::optional<Seen>& seen = ways.emplace_back();
+        Vec3d way = one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
+        std::optional<Vec3d> on = seenOn(way);
+        nearestOfAny = std::min(nearestOfAny, way.norm());
+        const double free = distanceTo(one.of, eye_.world_T_wall * head) / eye_.unitsPerMetre;
+        if (!on && (free == 0 || !eye_.sees.classify(one.of).outside)) {
+            way = one.close ? toMiddle : Vec3d(way.norm() / toMiddle.norm() * toMiddle);
+            on = seenOn(way);
+        }
+        if (!on) continue;
+        if (one.close) {
+            way *= std::max(beforeEye_ / std::abs(normal.dot(way)), kShareOfFree * free / way.norm());
+            one.em = way.norm() * screenHeightFrom(head) * kShareOfScreen * eye_.unitsPerMetre;
+        }
+        seen = Seen{way, *on};
+        nearest = std::min(nearest, one.close ? way.norm() : std::max(way.norm(), kNearestMetres));
+    }
+    eye_.nearest = std::isfinite(nearest) ? nearest : nearestOfAny;
+    std::vector<Laid> all;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        if (!ways[i]) continue;
+        WantedNotice& one = wanted[i];
+        auto [way, on] = *ways[i];
         const double share = std::min(1.0, nearest / way.norm());
         way *= share;
         one.em *= share;
         const double t = before / normal.dot(way);
         // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to the screen's edge.
-        const Vec3d towards = -way.normalized(), across = up.cross(towards).normalized(), size = one.em / eye_.unitsPerMetre * one.plateSize();
+        const Vec3d size = one.em / eye_.unitsPerMetre * one.plateSize();
+        const Mat3d turned = eye_.wall_T_world.linear() * eye_.unitsPerMetre * facing(-(eye_.world_T_wall.linear() * way).normalized());
         Laid laid{right.dot(on), up.dot(on), 0, 0};
         for (const double sx : {-0.5, 0.5})
             for (const double sy : {-0.5, 0.5}) {
-                const Vec3d corner = way + sx * size.x() * across + sy * size.y() * towards.cross(across), there = before / normal.dot(corner) * corner + head - screen.lowerLeft;
+                const Vec3d corner = way + sx * size.x() * turned.col(0) + sy * size.y() * turned.col(1);
+                const Vec3d there = before / normal.dot(corner) * corner + head - screen.lowerLeft;
                 laid.halfWidth = std::max(laid.halfWidth, kRoomAround * std::abs(right.dot(there) - laid.x));
                 laid.halfHeight = std::max(laid.halfHeight, kRoomAround * std::abs(up.dot(there) - laid.y));
             }
@@ -416,10 +369,10 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         const auto attempt = [&](double y) {
             Laid there = laid;
             there.y = y;
-            const bool on = y == laid.y || (y >= laid.halfHeight && y <= height - laid.halfHeight);
+            const bool onScreen = y == laid.y || (y >= laid.halfHeight && y <= height - laid.halfHeight);
             // Rather up: below there are floors.
             const double far = y < laid.y ? kDearerDown * (laid.y - y) : y - laid.y;
-            if (!on || far >= least || std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); })) return;
+            if (!onScreen || far >= least || std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); })) return;
             best = there;
             least = far;
         };
@@ -428,7 +381,7 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
             for (const double side : {1.0, -1.0}) attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
         all.push_back(best);
         const Vec3d to = screen.lowerLeft + best.x * right + best.y * up;
-        one.at = eye_.wall_T_world.inverse() * Vec3d(head + (to - head) / t);
+        one.at = eye_.world_T_wall * Vec3d(head + (to - head) / t);
     }
 }
 
@@ -436,6 +389,12 @@ Vec3d ProgramNotices::headOf(const View& view) const {
     const User& user = wall_.users.front();
     const User* there = view.findUser(user.name);
     return (there ? *there : user).position;
+}
+
+double ProgramNotices::screenHeightFrom(const Vec3d& head) const {
+    const Screen& screen = wall_.screens.front();
+    const Vec3d normal = (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
+    return screen.heightMetres() / std::max(0.05, std::abs(normal.dot(head - screen.lowerLeft)));
 }
 
 void ProgramNotices::look(const Aspect& scene) {
@@ -481,15 +440,14 @@ void ProgramNotices::follow(const Aspect& scene) {
 }
 
 ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& view) {
-    const Screen& screen = wall_.screens.front();
     const Vec3d head = headOf(view);
     const Vec3d eye = view.world_T_wall() * head, way = eye - place.world.center();
-    // How high the screen is at a distance of 1 from the eye.
-    const Vec3d normal = (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
-    const double height = screen.heightMetres() / std::max(0.05, std::abs(normal.dot(head - screen.lowerLeft)));
+    const double height = screenHeightFrom(head);
     const double distance = std::max(way.norm(), 1e-9), radius = 0.51 * place.world.size().norm();
     Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()), .away = std::min(radius, 0.5 * distance), .em = 0};
     const auto known = stands_.find(place.program);
+    // Beyond twice the radius what is a radius away is before all of it; nearer it may be within.
+    wanted.close = distance < (known != stands_.end() && known->second.close ? 2.2 : 2.0) * radius;
     if (known != stands_.end()) {
         Stand& stand = known->second;
         constexpr double kNearEnough = 1.25, kCosine = 0.97;  // about 14 degrees
@@ -503,7 +461,7 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
         if (wanted.em <= then * 1.25 && then <= wanted.em * 1.25) wanted.em = then;
     }
     Stand& stand = stands_[place.program];
-    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away || stand.em != wanted.em;
+    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away || stand.em != wanted.em || stand.close != wanted.close;
     stand = wanted;
     return wanted;
 }
@@ -533,7 +491,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
         const Stand stand = standOf(place, view);
         const Vec3d at = place.world.center() + stand.away * stand.towards;
         if (!at.allFinite() || !(stand.em > 1e-12 && stand.em < 1e12)) continue;
-        wanted.push_back({.words = noticeText(pathOf(scene, place.node), place.program, program->problem), .at = at, .em = stand.em});
+        NoticeText words = noticeText(pathOf(scene, place.node), place.program, program->problem);
+        wanted.push_back({.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
     }
     if (bad_.size() > kMost && !wanted.empty()) {
         NoticeText& last = wanted.back().words;

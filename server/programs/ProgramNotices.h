@@ -5,8 +5,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/base/Blob.h"
@@ -14,18 +12,9 @@
 #include "common/drawable/Drawable.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
+#include "server/programs/NoticeText.h"
 
 namespace tessera {
-
-/// Lines of about `kColumns` letters: a node's path with the program's number, then the problem, cut at `kMostLines` lines with how much is left out.
-/// Whatever the problem holds, the text is UTF-8 without control characters or ones that turn the direction of others.
-struct NoticeText {
-    static constexpr std::size_t kColumns = 44, kMostLines = 8;
-    std::string text;
-    std::size_t lines = 0, columns = 0;  ///< of the longest line
-    bool operator==(const NoticeText&) const = default;
-};
-[[nodiscard]] NoticeText noticeText(std::string_view path, ObjectId program, std::string_view problem);
 
 /// Keeps one node, "program-problems", last below the root but for contacts, as long as a SurfaceProgram is bad and something that is seen has it:
 ///
@@ -38,8 +27,13 @@ struct NoticeText {
 /// One for each program and not for each thing that it is of: it stands before the first of these, in the order of the document, about as large for
 /// the eye of the first user as letters that are read from afar, whatever the size of the thing. As that eye sees it the first screen shows all of
 /// it, none covers another as long as there is room above and below, and all are as near as the nearest, so that what programs are of seldom hides
-/// one. Other things may; and not so where heads are far from where they were when it was placed. It goes when the program is good, changed, or of
-/// nothing that is seen.
+/// one. Other things may. It goes when the program is good, changed, or of nothing that is seen.
+///
+/// What reaches the first screen has its notice there: where its middle is seen, else in the screen's middle. Whoever is nearer to a thing than twice its
+/// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye, straight towards the
+/// screen's plane, and farther where screens are for two eyes, which could not see it as one. What is still nearer hides it; screens for one eye hardly
+/// draw such a thing. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
+/// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
 ///
 /// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: they
 /// are known by how they look. Files leave them out (common/scene/ServerNodes.h).
@@ -52,6 +46,7 @@ public:
     static constexpr std::size_t kMost = 16;  ///< programs, by number; the last notice says how many more there are
     static constexpr std::size_t kMostVisited = 200'000;
     static constexpr unsigned kPatience = 10;
+    static constexpr double kBeforeEyeMetres = 0.15, kBeforeTwoEyesMetres = 0.4;
 
     explicit ProgramNotices(const Wall& wall);
 
@@ -79,26 +74,34 @@ private:
     struct Stand {
         Vec3d towards = Vec3d::UnitZ();  ///< from the middle of what it is of
         double away = 0, em = 0;
+        bool close = false;  ///< to the eye, which is in the thing or right before it
     };
     /// As what is laid out was seen.
-    struct Eye {
-        Affine3d wall_T_world = Affine3d::Identity();
+    struct Sight {
+        Affine3d world_T_wall = Affine3d::Identity(), wall_T_world = Affine3d::Identity();
         Vec3d head = Vec3d::Zero();  ///< m, on the wall
         double unitsPerMetre = 1;
+        Frustum sees;  ///< on the first screen, in the world
+        double nearest = 0;  ///< of what was laid out, m
     };
     void layOut(std::vector<WantedNotice>& wanted, const View& view);
+    /// Whether the eye of this view is still about where and what it was.
+    [[nodiscard]] bool stillSees(const View& view) const;
     [[nodiscard]] Vec3d headOf(const View& view) const;
+    /// How high the first screen is at a distance of 1 from the eye.
+    [[nodiscard]] double screenHeightFrom(const Vec3d& head) const;
     void look(const Aspect& scene);
     void follow(const Aspect& scene);
     [[nodiscard]] Stand standOf(const Place& place, const View& view);
     [[nodiscard]] std::vector<ObjectId> tops(const Aspect& scene) const;
 
     Wall wall_;
+    double beforeEye_ = kBeforeEyeMetres;
     std::set<ObjectId> bad_;
     std::set<ObjectId> named_;  ///< nodes of the name that is ours
     std::vector<Place> places_;
     std::map<ObjectId, Stand> stands_;  ///< by program
-    Eye eye_;
+    Sight eye_;
     std::size_t laidFor_ = 0;   ///< so many stands
     bool standsMoved_ = false;  ///< since then
     bool lookDue_ = false;

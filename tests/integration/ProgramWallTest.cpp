@@ -102,6 +102,34 @@ TEST(ProgramWall, WhatIsWrongStandsBeforeTheThingUntilItIsRight) {
     (void)silent.finish();
 }
 
+/// As many pixels as its letters have: neither magenta nor black, nor the white of what is lit.
+std::size_t pixelsOfLetters(const Picture& picture) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
+        count += picture.rgb[i] > 240 && picture.rgb[i + 1] > 220 && picture.rgb[i + 1] < 255 && picture.rgb[i + 2] > 150 && picture.rgb[i + 2] < 230;
+    return count;
+}
+
+/// The car is as large as a house, all of whose walls are wrong, and the wall stands in it.
+TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
+    std::vector<Picture> pictures;
+    for (const char* wall : {"1x1", "2x2"}) {
+        PaintShop shop(wall);
+        ASSERT_TRUE(shop.ready) << shop.logs();
+        ASSERT_TRUE(shop.says("line 2")) << shop.logs();
+        shop.tell({"set", "/car", "scale", "20", "20", "40"});
+        shop.settle();
+        pictures.push_back(shop.picture("inside"));
+        EXPECT_GT(pixelsOfLetters(pictures.back()), 500u);
+        shop.tell({"view", "--orientation", "0.5", "0", "0.8660254", "0"});
+        shop.settle();
+        pictures.push_back(shop.picture("turned"));
+        EXPECT_GT(pixelsOfLetters(pictures.back()), 500u) << "wherever one looks";
+        EXPECT_EQ(shop.finish()["replication"]["state_hash_mismatches"], 0);
+    }
+    for (std::size_t i : {0u, 1u}) EXPECT_EQ(pixelsThatDiffer(pictures[i], pictures[i + 2]), 0u) << "the seams go through the letters";
+}
+
 TEST(ProgramWall, AServerThatIsKilledSaysItAgain) {
     const TemporaryFolder folder;
     const std::vector<std::string> journal{"--journal", folder.path() + "/journal"};

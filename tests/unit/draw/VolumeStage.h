@@ -186,6 +186,23 @@ protected:
         const double nearest = ClipRange().nearMetres / -(stage.camera.eye_T_world * place).z();
         return FieldRay(v, from, all / lengthPerWay, nearest * lengthPerWay, solid > 0 ? solid * lengthPerWay : 1e9);
     }
+    struct SeenPixel {
+        int x, y;
+        FieldRay ray;
+        std::array<int, 3> is;
+    };
+    /// Some of the picture, from pixel `first` on each side, every so many; without those at the rim of the box, where a ray's rounding decides
+    /// whether it meets it.
+    static std::vector<SeenPixel> pixelsOf(const Picture& picture, const Stage& stage, const Volume& v, int first, int every) {
+        std::vector<SeenPixel> all;
+        for (int y = first; y < kSidePx; y += every)
+            for (int x = first; x < kSidePx; x += every) {
+                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
+                const Rgb is = pixel(picture, x, y);
+                if (std::abs(ray.end - ray.begin) >= 1e-3) all.push_back({x, y, ray, {is.r, is.g, is.b}});
+            }
+        return all;
+    }
     static int over(double color, double opacity, int background) { return static_cast<int>(std::lround(std::clamp(255 * color + (1 - opacity) * background, 0.0, 255.0))); }
 };
 

@@ -24,25 +24,20 @@ TEST_F(VolumeTest, CloudsAndMaximaAreWhatRaysInDoubleSee) {
         const Stage stage = someStage(dice, v);
         const Picture picture = draw(stage.aspect, stage.camera);
         const double step = v.step * v.spacing.minCoeff();
-        for (int y = 0; y < kSidePx; y += 3)
-            for (int x = 0; x < kSidePx; x += 3) {
-                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
-                // At the rim of the box a ray's rounding decides whether it meets it.
-                if (std::abs(ray.end - ray.begin) < 1e-3) continue;
-                const SeenThere rule = followed(v, ray, step, 1), truth = followed(v, ray, step, 8);
-                covered += truth.opacity > 0.02;
-                const Rgb is = pixel(picture, x, y);
-                const std::array<int, 3> channels{is.r, is.g, is.b}, behind{stage.background.r, stage.background.g, stage.background.b};
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const int wanted = over(truth.color[c], truth.opacity, behind[c]);
-                    const double ruleOff = std::abs(over(rule.color[c], rule.opacity, behind[c]) - wanted);
-                    mostOff = std::max<double>(mostOff, std::abs(channels[c] - wanted));
-                    // What is behind is one off at most (ExpectedColor.h); colour, opacity, their product and what is wanted are rounded once each.
-                    ASSERT_LE(std::abs(channels[c] - wanted), 3 + ruleOff)
-                        << "at " << x << ' ' << y << " channel " << c << ": is " << is << ", wanted " << wanted << " of opacity " << truth.opacity << ", mode " << v.mode << " format " << v.format
-                        << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.CloudsAndMaxima*";
-                }
+        const std::array<int, 3> behind{stage.background.r, stage.background.g, stage.background.b};
+        for (const auto& [x, y, ray, is] : pixelsOf(picture, stage, v, 0, 3)) {
+            const SeenThere rule = followed(v, ray, step, 1), truth = followed(v, ray, step, 8);
+            covered += truth.opacity > 0.02;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const int wanted = over(truth.color[c], truth.opacity, behind[c]);
+                const double ruleOff = std::abs(over(rule.color[c], rule.opacity, behind[c]) - wanted);
+                mostOff = std::max<double>(mostOff, std::abs(is[c] - wanted));
+                // What is behind is one off at most (ExpectedColor.h); colour, opacity, their product and what is wanted are rounded once each.
+                ASSERT_LE(std::abs(is[c] - wanted), 3 + ruleOff)
+                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", wanted " << wanted << " of opacity " << truth.opacity
+                    << ", mode " << v.mode << " format " << v.format << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.CloudsAndMaxima*";
             }
+        }
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(covered, 1500);
@@ -61,22 +56,18 @@ TEST_F(VolumeTest, EachPieceOfARayIsSeenOnceWhereItsMiddleIs) {
         const Stage stage = someStage(dice, v);
         const Picture picture = draw(stage.aspect, stage.camera);
         const double step = v.step * v.spacing.minCoeff();
-        for (int y = 0; y < kSidePx; y += 3)
-            for (int x = 0; x < kSidePx; x += 3) {
-                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
-                const auto byPieces = [&](double at) { return std::abs(at / step - std::round(at / step)); };
-                // Where rounding decides whether there is a piece.
-                if (std::abs(ray.end - ray.begin) < 1e-3 || byPieces(ray.begin) < 1e-3 || byPieces(ray.end) < 1e-3) continue;
-                const SeenThere rule = followed(v, ray, step, 1);
-                covered += rule.opacity > 0.02;
-                const Rgb is = pixel(picture, x, y);
-                const std::array<int, 3> channels{is.r, is.g, is.b}, behind{stage.background.r, stage.background.g, stage.background.b};
-                for (std::size_t c = 0; c < 3; ++c)
-                    ASSERT_LE(std::abs(channels[c] - over(rule.color[c], rule.opacity, behind[c])), 3)
-                        << "at " << x << ' ' << y << " channel " << c << ": is " << is << " of opacity " << rule.opacity << ", mode " << v.mode
-                        << " format " << v.format << " step " << v.step
-                        << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.EachPiece*";
-            }
+        const std::array<int, 3> behind{stage.background.r, stage.background.g, stage.background.b};
+        for (const auto& [x, y, ray, is] : pixelsOf(picture, stage, v, 0, 3)) {
+            const auto byPieces = [&](double at) { return std::abs(at / step - std::round(at / step)); };
+            // Where rounding decides whether there is a piece.
+            if (byPieces(ray.begin) < 1e-3 || byPieces(ray.end) < 1e-3) continue;
+            const SeenThere rule = followed(v, ray, step, 1);
+            covered += rule.opacity > 0.02;
+            for (std::size_t c = 0; c < 3; ++c)
+                ASSERT_LE(std::abs(is[c] - over(rule.color[c], rule.opacity, behind[c])), 3)
+                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << " of opacity " << rule.opacity << ", mode " << v.mode
+                    << " format " << v.format << " step " << v.step << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.EachPiece*";
+        }
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(covered, 3000);
@@ -107,34 +98,31 @@ TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
         v.slices = Blob::of(std::span<const double>(planes));
         const Stage stage = someStage(dice, v);
         const Picture picture = draw(stage.aspect, stage.camera);
-        for (int y = 0; y < kSidePx; y += 3)
-            for (int x = 0; x < kSidePx; x += 3) {
-                const FieldRay ray = rayOf(stage, v, x + 0.5, y + 0.5);
-                std::vector<std::pair<double, SeenThere>> layers;
-                bool atRim = std::abs(ray.end - ray.begin) < 0.02;
-                for (std::size_t i = 0; i < planes.size(); i += 4) {
-                    const Vec3d n(planes[i], planes[i + 1], planes[i + 2]);
-                    const double t = (planes[i + 3] - n.dot(ray.from)) / n.dot(ray.along);
-                    atRim = atRim || std::abs(t - ray.begin) < 0.02 || std::abs(t - ray.end) < 0.02 || std::abs(n.normalized().dot(ray.along)) < 0.03;
-                    if (!(t > ray.begin && t < ray.end)) continue;
-                    for (const auto& other : layers) atRim = atRim || std::abs(other.first - t) < 1e-3;
-                    layers.emplace_back(t, byTransfer(v, valueAt(v, ray.from + t * ray.along)));
-                }
-                if (atRim) continue;
-                std::ranges::sort(layers, [](const auto& one, const auto& other) { return one.first > other.first; });
-                layered += layers.size() > 1;
-                most = std::max(most, layers.size());
-                const Rgb is = pixel(picture, x, y);
-                const std::array<int, 3> channels{is.r, is.g, is.b}, behind{stage.background.r, stage.background.g, stage.background.b};
-                for (std::size_t c = 0; c < 3; ++c) {
-                    double wanted = behind[c];
-                    for (const auto& [t, seen] : layers) wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
-                    // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is one off at most.
-                    ASSERT_LE(std::abs(channels[c] - wanted), 1 + 2 * static_cast<double>(layers.size()))
-                        << "at " << x << ' ' << y << ": " << is << " of " << layers.size() << " layers"
-                        << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
-                }
+        const std::array<int, 3> behind{stage.background.r, stage.background.g, stage.background.b};
+        for (const auto& [x, y, ray, is] : pixelsOf(picture, stage, v, 0, 3)) {
+            std::vector<std::pair<double, SeenThere>> layers;
+            bool atRim = std::abs(ray.end - ray.begin) < 0.02;
+            for (std::size_t i = 0; i < planes.size(); i += 4) {
+                const Vec3d n(planes[i], planes[i + 1], planes[i + 2]);
+                const double t = (planes[i + 3] - n.dot(ray.from)) / n.dot(ray.along);
+                atRim = atRim || std::abs(t - ray.begin) < 0.02 || std::abs(t - ray.end) < 0.02 || std::abs(n.normalized().dot(ray.along)) < 0.03;
+                if (!(t > ray.begin && t < ray.end)) continue;
+                for (const auto& other : layers) atRim = atRim || std::abs(other.first - t) < 1e-3;
+                layers.emplace_back(t, byTransfer(v, valueAt(v, ray.from + t * ray.along)));
             }
+            if (atRim) continue;
+            std::ranges::sort(layers, [](const auto& one, const auto& other) { return one.first > other.first; });
+            layered += layers.size() > 1;
+            most = std::max(most, layers.size());
+            for (std::size_t c = 0; c < 3; ++c) {
+                double wanted = behind[c];
+                for (const auto& [t, seen] : layers) wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
+                // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is one off at most.
+                ASSERT_LE(std::abs(is[c] - wanted), 1 + 2 * static_cast<double>(layers.size()))
+                    << "at " << x << ' ' << y << ": " << is[c] << " of " << layers.size() << " layers"
+                    << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
+            }
+        }
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(layered, 1000);

@@ -195,6 +195,43 @@ TEST(RenderScene, MeshesThatCannotBeDrawnAreLeftOut) {
         EXPECT_EQ(nodesOf(cull(scene, kind, TestCamera())), std::vector<ObjectId>{whole});
 }
 
+// Whatever is shown and not drawn is named, with the vertex that is at fault, as long as it is so.
+TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
+    for (const double scale : {1e9, 0.9e18, 1.1e18, 1e30, 1e38, 1e200, 1e300}) {
+        TestScene scene;
+        MeshData mesh = makeBox({1, 1, 1});
+        mesh.positions[9 * 3] = 2;  // the farthest
+        const ObjectId pose = scene.transform({0, 0, -5}, Quatd::Identity(), Vec3d::Constant(scale / 2));
+        const ObjectId place = scene.node(pose), thing = scene.node(scene.geometry(mesh), place);
+        scene.apply();
+        RenderScene followed;
+        followed.update(scene.aspect, nullptr);
+        const bool drawn = scale < 1e18;
+        EXPECT_EQ(followed.undrawn(), drawn ? std::set<ObjectId>() : std::set<ObjectId>{thing}) << scale;
+        if (!drawn) {
+            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 9 comes to lie "), std::string::npos) << whyNotDrawn(scene.aspect, thing);
+        }
+        scene.edit.set(pose, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
+        ChangeList list = scene.edit.take();
+        ASSERT_TRUE(scene.aspect.apply(list));
+        followed.update(scene.aspect, &list);
+        EXPECT_TRUE(followed.undrawn().empty());
+    }
+    for (const float coordinate : {1e9f, 0.99e18f, 1.1e18f, 1e30f, std::numeric_limits<float>::max(), std::numeric_limits<float>::infinity()}) {
+        TestScene scene;
+        MeshData mesh = makeBox({1, 1, 1});
+        mesh.positions[5 * 3 + 1] = -coordinate;
+        const ObjectId thing = scene.put(scene.geometry(mesh), {0, 0, 0});
+        scene.apply();
+        RenderScene drawn;
+        drawn.update(scene.aspect, nullptr);
+        EXPECT_EQ(drawn.undrawn().contains(thing), coordinate > 1e18f) << coordinate;
+        if (coordinate > 1e18f) {
+            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 5"), std::string::npos) << whyNotDrawn(scene.aspect, thing);
+        }
+    }
+}
+
 // The law that makes late joiners draw the same picture: following every change gives what starting anew gives, bit by
 // bit.
 TEST(RenderScene, FollowingChangesEqualsStartingAnew) {

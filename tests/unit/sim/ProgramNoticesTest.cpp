@@ -139,6 +139,39 @@ struct Shop {
         return all;
     }
     [[nodiscard]] Box seen() const { return sceneBounds(scene(), top()); }
+    [[nodiscard]] Vec3d eye() const { return view.world_T_wall() * view.users.front().position; }
+    /// Of a sheet, turned to the first user's eye as hosts do it.
+    struct SeenPlate {
+        Box onScreen;  ///< m, from the first screen's lower left corner, to the right and up
+        double least = 1e300, most = 0;  ///< m: depth of its nearest corner, distance of its farthest
+    };
+    [[nodiscard]] std::vector<SeenPlate> plates() const {
+        const Screen& screen = wall.screens.front();
+        const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
+        const Vec3d into = up.cross(right);
+        const Vec3d head = view.users.front().position;
+        const Affine3d wall_T_world = view.world_T_wall().inverse();
+        std::vector<SeenPlate> all;
+        Action action;
+        action.on<Geometry>([&](const Visit& visit, const Geometry& plate) {
+            const Vec3d middle = visit.world_T_node.translation(), towards = (eye() - middle).normalized();
+            const Vec3d across = Vec3d::UnitY().cross(towards).normalized(), upward = towards.cross(across);
+            const Vec3d size = visit.world_T_node.linear().colwise().norm();
+            SeenPlate seen;
+            const std::span<const float> corners = plate.positions.as<float>();
+            for (std::size_t c = 0; c < corners.size(); c += 3) {
+                const Vec3d way = wall_T_world * Vec3d(middle + corners[c] * size.x() * across + corners[c + 1] * size.y() * upward) - head;
+                const Vec3d on = head + into.dot(screen.lowerLeft - head) / into.dot(way) * way - screen.lowerLeft;
+                seen.onScreen.extend(Vec3d(right.dot(on), up.dot(on), 0));
+                seen.least = std::min(seen.least, into.dot(way));
+                seen.most = std::max(seen.most, way.norm());
+            }
+            all.push_back(seen);
+            return Descend::kInto;
+        });
+        if (top()) action.run(scene(), top());
+        return all;
+    }
 
     Wall wall = test::wallOfOne();
     View view;
@@ -219,7 +252,10 @@ TEST(ProgramNotices, StandWhereTheyCanBeRead) {
             const Node& notice = *shop.scene().get<Node>(shop.scene().get<Node>(shop.top())->children[0]);
             const Transform& stands = *shop.scene().coreOf<Transform>(notice);
             const Vec3d to = stands.translation - eye, way = middle - eye;
-            EXPECT_LT(to.norm(), way.norm() * 1.0001) << "before the thing";
+            const bool within = way.norm() < size;
+            if (!within) {
+                EXPECT_LT(to.norm(), way.norm() * 1.0001) << "before the thing";
+            }
             // A thing that one stands in may be anywhere about one.
             if (way.norm() > 2 * size) {
                 EXPECT_GT(to.normalized().dot(way.normalized()), 0.7);
@@ -231,7 +267,7 @@ TEST(ProgramNotices, StandWhereTheyCanBeRead) {
         }
         const int lists = shop.lists;
         for (int i = 0; i < 30; ++i) {  // a head that trembles
-            shop.view.position.x() += 1e-4 * size * (i % 2 == 0 ? 1 : -1);
+            shop.view.position.x() += std::min(1e-4 * size, 2e-3 * shop.view.worldUnitsPerMetre) * (i % 2 == 0 ? 1 : -1);
             shop.frame();
         }
         EXPECT_LE(shop.lists, lists + 2);
@@ -260,26 +296,9 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
         shop.frame(test::one(list.take()));
         for (std::size_t i = 0; i < count; ++i) shop.verdict(i, SurfaceProgram::kBad, std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
         shop.frames();
-        const Vec3d head = shop.wall.users.front().position;
-        std::vector<Box> seen;
-        Action action;
-        action.on<Geometry>([&](const Visit& visit, const Geometry& plate) {
-            // Turned to the eye as a host does it, seen from where that stands.
-            const Vec3d middle = visit.world_T_node.translation(), towards = (head - middle).normalized();
-            const Vec3d right = Vec3d::UnitY().cross(towards).normalized(), up = towards.cross(right);
-            const Vec3d size = visit.world_T_node.linear().colwise().norm();
-            Box rectangle;
-            const std::span<const float> corners = plate.positions.as<float>();
-            for (std::size_t c = 0; c < corners.size(); c += 3) {
-                const Vec3d corner = middle + corners[c] * size.x() * right + corners[c + 1] * size.y() * up, way = corner - head;
-                const Vec3d on = head + (screen.lowerLeft.z() - head.z()) / way.z() * way;
-                rectangle.extend(Vec3d(on.x(), on.y(), 0));
-            }
-            seen.push_back(rectangle);
-            return Descend::kInto;
-        });
         ASSERT_TRUE(shop.top());
-        action.run(shop.scene(), shop.top());
+        std::vector<Box> seen;
+        for (const Shop::SeenPlate& plate : shop.plates()) seen.push_back(plate.onScreen);
         ASSERT_EQ(seen.size(), count);
         double tallest = 0;
         for (const Box& box : seen) tallest = std::max(tallest, 1.25 * box.size().y());
@@ -287,10 +306,10 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
         judged += roomy;
         const double slack = 0.03 * screen.heightMetres();  // turned to the eye they are no rectangles on the screen
         for (std::size_t i = 0; i < count; ++i) {
-            EXPECT_GT(seen[i].lower.y(), screen.lowerLeft.y() - slack);
-            EXPECT_LT(seen[i].upper.y(), screen.upperLeft.y() + slack);
-            EXPECT_GT(seen[i].lower.x(), screen.lowerLeft.x() - 3 * slack);
-            EXPECT_LT(seen[i].upper.x(), screen.lowerRight.x() + 3 * slack);
+            EXPECT_GT(seen[i].lower.y(), -slack);
+            EXPECT_LT(seen[i].upper.y(), screen.heightMetres() + slack);
+            EXPECT_GT(seen[i].lower.x(), -3 * slack);
+            EXPECT_LT(seen[i].upper.x(), screen.widthMetres() + 3 * slack);
             for (std::size_t j = 0; roomy && j < i; ++j) {
                 const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower), upper = seen[i].upper.cwiseMin(seen[j].upper);
                 EXPECT_FALSE(upper.x() - lower.x() > slack && upper.y() - lower.y() > slack) << i << " and " << j;
@@ -299,6 +318,76 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
     });
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(judged, 100);
+    }
+}
+
+/// Eyes in things, right before them, and beside what reaches only some of the screen; walls that lean and turn, and go on to do so.
+TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
+    int inside = 0, before = 0, off = 0;
+    forSeeds(200, [&](Random& random) {
+        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const auto direction = [&]() -> Vec3d { return Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized(); };
+        Shop shop;
+        const bool stereo = oneIn(random, 3);
+        if (stereo) shop.wall.hosts.front().tiles.front().eye = Eye::kLeft;
+        shop.notices = ProgramNotices(shop.wall);
+        shop.notices.update(shop.scene(), nullptr);
+        const Screen& screen = shop.wall.screens.front();
+        shop.frame();
+        shop.view.worldUnitsPerMetre = std::pow(10.0, uniform(-1, 2));
+        const double unit = shop.view.worldUnitsPerMetre;
+        const ObjectId core = test::transformAt(shop.scene(), "/thing0");
+        shop.verdict(0, SurfaceProgram::kBad, "surface, line 1: a complaint of some length that goes on for more than a line of it");
+        for (int i = 0; i < 6; ++i) {
+            shop.view.position = 50 * unit * direction();
+            shop.view.orientation = Quatd(Eigen::AngleAxisd(uniform(-3, 3), Vec3d::UnitY()) * Eigen::AngleAxisd(uniform(-0.5, 0.5), Vec3d::UnitX()));
+            // A box from a finger's to a hall's size, the eye in it or up to its size away from it; it may reach around the eye.
+            const Vec3d size = unit * std::pow(10.0, uniform(-1, 1.5)) * Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
+            const double apart = oneIn(random, 2) ? uniform(0, 0.49) : uniform(0.51, 1.5);
+            Vec3d towards = direction();
+            towards /= towards.cwiseAbs().maxCoeff();
+            const Vec3d middle = shop.eye() + apart * size.cwiseProduct(towards);
+            const Box box{middle - 0.5 * size, middle + 0.5 * size};
+            ChangeListBuilder list;
+            setField<&Transform::translation>(list, core, box.center());
+            setField<&Transform::scale>(list, core, size);
+            shop.frame(test::one(list.take()));
+            shop.frames(3);
+            const std::vector<Shop::SeenPlate> plates = shop.plates();
+            ASSERT_EQ(plates.size(), 1u);
+            // Is any place of it seen, well within the screen?
+            const Affine3d wall_T_world = shop.view.world_T_wall().inverse();
+            const Vec3d head = shop.view.users.front().position;
+            bool reaches = box.contains(shop.eye());
+            for (int k = 0; k < 400 && !reaches; ++k) {
+                const Vec3d way = wall_T_world * Vec3d(box.lower + size.cwiseProduct(Vec3d(uniform(0, 1), uniform(0, 1), uniform(0, 1)))) - head;
+                const double depth = screen.lowerLeft.z() - head.z();
+                const Vec3d on = head + depth / way.z() * way - screen.lowerLeft;
+                const Vec3d rest = Vec3d(screen.widthMetres(), screen.heightMetres(), 0) - on;
+                reaches = way.z() < -0.06 && std::min({on.x(), on.y(), rest.x(), rest.y()}) > 0.02;
+            }
+            if (!reaches) {
+                ++off;
+                continue;
+            }
+            const Shop::SeenPlate& plate = plates.front();
+            EXPECT_GT(plate.least, 0.05) << "before the near plane";
+            const double slack = 0.005;
+            EXPECT_GT(plate.onScreen.lower.x(), -slack);
+            EXPECT_GT(plate.onScreen.lower.y(), -slack);
+            EXPECT_LT(plate.onScreen.upper.x(), screen.widthMetres() + slack);
+            EXPECT_LT(plate.onScreen.upper.y(), screen.heightMetres() + slack);
+            EXPECT_GT(plate.onScreen.size().x(), 0.1 * screen.widthMetres()) << "letters that can be read";
+            // What is free before it is room enough, or it is right before the eye.
+            const double free = (shop.eye() - shop.eye().cwiseMax(box.lower).cwiseMin(box.upper)).norm() / unit;
+            EXPECT_LT(plate.most, std::max(free, stereo ? 0.7 : 0.3));
+            (free == 0 ? inside : before) += 1;
+        }
+    });
+    if (!std::getenv("TESSERA_SEED")) {
+        EXPECT_GT(inside, 300);
+        EXPECT_GT(before, 100);
+        EXPECT_GT(off, 50);
     }
 }
 
