@@ -100,7 +100,7 @@ std::vector<std::uint8_t> VolumeBricks::emptySteps(const Volume& v) const {
         if (visible[to + 1] != visible[from]) steps[i] = 0;
     }
     // A step there and one back over the nearest 26 say how far it is (Rosenfeld and Pfaltz, "Distance functions on digital pictures", 1968).
-    const auto [nx, ny, nz] = counts_;
+    const std::int64_t nx = counts_[0], ny = counts_[1], nz = counts_[2];
     const auto sweep = [&](bool back) {
         const std::int64_t d = back ? 1 : -1;
         for (std::int64_t i = 0; i < nx * ny * nz; ++i) {

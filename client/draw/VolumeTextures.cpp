@@ -179,7 +179,8 @@ GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
             return unused;
         });
         known = texture.brickTextures.insert(texture.brickTextures.end(), {.of = of});
-        const auto [nx, ny, nz] = texture.bricks.counts();
+        const std::array<std::int64_t, 3>& counts = texture.bricks.counts();
+        const std::int64_t nx = counts[0], ny = counts[1], nz = counts[2];
         gl_.CreateTextures(GL_TEXTURE_3D, 1, &known->name);
         gl_.TextureStorage3D(known->name, 1, maximum ? GL_R32F : GL_R8UI, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz));
         for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl_.TextureParameteri(known->name, filter, GL_NEAREST);

@@ -135,7 +135,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
                 if (places[c].orderedBelow > 0) open_.push_back({c, true});
         }
         if (!news) continue;
-        const auto enter = [&](std::uint32_t shows, const SeenChildren& some) {
+        const auto enter = [&, slot = slot](std::uint32_t shows, const SeenChildren& some) {
             if (shows == ScenePlace::kSome)
                 for (const auto& [child, users] : some) enterChild(slot, child, reorder);
             else if (shows != ScenePlace::kAll)

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "tests/unit/import/FileCensus.h"
