@@ -92,6 +92,13 @@ std::optional<Transform> transformOf(const Affine3d& map) {
 /// Of the diagonal of what stands together: a box that is wider and higher than that may hide much.
 constexpr double kOccluderShare = 1.0 / 16;
 
+/// Turns and scales in all directions alike.
+bool keepsAngles(const Eigen::Matrix3d& linear) {
+    const Eigen::Matrix3d squares = linear.transpose() * linear;
+    const double square = squares.trace() / 3;
+    return (squares - square * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= 1e-6 * square;
+}
+
 class StaticMerging {
 public:
     StaticMerging(const Aspect& scene, const OptimiseOptions& options, const std::vector<ObjectId>& keep, OptimiseCounts& counts)
@@ -100,6 +107,8 @@ public:
         for (const ObjectId id : scene.ids()) {
             const CollisionObject* object = scene.get<CollisionObject>(id);
             if (object && object->node && (object->division != CollisionObject::kWhole || object->shape != CollisionObject::kTriangles)) frozen_.insert(object->node);
+            // What of each mesh runs into itself is another question of one mesh made of several.
+            if (const Interest* interest = scene.get<Interest>(id); interest && interest->mode == Interest::kSelf && interest->object) frozen_.insert(interest->object);
         }
     }
 
@@ -195,6 +204,8 @@ private:
             const double flat = mesh.top_T_mesh.linear().determinant();
             if (!std::isfinite(flat) || flat == 0 || !mesh.top_T_mesh.matrix().allFinite() || looksByNode(scene_, g.material)) continue;
             if (hidesMuch(boxAtTop(mesh), diagonal)) continue;
+            // Renderers weigh normals between corners by lengths that uneven scales give them, and a mesh has none to keep them in.
+            if (!g.normals.empty() && !keepsAngles(mesh.top_T_mesh.linear())) continue;
             // Large meshes that stand in many places stay one mesh in many places.
             if (triangles(g) * std::max<std::size_t>(1, named_.uses(mesh.core)) > options_.mostMergedTriangles) continue;
             like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty()}].push_back(&mesh);

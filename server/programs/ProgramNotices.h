@@ -31,8 +31,8 @@ namespace tessera {
 ///
 /// What reaches the first screen has its notice there: where its middle is seen, else in the screen's middle. Whoever is nearer to a thing than twice its
 /// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye, straight towards the
-/// screen's plane, and farther where screens are for two eyes, which could not see it as one. What is still nearer hides it; screens for one eye hardly
-/// draw such a thing. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
+/// screen's plane, and farther where screens are for two eyes, which could hardly see it as one. What is still nearer hides it; screens for one eye draw
+/// nothing of what is nearer than 0.05 m. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
 /// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
 ///
 /// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: they
@@ -46,7 +46,7 @@ public:
     static constexpr std::size_t kMost = 16;  ///< programs, by number; the last notice says how many more there are
     static constexpr std::size_t kMostVisited = 200'000;
     static constexpr unsigned kPatience = 10;
-    static constexpr double kBeforeEyeMetres = 0.15, kBeforeTwoEyesMetres = 0.4;
+    static constexpr double kBeforeEyeMetres = 0.06, kBeforeTwoEyesMetres = 0.2;
 
     explicit ProgramNotices(const Wall& wall);
 
