@@ -41,7 +41,7 @@ struct Words {
     std::vector<double> moveBy, moveQuaternion;
     bool by = false;
     std::vector<std::string> moveRotate;
-    double moveScale = 1;
+    std::optional<double> moveScale;
     std::vector<double> position, lookAt, orientation;
     double scale = 1;
     std::vector<std::string> head;
@@ -100,7 +100,7 @@ Expected<Verb> moveVerb(const Words& words) {
         if (!rotation) return tl::unexpected(rotation.error());
         move.rotation = *rotation;
     }
-    if (words.moveScale != 1) move.scale = Vec3d::Constant(words.moveScale);
+    if (words.moveScale) move.scale = Vec3d::Constant(*words.moveScale);
     if (!move.translation && !move.rotation && !move.scale)
         return fail(ErrorCode::kUsage, "move: say where to: X Y Z, --rotate, --quaternion or --scale");
     return verb::Move{words.moveNode, move};

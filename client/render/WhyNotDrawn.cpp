@@ -31,6 +31,7 @@ std::string whyNotDrawn(const Aspect& aspect, ObjectId node) {
         }
         if (!std::isfinite(reach)) break;
     }
+    if (!std::isfinite(farthest)) return fmt::format("{} is not drawn: vertex {} comes to lie nowhere, as its place in the world is beyond all numbers", path, vertex);
     return fmt::format("{} is not drawn: vertex {} comes to lie {:g} world units from the origin; things are drawn up to {:g}", path, vertex, farthest,
                        kUtmostCoordinate);
 }

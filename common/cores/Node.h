@@ -14,6 +14,8 @@ struct Node {
     /// Which child of a DistanceLOD each user sees: a byte per user, the first one's lowest; the server chooses (README.md). Means nothing
     /// with other cores.
     std::int64_t levels = 0;
+    /// The top of what whoever serves the scene hangs into it so that something is seen (common/scene/ServerNodes.h). Nobody else says it.
+    bool ofServer = false;
     // Structure: changed by placements only.
     ObjectId parent;
     ChildList children;
@@ -23,7 +25,8 @@ inline constexpr auto kDescription<Node> =
     describe("Node",
              field<&Node::name>(1, "name").affects(Effect::kName),
              field<&Node::core>(2, "core").affects(Effect::kStructure),
-             field<&Node::levels>(3, "levels").affects(Effect::kVisibility))
+             field<&Node::levels>(3, "levels").affects(Effect::kVisibility),
+             field<&Node::ofServer>(4, "ofServer").affects(Effect::kStructure))
         .notACore();
 
 }  // namespace tessera

@@ -16,7 +16,7 @@ Box boundsBelow(const Aspect& scene, ObjectId from, bool ofServers) {
     std::unordered_map<MeshKey, Box, MeshKeyHash> local;
     Action action;
     action.onNode([&](const Visit& visit) {
-        if (!ofServers && visit.nodeId != from && isServersOwn(scene, visit.node)) return Descend::kPast;
+        if (!ofServers && visit.nodeId != from && visit.node.ofServer) return Descend::kPast;
         const Drawable drawable = drawableOf(scene, visit.node);
         if (!drawable) return Descend::kInto;
         const auto [it, isNew] = local.try_emplace(drawable.key());

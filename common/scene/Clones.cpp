@@ -57,7 +57,7 @@ private:
         for (nodes_ = 0; nodes_ < originals_.size();) {
             const Node& node = *aspect_.get<Node>(originals_[nodes_++]);
             for (const ObjectId child : node.children)
-                if (!isServersOwn(aspect_, *aspect_.get<Node>(child)) && !add(child)) return false;
+                if (!aspect_.get<Node>(child)->ofServer && !add(child)) return false;
         }
         return true;
     }

@@ -529,8 +529,7 @@ Expected<void> ListCheck::checkDestructions() {
     countUses(destroyed);
     for (const ObjectId id : list_.destructions)
         if (const std::int64_t uses = *destroyed.find(id); uses != 0)
-            return refuse(fmt::format("destroy {}: the {} is in use by {} other object{}{}", nameOf(id), typeOfObject(id)->name, uses,
-                                      uses == 1 ? "" : "s", usersInWords(aspect_, list_, id, uses)));
+            return refuse(fmt::format("destroy {}: the {} is in use by {}", nameOf(id), typeOfObject(id)->name, usersInWords(aspect_, list_, id, uses)));
     return {};
 }
 

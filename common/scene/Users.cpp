@@ -15,50 +15,41 @@ namespace {
 
 constexpr std::size_t kMostNamed = 3, kMostLookedAt = 1'000'000, kMostPathBytes = 200;
 
-struct User {
-    ObjectId object;
-    std::int64_t references = 0;
-};
-
-std::int64_t countIn(const FieldValue& value, ObjectId id) {
-    if (const auto* ref = std::get_if<ObjectId>(&value)) return *ref == id ? 1 : 0;
+bool refersTo(const FieldValue& value, ObjectId id) {
+    if (const auto* ref = std::get_if<ObjectId>(&value)) return *ref == id;
     const auto* refs = std::get_if<RefList>(&value);
-    return refs ? std::ranges::count(*refs, id) : 0;
+    return refs && std::ranges::find(*refs, id) != refs->end();
 }
 
-/// The first few, and how often each refers to it.
-std::vector<User> usersOf(const Aspect& aspect, const ChangeList& list, const std::vector<ObjectId>& ids, ObjectId id) {
-    std::vector<User> users;
-    const std::unordered_set<ObjectId> destroyed(list.destructions.begin(), list.destructions.end());
+/// Each once, those that the list says something of first.
+std::vector<ObjectId> usersOf(const Aspect& aspect, const ChangeList& list, const std::vector<ObjectId>& ids, ObjectId id) {
+    std::vector<ObjectId> users;
+    std::unordered_set<ObjectId> known(list.destructions.begin(), list.destructions.end());
     std::set<std::pair<ObjectId, std::uint32_t>> said;  // by the list
-    const auto count = [&](ObjectId object, std::int64_t references) {
-        if (references == 0 || destroyed.contains(object)) return;
-        if (users.empty() || users.back().object != object) users.push_back({object, 0});
-        users.back().references += references;
+    const auto add = [&](ObjectId object, const FieldValue& value) {
+        if (refersTo(value, id) && known.insert(object).second) users.push_back(object);
     };
     for (const FieldColumn& column : list.columns) {
         if (column.kind() != FieldKind::kRef && column.kind() != FieldKind::kRefs) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             said.emplace(column.ids[row], column.field.value);
-            count(column.ids[row], countIn(column.value(row), id));
+            add(column.ids[row], column.value(row));
         }
     }
     for (const ObjectId user : ids) {
-        if (users.size() > kMostNamed) break;
         const Object object = aspect.find(user);
         for (const FieldEntry& field : object.info().fields)
-            if (field.holdsRefs() && !said.contains({user, field.id.value})) count(user, countIn(field.load(object), id));
+            if (field.holdsRefs() && !said.contains({user, field.id.value})) add(user, field.load(object));
     }
-    if (users.size() > kMostNamed) users.resize(kMostNamed);
     return users;
 }
 
 }  // namespace
 
-std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId id, std::int64_t uses) {
-    if (aspect.objectCount() > kMostLookedAt) return {};
+std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId id, std::int64_t references) {
+    if (aspect.objectCount() > kMostLookedAt) return fmt::format("others, by {} reference{}", references, references == 1 ? "" : "s");
     const std::vector<ObjectId> ids = aspect.ids();
-    const std::vector<User> users = usersOf(aspect, list, ids, id);
+    const std::vector<ObjectId> users = usersOf(aspect, list, ids, id);
     const auto pathFor = [&](ObjectId user) {
         if (aspect.get<Node>(user)) return pathOf(aspect, user);
         const auto bearer = std::ranges::find_if(ids, [&](ObjectId one) {
@@ -67,18 +58,17 @@ std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId 
         });
         return bearer == ids.end() ? std::string() : pathOf(aspect, *bearer);
     };
-    std::string words;
-    for (const User& user : users) {
-        const Object object = aspect.find(user.object);
-        const std::string path = object ? pathFor(user.object) : std::string();
-        words += words.empty() ? ": " : ", ";
+    std::string words = fmt::format("{} other object{}", users.size(), users.size() == 1 ? "" : "s");
+    for (std::size_t i = 0; i < std::min(users.size(), kMostNamed); ++i) {
+        const Object object = aspect.find(users[i]);
+        const std::string path = object ? pathFor(users[i]) : std::string();
+        words += i == 0 ? ": " : ", ";
         if (!object)
             words += "one that it creates";
         else
-            words += fmt::format("{} ({})", path.empty() ? fmt::format("#{}", user.object.value) : toUtf8(path, kMostPathBytes), object.info().name);
-        uses -= user.references;
+            words += fmt::format("{} ({})", path.empty() ? fmt::format("#{}", users[i].value) : toUtf8(path, kMostPathBytes), object.info().name);
     }
-    if (!words.empty() && uses > 0) words += fmt::format(", and {} more", uses);
+    if (users.size() > kMostNamed) words += fmt::format(", and {} more", users.size() - kMostNamed);
     return words;
 }
 

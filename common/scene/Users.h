@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// ": /hall/wish (Interest), #17 (Material), and 4 more": those that refer to `id` once the list is applied, of `uses` references; a core by a node
-/// that bears it. Three at most, and empty in scenes of more than a million objects: it looks at all of them, for a refusal's words alone.
-[[nodiscard]] std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId id, std::int64_t uses);
+/// "7 other objects: /hall/wish (Interest), #17 (Material), #18 (Material), and 4 more": those that refer to `id` once the list is applied; a core by a
+/// node that bears it. It looks at all objects, for a refusal's words alone; in scenes of more than a million it says how many `references` there are.
+[[nodiscard]] std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId id, std::int64_t references);
 
 }  // namespace tessera

@@ -89,7 +89,7 @@ private:
             if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
             if (const Node* node = object.as<Node>())
                 for (const ObjectId child : node->children)
-                    if (!isServersOwn(scene_, *scene_.get<Node>(child))) next.push_back(child);
+                    if (!scene_.get<Node>(child)->ofServer) next.push_back(child);
             open.insert(open.end(), next.rbegin(), next.rend());
         }
     }
@@ -112,7 +112,7 @@ private:
         reflection.SetUInt32(&out, &objectField(SceneSchema::kNumber), numbers_[id]);
         if (const Node* node = object.as<Node>())
             for (const ObjectId child : node->children)
-                if (!isServersOwn(scene_, *scene_.get<Node>(child))) reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
+                if (!scene_.get<Node>(child)->ofServer) reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
         pb::Message& value = *reflection.MutableMessage(&out, type.inObject);
         for (const SceneSchema::Field& field : type.fields) {
             FieldValue present = field.entry->load(object);

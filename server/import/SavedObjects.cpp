@@ -37,9 +37,11 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         if (id == spot.parent) return {};
         const Object seen(type, object);
         seen.is<Node>() ? ++result_.nodes : ++result_.cores;
-        if (const Node* node = seen.as<Node>()) {
-            drawn.push_back(node->core);
-            names.emplace_back(id, node->name);
+        if (seen.is<Node>()) {
+            Node& node = *static_cast<Node*>(object);
+            node.ofServer = false;  // whatever a file says: it is a person's
+            drawn.push_back(node.core);
+            names.emplace_back(id, node.name);
         } else if (const Drawable drawable = drawableOf(seen)) {
             if (Expected<void> sound = drawable.check(); !sound) return sound;
             if (const FieldEntry* material = spot.paint ? findField(type, "material") : nullptr) material->store(object, spot.paint);

@@ -385,7 +385,7 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
     inside.material.clear();  // the other file's materials are other ones
     if (!spot.paint && !node.material().empty()) {
         const Expected<ObjectId> paint = materialCore(file, node.material());
-        if (!paint) return tl::unexpected(paint.error());
+        if (!paint) return failWith(placeText(file.label, placeOfNode(node)), paint.error());
         inside.paint = *paint;
     }
     inside.camerasEnabled = spot.camerasEnabled && import.cameras();

@@ -48,7 +48,7 @@ const Node* only(const Aspect& scene, const Node& parent, ObjectId& core) {
 std::optional<ObjectId> topOf(const Aspect& scene, const Node& bearer) {
     for (std::size_t i = 0; i < bearer.children.size(); ++i) {
         const Node* child = scene.get<Node>(bearer.children[i]);
-        if (child->name == kHandlesName && scene.coreOf<InverseTransform>(*child)) return bearer.children[i];
+        if (child->ofServer && child->name == kHandlesName) return bearer.children[i];
     }
     return std::nullopt;
 }
@@ -68,6 +68,7 @@ HandleLook lookOf(const HandlePiece& piece) {
 
 /// Nothing where they are not what this kind has.
 std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown) {
+    if (!scene.coreOf<InverseTransform>(*scene.get<Node>(top))) return std::nullopt;
     HandleNodes found;
     found.top = top;
     ObjectId body;
@@ -205,6 +206,7 @@ void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer
     Build made(list, placeholders);
     const auto [outer, inner] = twoPoses(placed.frame.world_T_frame);
     const ObjectId top = made.node(bearer, kHandlesName.data(), made.make<InverseTransform>());
+    setField<&Node::ofServer>(list, top, true);
     const ObjectId below = made.node(made.node(top, "turn", made.transform(outer)), "turn", made.transform(inner));
     const ObjectId object = made.make<CollisionObject>();
     const ObjectId pieces = made.node(below, "pieces", object);
@@ -236,14 +238,22 @@ void ManipulatorDisplay::noteNode(const Aspect& scene, ObjectId id) {
     const Node* node = scene.get<Node>(id);
     if (node && scene.coreOf<Manipulator>(*node)) {
         bearers_[id] = node->core;
-    } else if (bearers_.erase(id) > 0) {
-        contents_.erase(id);
+        left_.erase(id);
+        return;
     }
+    if (bearers_.erase(id) > 0) {
+        contents_.erase(id);
+        if (node) left_.insert(id);
+    }
+    // Handles whose bearer bears none, however that came about.
+    if (!node) left_.erase(id);
+    if (node && node->ofServer && node->name == kHandlesName && node->parent && !bearers_.contains(node->parent)) left_.insert(node->parent);
 }
 
 void ManipulatorDisplay::sceneChanged(const Aspect& scene, const ChangeList* list) {
     if (!list) {
         bearers_.clear();
+        left_.clear();
         contents_.clear();
         stale_ = true;
         for (const ObjectId id : scene.ids()) noteNode(scene, id);
@@ -252,7 +262,7 @@ void ManipulatorDisplay::sceneChanged(const Aspect& scene, const ChangeList* lis
     for (const FieldColumn& column : list->columns)
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::core>)
             for (const ObjectId id : column.ids) noteNode(scene, id);
-    if (bearers_.empty()) return;
+    if (bearers_.empty() && left_.empty()) return;
     for (const ObjectId id : list->destructions) noteNode(scene, id);
     forgetContents(*list);
     stale_ = true;
@@ -316,12 +326,17 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
     ChangeListBuilder list;
     std::uint64_t placeholders = 0;
     std::vector<ObjectId> going;
+    std::set<ObjectId> again;
     const auto takeAway = [&](ObjectId bearer, ObjectId top) {
         const std::vector<ObjectId> foreign = foreignBelow(scene, top);
         for (const ObjectId id : foreign) list.place(id, bearer);
         if (foreign.empty()) going.push_back(top);  // else once they are out of the way
         return foreign.empty();
     };
+    for (const ObjectId bearer : left_)
+        if (const Node* node = scene.get<Node>(bearer); node && !bearers_.contains(bearer))
+            if (const std::optional<ObjectId> top = topOf(scene, *node); top && !takeAway(bearer, *top)) again.insert(bearer);
+    left_ = std::move(again);
     for (const auto& [bearer, core] : bearers_) {
         const std::optional<PlacedManipulator> wanted = place(scene, bearer);
         const std::optional<ObjectId> top = topOf(scene, *scene.get<Node>(bearer));
@@ -353,11 +368,11 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
 }
 
 ChangeList ManipulatorDisplay::inTheWayOf(const Aspect& scene, const ChangeList& list) const {
-    if (bearers_.empty() || list.destructions.empty()) return {};
+    if ((bearers_.empty() && left_.empty()) || list.destructions.empty()) return {};
     const std::unordered_set<ObjectId> destroyed(list.destructions.begin(), list.destructions.end());
     std::vector<ObjectId> tops;
     for (const ObjectId id : list.destructions) {
-        const Node* node = bearers_.contains(id) ? scene.get<Node>(id) : nullptr;
+        const Node* node = bearers_.contains(id) || left_.contains(id) ? scene.get<Node>(id) : nullptr;
         const std::optional<ObjectId> top = node ? topOf(scene, *node) : std::nullopt;
         if (top && !destroyed.contains(*top) && foreignBelow(scene, *top).empty()) tops.push_back(*top);
     }

@@ -34,8 +34,8 @@ struct PlacedManipulator {
 ///                 shape   Geometry of a fixed array, with a material of its handle and colour
 ///
 /// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's edits. Nothing is remembered of
-/// them. They are known by how they look, so that undo and a server that goes on find them; what is not as it should be is taken away and
-/// made anew in the next frame, and what else hangs below the node is left alone. Files and copies leave them out (common/scene/ServerNodes.h).
+/// them. Their top says what it is (Node::ofServer), so that undo and a server that goes on find them; what is not as it should be is taken away and
+/// made anew in the next frame, and what else hangs below the node is left alone. They go when their node bears no Manipulator any more. Files and copies leave them out (common/scene/ServerNodes.h).
 /// Pieces of one handle and one colour have one material, which stays while handles are held: then its values change.
 ///
 /// Only values of Transforms travel while a target moves. A frame without a list costs nothing; one with a list costs each manipulator a look at
@@ -72,6 +72,7 @@ private:
     void forgetContents(const ChangeList& list);
 
     std::map<ObjectId, ObjectId> bearers_;  ///< nodes that bear a Manipulator → that
+    std::set<ObjectId> left_;               ///< nodes that bear none any more: their handles go
     std::map<ObjectId, Content> contents_;  ///< by bearer
     bool stale_ = true;
 };

@@ -177,6 +177,7 @@ void buildNotices(const Aspect& scene, ChangeListBuilder& list, const std::vecto
     NoticeBuild build(list);
     const ObjectId object = build.make<CollisionObject>();
     const ObjectId top = build.node(kRootNode, kProgramNoticesName, object);
+    setField<&Node::ofServer>(list, top, true);
     setField<&CollisionObject::node>(list, object, top);
     setField<&CollisionObject::layers>(list, object, std::int64_t{0});
     const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
@@ -203,8 +204,7 @@ bool isLast(const Aspect& scene, ObjectId top) {
     for (std::size_t i = children.size(); i > 0; --i) {
         if (children[i - 1] == top) return true;
         const Node* node = scene.get<Node>(children[i - 1]);
-        const CollisionObject* object = scene.coreOf<CollisionObject>(*node);
-        if (node->name != kContactsName || !object || object->layers != 0) return false;
+        if (node->name != kContactsName || !node->ofServer) return false;
     }
     return true;
 }
@@ -406,7 +406,7 @@ void ProgramNotices::look(const Aspect& scene) {
     std::vector<ObjectId> found;
     Action action;
     action.onNode([&](const Visit& visit) {
-        if (wanted.empty() || ++visited_ > kMostVisited || isServersOwn(scene, visit.node)) return Descend::kPast;
+        if (wanted.empty() || ++visited_ > kMostVisited || visit.node.ofServer) return Descend::kPast;
         const MaterialGroup* group = visit.core.as<MaterialGroup>();
         const Drawable drawable = drawableOf(visit.core);
         if (!group && !drawable) return Descend::kInto;
@@ -469,7 +469,7 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
 std::vector<ObjectId> ProgramNotices::tops(const Aspect& scene) const {
     std::vector<ObjectId> all;
     for (const ObjectId id : named_)
-        if (isServersOwn(scene, *scene.get<Node>(id))) all.push_back(id);
+        if (scene.get<Node>(id)->ofServer) all.push_back(id);
     return all;
 }
 

@@ -35,8 +35,8 @@ namespace tessera {
 /// nothing of what is nearer than 0.05 m. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
 /// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
 ///
-/// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: they
-/// are known by how they look. Files leave them out (common/scene/ServerNodes.h).
+/// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: their
+/// top says what it is (Node::ofServer). Files leave them out (common/scene/ServerNodes.h).
 ///
 /// Costs nothing while no program is bad. While one is, each frame looks at what is shown; what is shown is found anew at most every kPatience frames,
 /// by a walk over kMostVisited nodes. Not thread-safe.

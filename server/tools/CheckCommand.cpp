@@ -25,7 +25,7 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     app.get_formatter()->column_width(30);
     app.set_version_flag("--version", versionText("tessera-check"));
     app.add_option("FILE", out.files, "Walls (.wall), scenes and models");
-    app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
+    app.add_option("--assets", out.assets, "A folder for asset://NAME; may be repeated")->type_name("DIR")->allow_extra_args(false);
     app.add_flag("--json", out.json, "One JSON object per file");
     app.add_flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
     app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");

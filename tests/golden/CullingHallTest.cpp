@@ -1,5 +1,7 @@
 // The proof on the scene that comes with Tessera: inside the engine hall a good part of what is in the frustum is left
 // away, and nobody can tell from the pictures.
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <map>
 #include <memory>

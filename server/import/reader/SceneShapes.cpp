@@ -41,7 +41,7 @@ Expected<MeshData> pointsOfSurface(const proto::scene::Points& message) {
     if (message.surface_case() == proto::scene::Points::SURFACE_NOT_SET)
         return fail(ErrorCode::kBadInput, "points need a list of them, or a surface");
     if (!isLength(message.spacing()))
-        return fail(ErrorCode::kBadInput, "the spacing of points on a surface must be above zero");
+        return fail(ErrorCode::kBadInput, "the spacing of points on a surface must be above zero and below 1e9");
     proto::scene::Node node;
     const int number = static_cast<int>(message.surface_case());
     node.GetReflection()
@@ -65,7 +65,7 @@ Expected<MeshData> makePoints(const proto::scene::Points& message) {
 Expected<MeshData> makeShape(const proto::scene::Node& node) {
     const auto lengths = [](std::initializer_list<double> values, const char* what) -> Expected<void> {
         for (const double value : values)
-            if (!isLength(value)) return fail(ErrorCode::kBadInput, fmt::format("{} must be above zero", what));
+            if (!isLength(value)) return fail(ErrorCode::kBadInput, fmt::format("{} must be above zero and below 1e9", what));
         return {};
     };
     Expected<void> good;

@@ -18,10 +18,6 @@ constexpr std::string_view kNobodyRefers = "nothing else may refer to them";
 constexpr std::string_view kNobodyHangs = "what hangs there would go with them";
 constexpr std::string_view kNobodyChanges = "nobody else changes them";
 
-bool isTopsName(std::string_view name) {
-    return name == kHandlesName || name == kContactsName || name == kProgramNoticesName;
-}
-
 std::string nameOf(ObjectId id) {
     return isPlaceholder(id) ? std::string("a new object") : fmt::format("#{}", id.value);
 }
@@ -38,7 +34,7 @@ std::string fieldOf(const FieldColumn& column, std::size_t row) {
 void ServersNodes::sceneChanged(const Aspect& scene, const ChangeList* list) {
     const auto note = [&](ObjectId id) {
         const Node* node = scene.get<Node>(id);
-        if (node && isTopsName(node->name))
+        if (node && node->ofServer)
             named_.insert(id);
         else
             named_.erase(id);
@@ -52,7 +48,7 @@ void ServersNodes::sceneChanged(const Aspect& scene, const ChangeList* list) {
     for (const FieldColumn& column : list->columns) {
         if (column.type != typeOf<Node>()) continue;
         stale_ = true;
-        if (column.field == fieldId<&Node::name>)
+        if (column.field == fieldId<&Node::ofServer>)
             for (const ObjectId id : column.ids) note(id);
     }
     if (!named_.empty())
@@ -63,7 +59,6 @@ void ServersNodes::sceneChanged(const Aspect& scene, const ChangeList* list) {
 void ServersNodes::gather(const Aspect& scene) {
     ours_.clear();
     for (const ObjectId top : named_) {
-        if (!isServersOwn(scene, *scene.get<Node>(top))) continue;
         std::vector<ObjectId> open{top};
         while (!open.empty()) {
             const ObjectId id = open.back();
@@ -91,6 +86,12 @@ Error ServersNodes::refusal(const Aspect& scene, ObjectId ours, const std::strin
 }
 
 Expected<void> ServersNodes::check(const Aspect& scene, const ChangeList& list) {
+    for (const FieldColumn& column : list.columns) {
+        if (column.type != typeOf<Node>() || column.field != fieldId<&Node::ofServer>) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            if (const Node* node = scene.get<Node>(column.ids[row]); column.value(row) != FieldValue(node && node->ofServer))
+                return fail(ErrorCode::kRefused, fmt::format("{}: the server alone says the ofServer of a Node", nameOf(column.ids[row])));
+    }
     if (named_.empty()) return {};
     if (stale_) gather(scene);
     stale_ = false;

@@ -134,6 +134,7 @@ void ContactDisplay::build(ChangeListBuilder& list) {
     state_.object = createIn<CollisionObject>(list, fresh());
     list.set(state_.node, typeOf<Node>(), fieldId<&Node::name>, std::string(kContactsName));
     list.set(state_.node, typeOf<Node>(), fieldId<&Node::core>, state_.object);
+    list.set(state_.node, typeOf<Node>(), fieldId<&Node::ofServer>, true);
     list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, state_.node);
     list.set(state_.object, typeOf<CollisionObject>(), fieldId<&CollisionObject::layers>, std::int64_t{0});
     list.place(state_.node, kRootNode);

@@ -37,6 +37,20 @@ bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
     return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) { return isSo(range.object, range.type, range.field, range.result); });
 }
 
+/// A step that takes away what has gone by itself takes away the rest: the server's own nodes are made anew, with other numbers, whenever they have to look
+/// otherwise. Null: all is there.
+ChangeListPtr withoutWhatHasGone(const Aspect& scene, const ChangeList& step) {
+    if (step.destructions.empty()) return nullptr;
+    std::unordered_set<ObjectId> destroyed(step.destructions.begin(), step.destructions.end());
+    for (const Creation& creation : step.creations) destroyed.erase(creation.id);  // it does both
+    const auto gone = [&](ObjectId id) { return destroyed.contains(id) && !scene.find(id); };
+    if (std::ranges::none_of(step.destructions, gone)) return nullptr;
+    auto rest = std::make_shared<ChangeList>(step);
+    std::erase_if(rest->placements, [&](const Placement& placement) { return gone(placement.node); });
+    std::erase_if(rest->destructions, gone);
+    return rest;
+}
+
 Pose poseOf(const Transform& t) {
     return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
 }
@@ -164,6 +178,8 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         outcome.result = fail(ErrorCode::kRefused, edit.kind == Edit::Kind::kUndo ? "there is nothing to undo" : "there is nothing to redo");
         return outcome;
     }
+    if (whole)
+        if (ChangeListPtr rest = withoutWhatHasGone(scene(), *whole)) whole = std::move(rest);
     std::vector<std::pair<ObjectId, Pose>> poses;
     ChangeList list;
     // Parts speak of the poses of what they make themselves only.

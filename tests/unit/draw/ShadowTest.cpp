@@ -69,8 +69,8 @@ TEST_F(ShadowTest, WhatARayToTheLightMeetsIsDarkAndNothingElse) {
         };
         const Picture with = shown(true, true), plain = shown(true, false), empty = shown(false, false);
         int dark = 0, lit = 0;
-        const Box outer(at - 0.5 * size - Vec3d::Constant(0.06), at + 0.5 * size + Vec3d::Constant(0.06));
-        const Box inner(at - 0.5 * size + Vec3d::Constant(0.06), at + 0.5 * size - Vec3d::Constant(0.06));
+        const Box outer{at - 0.5 * size - Vec3d::Constant(0.06), at + 0.5 * size + Vec3d::Constant(0.06)};
+        const Box inner{at - 0.5 * size + Vec3d::Constant(0.06), at + 0.5 * size - Vec3d::Constant(0.06)};
         for (int y = 0; y < kPx; ++y) {
             for (int x = 0; x < kPx; ++x) {
                 const Vec3d point = floorAt(x, y), to = spot ? light : Vec3d(point - 20 * travels);

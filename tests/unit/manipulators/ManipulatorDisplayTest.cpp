@@ -26,7 +26,7 @@ struct Table : ManipulatorScene {
     [[nodiscard]] std::optional<ObjectId> top() const {
         const Node* bearer = scene.get<Node>(manipulatorNode);
         for (std::size_t i = 0; bearer && i < bearer->children.size(); ++i)
-            if (isServersOwn(scene, *scene.get<Node>(bearer->children[i]))) return bearer->children[i];
+            if (scene.get<Node>(bearer->children[i])->ofServer) return bearer->children[i];
         return std::nullopt;
     }
     /// World bounds of the handles alone.

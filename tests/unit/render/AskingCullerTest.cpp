@@ -1,4 +1,6 @@
 // The cullers that ask the renderer, beside the oracle: scenes that change, heads that move, tiles in several parts.
+#include <fmt/format.h>
+
 #include <cstdlib>
 #include <random>
 

@@ -125,7 +125,7 @@ struct Shop {
     }
     [[nodiscard]] ObjectId top() const {
         for (std::size_t i = 0; i < scene().root().children.size(); ++i)
-            if (isServersOwn(scene(), *scene().get<Node>(scene().root().children[i]))) return scene().root().children[i];
+            if (scene().get<Node>(scene().root().children[i])->ofServer) return scene().root().children[i];
         return {};
     }
     [[nodiscard]] std::vector<Text> texts() const {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
 
 #include "common/scene/Action.h"
 #include "common/scene/Clones.h"
@@ -175,16 +177,104 @@ TEST(ServersNodes, WhatTheyBelongToIsCopiedMovedAndTakenAwayAsEver) {
     bench.expectHandlesFollow();
 }
 
-/// A node that is only called so is a person's own.
-TEST(ServersNodes, ANameAloneIsNobodys) {
+/// What is called and built as the server's nodes are is a person's all the same: it is changed, moved, copied, taken away and kept as anything else.
+TEST(ServersNodes, NamesAndLooksAreNobodys) {
     Bench bench;
     ListMaker make;
-    const ObjectId mine = make.node("handles", kRootNode, make.transform(Vec3d::Zero()));
-    const ObjectId interest = make.create<Interest>();
-    setField<&Interest::object>(make.builder, interest, mine);
-    make.node("wanted", kRootNode, interest);
+    const ObjectId hand = bench.at("/hands/hand");
+    std::vector<ObjectId> mine;
+    for (const auto& [name, parent] : {std::pair(kHandlesName, hand), {kContactsName, kRootNode}, {kProgramNoticesName, kRootNode}}) {
+        ObjectId core;
+        if (name == kHandlesName) {
+            core = make.create<InverseTransform>();
+        } else {
+            core = make.create<CollisionObject>();
+            setField<&CollisionObject::layers>(make.builder, core, std::int64_t{0});
+        }
+        const ObjectId node = make.node(std::string(name), parent, core);
+        if (name != kHandlesName) setField<&CollisionObject::node>(make.builder, core, node);
+        make.node("mine", node, make.box(Vec3d::Ones()));
+    }
     ASSERT_TRUE(bench.edit(make.builder.take()));
-    ASSERT_TRUE(bench.edit(moveTo(bench.scene().get<Node>(bench.at("/handles"))->core, Vec3d(1, 1, 1))));
+    for (int frame = 0; frame < 3; ++frame) (void)bench.simulation.step(false, {});
+    for (const char* path : {"/contacts/mine", "/program-problems/mine"}) {
+        ASSERT_TRUE(findNode(bench.scene(), path)) << path;
+        mine.push_back(bench.at(path));
+    }
+    for (const ObjectId child : bench.scene().get<Node>(hand)->children)
+        if (child != bench.top) mine.push_back(bench.scene().get<Node>(child)->children[0]);
+    ASSERT_EQ(mine.size(), 3u);
+    const StateHash before = bench.scene().stateHash();
+    for (const ObjectId node : mine) {
+        const ObjectId parent = bench.scene().get<Node>(node)->parent;
+        ChangeListBuilder name;
+        setField<&Node::name>(name, parent, std::string("else"));
+        ASSERT_TRUE(bench.edit(name.take()));
+        ASSERT_TRUE(bench.edit(removalList(bench.scene(), parent).value()));
+        for (int i = 0; i < 2; ++i) ASSERT_TRUE(bench.simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
+        EXPECT_EQ(bench.scene().stateHash(), before);
+        EXPECT_TRUE(cloneList(bench.scene(), node, {.under = bench.at("/free"), .deep = true}));
+    }
+    bench.expectHandlesFollow();
+}
+
+/// Whichever way a node comes to bear no manipulator, its handles go in that frame, and undo leads back to what was.
+TEST(ServersNodes, HandlesGoWithTheirManipulator) {
+    Bench bench;
+    const ObjectId hand = bench.at("/hands/hand"), group = bench.at("/hands"), manipulator = bench.scene().get<Node>(hand)->core;
+    const auto setCore = [&](ObjectId node, ObjectId core) {
+        ChangeListBuilder list;
+        setField<&Node::core>(list, node, core);
+        ASSERT_TRUE(bench.edit(list.take()));
+    };
+    const auto below = [&](ObjectId node) { return bench.scene().get<Node>(node)->children.size(); };
+    const std::size_t objects = bench.scene().objectCount();
+    for (const ObjectId other : {ObjectId(), bench.scene().get<Node>(bench.at("/free"))->core}) {
+        setCore(hand, other);
+        EXPECT_EQ(below(hand), 0u);
+        EXPECT_LT(bench.scene().objectCount(), objects) << "cores and materials go too";
+        ASSERT_TRUE(bench.simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
+        EXPECT_EQ(below(hand), 1u);
+        EXPECT_EQ(bench.scene().objectCount(), objects);
+    }
+    const StateHash before = bench.scene().stateHash();
+    setCore(group, manipulator);
+    EXPECT_EQ(below(group), 2u);
+    ASSERT_TRUE(bench.simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
+    EXPECT_EQ(below(group), 1u);
+    EXPECT_EQ(bench.scene().stateHash(), before);
+}
+
+TEST(ServersNodes, NobodyElseSaysThatANodeIsTheServers) {
+    Bench bench;
+    for (const bool fresh : {false, true}) {
+        ListMaker make;
+        const ObjectId node = fresh ? make.node("mine", kRootNode) : bench.at("/free");
+        setField<&Node::ofServer>(make.builder, node, true);
+        const Expected<void> result = bench.edit(make.builder.take());
+        ASSERT_FALSE(result);
+        EXPECT_NE(result.error().message.find("the server alone says"), std::string::npos) << result.error().message;
+    }
+}
+
+/// Handles are made anew, with other numbers, for another kind: steps that take them away with their node go on leading there.
+TEST(ServersNodes, StepsSurviveHandlesMadeAnew) {
+    Bench bench;
+    const ObjectId hand = bench.at("/hands/hand");
+    ChangeListBuilder kind;
+    setField<&Manipulator::kind>(kind, bench.scene().get<Node>(hand)->core, Manipulator::kRotate);
+    ASSERT_TRUE(bench.edit(kind.take()));
+    ASSERT_TRUE(bench.edit(removalList(bench.scene(), hand).value()));
+    const auto ask = [&](Edit::Kind what) {
+        const EditOutcome outcome = bench.simulation.step(false, one(what)).outcomes.front();
+        EXPECT_TRUE(outcome.result) << outcome.result.error().message;
+    };
+    for (int round = 0; round < 3; ++round) {
+        for (int i = 0; i < 2; ++i) ask(Edit::Kind::kUndo);
+        EXPECT_TRUE(findNode(bench.scene(), "/hands/hand/handles"));
+        for (int i = 0; i < 2; ++i) ask(Edit::Kind::kRedo);
+        EXPECT_FALSE(findNode(bench.scene(), "/hands/hand"));
+    }
 }
 
 }  // namespace
