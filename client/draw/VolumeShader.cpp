@@ -88,7 +88,7 @@ vec3 linearOf(vec3 c) { return mix(pow((max(c, vec3(0.04045)) + 0.055) / 1.055, 
 // Both sides are lit: the normal is the one that faces the eye. Where it changes sides, and where the field turns round or is even, so that there is none,
 // a normal would come of nothing: it has faded to the way to the eye before. How much the field goes one way is what it differs by between the two sides
 // of a voxel, of what it goes up and down on its way: no matter how steep it is. `value`: here; `perValue`: of a value's share of the transfer function.
-const float kEdgeOn = 0.2, kOneWay = 0.5, kEven = 1.0 / 512.0;  // a cosine; a share; of the transfer function
+const float kEdgeOn = 0.7, kOneWay = 0.5, kEven = 1.0 / 512.0;  // a cosine; a share; of the transfer function
 vec3 shadedAt(vec3 at, float value, vec3 eye, vec3 color, vec3 last, vec3 texel, mat3 steps_T_eye, float perValue, Gloss gloss) {
     vec3 lower = max(at - 1.0, vec3(0.0)), upper = min(at + 1.0, last);
     vec3 before = vec3(fieldAt(vec3(lower.x, at.yz), texel), fieldAt(vec3(at.x, lower.y, at.z), texel), fieldAt(vec3(at.xy, lower.z), texel));

@@ -296,8 +296,9 @@ Expected<void> runWindow(WindowOptions options) {
     }
     const auto video = Video::start();
     if (!video) return tl::unexpected(video.error());
-    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread: no destructor runs then.
-    ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
+    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread, which may do so too: no destructor runs then. Each
+    // thread takes one of these; the next one would go on to what was registered before.
+    for (int thread = 0; thread < 16; ++thread) ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
     const std::vector<Monitor> monitors = Video::monitors();
     if (monitors.empty()) return fail(ErrorCode::kUnsupported, "the desktop has no monitor");
     auto pane = Pane::open(options, monitors);

@@ -61,7 +61,7 @@ double easedTo1(double t) {
     return x * x * (3 - 2 * x);
 }
 
-/// The gradient's direction, on the eye's side; the less of it the nearer it is to being seen edge-on (within a cosine of 0.2), and the less the field
+/// The gradient's direction, on the eye's side; the less of it the nearer it is to being seen edge-on (within a cosine of 0.7), and the less the field
 /// goes one way between the neighbours: where less than half of its ups and downs are left, with a 512th of the transfer function's range for noise.
 /// What is missing of it is the way to the eye.
 Vec3d normalAt(const Volume& v, const Around& field, const Mat3d& world_N_node, const Vec3d& towardsEye) {
@@ -69,7 +69,7 @@ Vec3d normalAt(const Volume& v, const Around& field, const Mat3d& world_N_node, 
     if (slope.norm() == 0) return towardsEye;
     const Vec3d across = (world_N_node * slope).normalized(), here = Vec3d::Constant(field.here);
     const double travelled = ((field.after - here).cwiseAbs() + (here - field.before).cwiseAbs()).norm() + (v.high - v.low) / 512;
-    const double cosine = across.dot(towardsEye), share = easedTo1(std::abs(cosine) / 0.2) * easedTo1(difference.norm() / travelled / 0.5);
+    const double cosine = across.dot(towardsEye), share = easedTo1(std::abs(cosine) / 0.7) * easedTo1(difference.norm() / travelled / 0.5);
     return ((cosine < 0 ? -share : share) * across + (1 - share) * towardsEye).normalized();
 }
 
