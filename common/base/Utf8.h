@@ -1,4 +1,4 @@
-/// Where text may be cut.
+/// What text is UTF-8, and where it may be cut.
 #pragma once
 
 #include <cstddef>
@@ -30,6 +30,16 @@ namespace tessera {
     for (std::size_t i = 2; i < length; ++i)
         if (byte(i) < 0x80 || byte(i) > 0xBF) return 0;
     return length;
+}
+
+/// Well-formed by table 3-7 of the Unicode standard: no overlong forms, no surrogates, nothing past U+10FFFF.
+[[nodiscard]] inline bool isUtf8(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t length = utf8CharacterLength(text);
+        if (length == 0) return false;
+        text.remove_prefix(length);
+    }
+    return true;
 }
 
 /// The whole characters of UTF-8 `text` that fit into `maxBytes`. Text that is not UTF-8 is cut as well, somewhere.

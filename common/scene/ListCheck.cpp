@@ -9,8 +9,8 @@
 #include <limits>
 #include <map>
 
+#include "common/base/Utf8.h"
 #include "common/math/Types.h"
-#include "common/scene/Text.h"
 #include "common/scene/Users.h"
 
 namespace tessera {

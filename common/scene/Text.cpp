@@ -6,15 +6,6 @@
 
 namespace tessera {
 
-bool isUtf8(std::string_view text) {
-    while (!text.empty()) {
-        const std::size_t length = utf8CharacterLength(text);
-        if (length == 0) return false;
-        text.remove_prefix(length);
-    }
-    return true;
-}
-
 std::string toUtf8(std::string_view text, std::size_t maxBytes) {
     std::string clean;
     while (!text.empty()) {

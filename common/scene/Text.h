@@ -6,9 +6,6 @@
 
 namespace tessera {
 
-/// Well-formed by table 3-7 of the Unicode standard: no overlong forms, no surrogates, nothing past U+10FFFF.
-[[nodiscard]] bool isUtf8(std::string_view text);
-
 /// The text with every malformed byte replaced by U+FFFD, cut to at most `maxBytes` at a character's end. For names
 /// from files, which may hold anything.
 [[nodiscard]] std::string toUtf8(std::string_view text, std::size_t maxBytes);

@@ -10,7 +10,7 @@
 #include <new>
 #include <unordered_map>
 
-#include "common/scene/Text.h"
+#include "common/base/Utf8.h"
 #include "common/scenefile/SceneSchema.h"
 
 namespace tessera {

@@ -8,7 +8,7 @@
 namespace tessera {
 
 /// The first fault of the list, applied to the scene. Ids may be placeholders, as long as the list creates them. What else is wrong with the list is
-/// the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the list says, never by the size of the scene, Movies' images aside.
+/// the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the list says, not by the size of the scene, Movies' images aside.
 [[nodiscard]] Sound checkRules(const Aspect& scene, const ChangeList& list);
 
 }  // namespace tessera

@@ -62,15 +62,6 @@ FolderFiles filesBeside(const std::string& path, const ReadLimits& limits) {
     return FolderFiles(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
 }
 
-bool isWellFormed(std::string_view text) {
-    while (!text.empty()) {
-        const std::size_t length = utf8CharacterLength(text);
-        if (length == 0) return false;
-        text.remove_prefix(length);
-    }
-    return true;
-}
-
 /// Names the first text that is no UTF-8, whether it stands there so or is written with backslashes. Nobody could read the message else.
 /// `around`: where the message stands, for what the parser keeps no place of (lists in brackets).
 Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::ParseInfoTree* places, pb::TextFormat::ParseLocation around = {0, 0}) {
@@ -85,7 +76,7 @@ Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::Pars
                 std::string scratch;
                 const std::string& text = index < 0 ? reflection.GetStringReference(message, field, &scratch)
                                                     : reflection.GetRepeatedStringReference(message, field, i, &scratch);
-                if (isWellFormed(text)) continue;
+                if (isUtf8(text)) continue;
                 pb::TextFormat::ParseLocation at = places ? places->GetLocation(field, index) : around;
                 if (at.line < 0) at = around;
                 return fail(ErrorCode::kBadInput, fmt::format("{}:{}: this {} is no UTF-8", at.line + 1, at.column + 1, field->name()));

@@ -5,6 +5,7 @@
 #include <new>
 #include <set>
 
+#include "common/base/Utf8.h"
 #include "common/scene/Text.h"
 
 namespace tessera {
