@@ -37,7 +37,9 @@ Eye chosenEye(const std::vector<Tile>& tiles) {
 }  // namespace
 
 Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
-    if (images.tiles.empty()) return fail(ErrorCode::kRefused, "no host shows a picture now; start the clients first");
+    if (images.tiles.empty())
+        return fail(ErrorCode::kRefused,
+                    "no host gave its picture in time: none draws now, or all are at a slow frame; tessera-ctl status says which");
     const auto [first, last] = std::minmax_element(images.tiles.begin(), images.tiles.end(),
                                                    [](const auto& a, const auto& b) { return a.frame < b.frame; });
     if (first->frame != last->frame)
