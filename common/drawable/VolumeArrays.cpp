@@ -107,7 +107,8 @@ DerivedMesh cutSurface(const Volume& v) {
     std::vector<Vec4d> planes;
     const std::span<const double> numbers = v.clipPlanes.as<double>();
     for (std::size_t i = 0; i + 3 < numbers.size(); i += 4) planes.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]);
-    const Expected<MeshData> left = cutAtPlanes(whole, planes, kMostVolumeTriangles);
+    // What a plane goes through becomes two triangles at the most.
+    const Expected<MeshData> left = cutAtPlanes(whole, planes, 2 * kMostVolumeTriangles);
     if (!left || left->indices.empty()) return {.arrays = {}, .plan = std::make_shared<const MeshArrays>(whole)};
     return {.arrays = left->toArrays(), .plan = std::make_shared<const MeshArrays>(whole)};
 }
@@ -121,9 +122,9 @@ DerivedMesh deriveVolume(const void* core, const Fineness& fineness, const Earli
     }
     if (!checkVoxels(v) || !checkPlanes(v.clipPlanes, "clipPlanes")) return {};
     if (!v.clipPlanes.empty()) return cutSurface(v);
-    const Expected<MeshData> surface = isoSurface(gridOf(v), v.surfaceValue, kMostVolumeTriangles);
-    if (!surface || surface->indices.empty()) return {};
-    return {.arrays = surface->toArrays(), .plan = nullptr};
+    const MeshData surface = isoSurfaceWithin(gridOf(v), v.surfaceValue, kMostVolumeTriangles);
+    if (surface.indices.empty()) return {};
+    return {.arrays = surface.toArrays(), .plan = nullptr};
 }
 
 }  // namespace

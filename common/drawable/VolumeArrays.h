@@ -2,7 +2,8 @@
 ///
 /// Collisions, picks and whoever counts triangles get its surface where the field is `surfaceValue`, in every mode: isoSurface of
 /// common/geometry/IsoSurface.h, closed by the box where the field is above at its border; then cut at the clip planes and left open there
-/// (common/geometry/PlaneCut.h). The whole surface is kept while one that is cut is: a plane that moves cuts it anew, at a fraction of making it.
+/// (common/geometry/PlaneCut.h). Of what would have more than kMostVolumeTriangles fewer voxels are looked at (isoSurfaceWithin). The whole surface is
+/// kept while one that is cut is: a plane that moves cuts it anew, at a fraction of making it.
 #pragma once
 
 #include <cstddef>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -236,6 +237,49 @@ Expected<MeshData> isoSurface(const VoxelGrid& grid, double value, std::size_t m
         case VoxelFormat::kFloat: break;
     }
     return IsoSurfaceMaker<float>(grid, value, mostTriangles).make();
+}
+
+namespace {
+
+/// Half as many numbers along each axis, two at least, whose first and last lie where the grid's do.
+std::array<std::size_t, 3> coarserSize(const std::array<std::size_t, 3>& size) {
+    std::array<std::size_t, 3> half{};
+    for (std::size_t axis = 0; axis < 3; ++axis) half[axis] = std::max<std::size_t>(2, (size[axis] + 1) / 2);
+    return half;
+}
+
+std::vector<float> sampled(const VoxelGrid& grid, const std::array<std::size_t, 3>& size) {
+    Vec3d stride;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        stride[static_cast<Eigen::Index>(axis)] = static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1);
+    std::vector<float> numbers;
+    numbers.reserve(size[0] * size[1] * size[2]);
+    for (std::size_t z = 0; z < size[2]; ++z)
+        for (std::size_t y = 0; y < size[1]; ++y)
+            for (std::size_t x = 0; x < size[0]; ++x)
+                numbers.push_back(static_cast<float>(
+                    grid.linearAt(Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)).cwiseProduct(stride))));
+    return numbers;
+}
+
+}  // namespace
+
+MeshData isoSurfaceWithin(const VoxelGrid& grid, double value, std::size_t mostTriangles) {
+    if (Expected<MeshData> all = isoSurface(grid, value, mostTriangles)) return std::move(*all);
+    VoxelGrid coarse = grid;
+    for (;;) {
+        const std::array<std::size_t, 3> size = coarserSize(coarse.size);
+        if (size == coarse.size) return {};  // a single cell
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<Eigen::Index>(axis);
+            coarse.spacing[a] = grid.spacing[a] * (static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1));
+        }
+        coarse.size = size;
+        coarse.format = VoxelFormat::kFloat;
+        const std::vector<float> numbers = sampled(grid, size);
+        coarse.voxels = std::as_bytes(std::span(numbers));
+        if (Expected<MeshData> fits = isoSurface(coarse, value, mostTriangles)) return std::move(*fits);
+    }
 }
 
 }  // namespace tessera

@@ -38,6 +38,10 @@ struct VoxelGrid {
 /// kLimit: more than `mostTriangles`.
 [[nodiscard]] Expected<MeshData> isoSurface(const VoxelGrid& grid, double value, std::size_t mostTriangles);
 
+/// The same; where it had more than `mostTriangles`, of the field as numbers half as many along each axis tell it (of the same box, linear in
+/// between), or half of these, …: a surface that is coarser instead of none.
+[[nodiscard]] MeshData isoSurfaceWithin(const VoxelGrid& grid, double value, std::size_t mostTriangles);
+
 /// A layer, x · y, may have so many numbers: what `isoSurface` keeps at a time.
 inline constexpr std::size_t kMostVoxelsOfLayer = std::size_t{1} << 22;
 

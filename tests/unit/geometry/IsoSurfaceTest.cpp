@@ -194,6 +194,39 @@ TEST_P(IsoSurfaceOfAnything, IsClosedAndAroundJustWhatIsAbove) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, IsoSurfaceOfAnything, testing::Range(0, 200));
 
+TEST(IsoSurface, IsCoarserWhereItWouldHaveTooManyTriangles) {
+    // Shells of a ball that reach through the sides of the box.
+    const Vec3d origin(-1, -2, 3), spacing(0.5, 0.25, 0.125);
+    const OwnGrid field({41, 40, 37}, origin, spacing, [&](const Vec3d& p) { return std::sin(0.5 * (p - origin).cwiseQuotient(spacing).norm()); });
+    const Expected<MeshData> all = isoSurface(field.grid, 0.1, 1'000'000);
+    ASSERT_TRUE(all);
+    const std::size_t triangles = all->indices.size() / 3;
+    const MeshData same = isoSurfaceWithin(field.grid, 0.1, triangles);
+    EXPECT_EQ(same.indices, all->indices);
+    EXPECT_EQ(same.positions, all->positions);
+    const auto boxOf = [](const MeshData& mesh) {
+        Eigen::AlignedBox3f box;
+        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) box.extend(Eigen::Vector3f(mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]));
+        return box;
+    };
+    std::size_t before = triangles;
+    for (const std::size_t most : {triangles - 1, triangles / 5, triangles / 30, std::size_t{100}}) {
+        SCOPED_TRACE(most);
+        const MeshData coarse = isoSurfaceWithin(field.grid, 0.1, most);
+        ASSERT_FALSE(coarse.indices.empty());
+        EXPECT_LE(coarse.indices.size() / 3, most);
+        EXPECT_LT(coarse.indices.size() / 3, before);
+        EXPECT_TRUE(checkMesh(coarse.toArrays()));
+        EXPECT_TRUE(isClosedSurface(coarse));
+        if (most == triangles - 1) {  // half of the voxels still tell the shells: from side to side of the same box
+            EXPECT_TRUE(boxOf(coarse).isApprox(boxOf(*all), 1e-5f));
+        }
+        before = coarse.indices.size() / 3;
+    }
+    EXPECT_TRUE(isoSurfaceWithin(field.grid, 0.1, 0).indices.empty());
+    EXPECT_TRUE(isoSurfaceWithin(field.grid, 7, 0).indices.empty());
+}
+
 TEST(VoxelGrid, IsLinearBetweenItsNumbers) {
     const OwnGrid field({3, 4, 5}, Vec3d::Zero(), Vec3d::Ones(), [](const Vec3d& p) { return 2 * p.x() - 3 * p.y() + p.z() + 1; });
     for (const Vec3d& p : {Vec3d(0, 0, 0), Vec3d(2, 3, 4), Vec3d(0.5, 1.25, 3.75), Vec3d(1.999, 0.001, 2)})
