@@ -47,9 +47,7 @@ ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions opt
     const auto machine = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
     options.maxResultBytes = std::max(options.maxResultBytes, bytes + bytes / 8);
-    const std::chrono::seconds more(bytes >> 22);
-    options.maxCpuTime += more;
-    options.deadline += more;
+    options.deadline += std::chrono::seconds(bytes >> 22);
     return options;
 }
 
