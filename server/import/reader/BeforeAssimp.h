@@ -14,15 +14,16 @@ namespace tessera {
 
 /// A PLY's header announces no more than its bytes can hold.
 [[nodiscard]] Expected<void> checkPly(std::string_view bytes);
-/// The sections of a Half-Life model in text (.smd, .vta) end, and name bones that are there.
+/// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many as they announce.
 [[nodiscard]] Expected<void> checkSmd(std::string_view text);
 /// Counts, indices of vertices, weights and joints of Doom 3's models; into `notes`: vertices that nothing moves.
 [[nodiscard]] Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& notes);
 /// Key frames of Doom 3's animations have the numbers that their hierarchy asks for.
 [[nodiscard]] Expected<void> checkMd5Animation(std::string_view text);
-/// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite, become comments. Returns how many
-/// they are and the first with its line; empty: none.
-[[nodiscard]] std::string mendObj(Bytes& bytes);
+/// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite, become blanks; into
+/// `notes`: how many they are, and the first with its line. So do remarks behind faces, and numbers that begin with a point get a zero before it: assimp
+/// knows neither. Whether anything was changed.
+bool mendObj(Bytes& bytes, std::vector<std::string>& notes);
 
 /// The checks for each file that assimp opens for one model, by its ending.
 class BeforeAssimp {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "server/import/reader/BeforeAssimp.h"
@@ -75,7 +76,8 @@ class ObjMending {
 public:
     explicit ObjMending(Bytes& bytes) : bytes_(bytes), text_(asText(bytes)) {}
 
-    std::string mend() {
+    bool mend(std::vector<std::string>& notes) {
+        writeOutZeros();
         for (ObjStatements s(text_); s.next();) {
             if (declares(s.statement(), "v")) finite_.push_back(isFinite(s.statement()));
             if (declares(s.statement(), "vt")) ++texcoords_;
@@ -92,15 +94,39 @@ public:
             TextLines(statement).next(words);
             std::string why;
             for (std::size_t i = 1; i < words.size() && why.empty(); ++i) why = faultOf(words[i], seen, seenTexcoords);
-            if (why.empty()) continue;
+            if (why.empty()) {
+                const std::size_t remark = std::min(text_.find('#', s.begin()), s.end());
+                if (remark < s.end()) blank(remark, s.end());
+                continue;
+            }
             if (wrong++ == 0) first = fmt::format("line {}: {}", s.line(), why);
             blank(s.begin(), s.end());
         }
-        if (wrong == 0) return {};
-        return fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first);
+        if (wrong > 0) notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
+        return changed_;
     }
 
 private:
+    /// Assimp takes `.5` for no number, and the vertex for none.
+    void writeOutZeros() {
+        Bytes written;
+        std::size_t done = 0;
+        for (std::size_t at = text_.find('.'); at != text_.npos; at = text_.find('.', at + 1)) {
+            const bool begins = at > 0 && (text_[at - 1] == ' ' || text_[at - 1] == '\t');
+            if (!begins || at + 1 >= text_.size() || text_[at + 1] < '0' || text_[at + 1] > '9') continue;
+            std::size_t line = text_.rfind('\n', at) + 1;  // npos + 1 is 0
+            line = text_.find_first_not_of(" \t", line);
+            if (text_[line] != 'v') continue;
+            written.insert(written.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(done), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
+            written.push_back(std::byte{'0'});
+            done = at;
+        }
+        if (done == 0) return;
+        written.insert(written.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(done), bytes_.end());
+        bytes_ = std::move(written);
+        changed_ = true;
+        text_ = asText(bytes_);
+    }
     /// Of a corner, VERTEX/TEXTURE/NORMAL; numbers from 1, or back from -1. Of normals that do not exist assimp makes others itself.
     std::string faultOf(std::string_view word, std::size_t seen, std::size_t seenTexcoords) const {
         const auto index = [](std::string_view number, std::size_t soFar, std::size_t all) -> std::int64_t {
@@ -122,6 +148,7 @@ private:
     }
     /// Lines stay lines: those that follow keep their numbers.
     void blank(std::size_t begin, std::size_t end) {
+        changed_ = true;
         for (std::size_t at = begin; at < end; ++at)
             if (bytes_[at] != std::byte{'\n'} && bytes_[at] != std::byte{'\r'}) bytes_[at] = std::byte{' '};
     }
@@ -130,12 +157,13 @@ private:
     std::string_view text_;
     std::vector<bool> finite_;
     std::size_t texcoords_ = 0;
+    bool changed_ = false;
 };
 
 }  // namespace
 
-std::string mendObj(Bytes& bytes) {
-    return ObjMending(bytes).mend();
+bool mendObj(Bytes& bytes, std::vector<std::string>& notes) {
+    return ObjMending(bytes).mend(notes);
 }
 
 }  // namespace tessera
