@@ -16,6 +16,7 @@
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
+#include "server/rules/NameCheck.h"
 #include "server/import/TableCores.h"
 
 namespace tessera {
@@ -217,9 +218,7 @@ std::string readName(const std::string& name, std::string_view otherwise) {
     // Cut between characters, not inside one (UTF-8).
     if (clean.size() < name.size())
         while (!clean.empty() && (static_cast<unsigned char>(name[clean.size()]) & 0xc0) == 0x80) clean.pop_back();
-    for (char& c : clean)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-    return clean;
+    return asOneLine(clean);
 }
 
 }  // namespace tessera

@@ -65,6 +65,25 @@ Expected<void> checkPly(std::string_view bytes) {
     return {};
 }
 
+Expected<void> checkOff(std::string_view text) {
+    TextLines lines(text);
+    std::vector<std::string_view> words;
+    bool headed = false;
+    while (lines.next(words)) {
+        const auto remark = std::ranges::find_if(words, [](std::string_view word) { return word.starts_with('#'); });
+        words.erase(remark, words.end());
+        if (!words.empty() && !std::exchange(headed, true)) words.erase(words.begin());  // OFF, and what it has besides
+        if (words.empty()) continue;
+        std::uint64_t vertices = 0, faces = 0;
+        if (words.size() < 2 || !isNumber(words[0], vertices) || !isNumber(words[1], faces)) return {};  // assimp says what it is not
+        constexpr std::uint64_t kLeastBytes = 4;  // of two numbers, each with a blank
+        if (vertices > text.size() / kLeastBytes || faces > text.size() / kLeastBytes)
+            return failInLine(lines.line(), fmt::format("it announces {} vertices and {} faces, and ends after {} bytes", vertices, faces, lines.bytesLeft()));
+        return {};
+    }
+    return {};
+}
+
 Expected<void> checkSmd(std::string_view text) {
     // A bone takes a line, so there are no more of them.
     const auto most = static_cast<std::uint64_t>(std::ranges::count(text, '\n')) + 1;
@@ -268,6 +287,7 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     Expected<void> sound;
     std::vector<std::string> said;
     if (ending == "ply") sound = checkPly(text);
+    if (ending == "off") sound = checkOff(text);
     if (ending == "smd" || ending == "vta") sound = checkSmd(text);
     if (ending == "md5mesh") sound = checkMd5Mesh(text, said);
     if (ending == "md5anim") sound = checkMd5Animation(text);

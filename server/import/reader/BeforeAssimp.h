@@ -14,6 +14,8 @@ namespace tessera {
 
 /// A PLY's header announces no more than its bytes can hold.
 [[nodiscard]] Expected<void> checkPly(std::string_view bytes);
+/// An OFF counts no more vertices and faces than its bytes can hold.
+[[nodiscard]] Expected<void> checkOff(std::string_view text);
 /// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many as they announce.
 [[nodiscard]] Expected<void> checkSmd(std::string_view text);
 /// Counts, indices of vertices, weights and joints of Doom 3's models; into `notes`: vertices that nothing moves.

@@ -1,5 +1,6 @@
 /// Files that lie to assimp: what they announce, and whom they name, is looked at before it sees them.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -41,6 +42,14 @@ TEST(BeforeAssimp, APlyHoldsWhatItsHeaderAnnounces) {
     const std::string binary = fmt::format(fmt::runtime(kPlyHead), "binary_little_endian", 3, 1);
     EXPECT_EQ(saysOf(checkPly(binary + std::string(3 * 12 + 1 + 12, '\0'))), "");
     EXPECT_EQ(saysOf(checkPly(binary + std::string(30, '\0'))), "line 4: it announces 3 vertex, which take 12 bytes each at least, and ends after 30");
+}
+
+TEST(BeforeAssimp, AnOffHoldsWhatItAnnounces) {
+    const std::string rest = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    EXPECT_EQ(saysOf(checkOff("OFF\n# three\n3 1 0\n" + rest)), "");
+    EXPECT_EQ(saysOf(checkOff("OFF 3 1 0\n" + rest)), "");
+    EXPECT_EQ(saysOf(checkOff("OFF\n\n1000000000 1 0\n" + rest)), "line 3: it announces 1000000000 vertices and 1 faces, and ends after 26 bytes");
+    EXPECT_EQ(saysOf(checkOff("OFF\n3 4294967295 0\n" + rest)), "line 2: it announces 3 vertices and 4294967295 faces, and ends after 26 bytes");
 }
 
 TEST(BeforeAssimp, AFileOfSixtyBytesIsRefusedByItsHeaderAndNotByTheClock) {
