@@ -7,8 +7,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -42,6 +44,10 @@ Expected<Started> start(const std::string& program, const std::string& file, con
                                           std::to_string(options.maxMemoryBytes),
                                           "--cpu",
                                           std::to_string(options.maxCpuTime.count()),
+                                          "--cpu-per-mebibyte",
+                                          std::to_string(ImportOptions::kCpuTimePerMebibyte.count()),
+                                          "--most-cpu",
+                                          std::to_string(std::chrono::ceil<std::chrono::seconds>(std::max<std::chrono::milliseconds>(options.deadline, options.maxCpuTime)).count()),
                                           "--depth",
                                           std::to_string(options.maxDepth),
                                           "--nodes",
@@ -86,7 +92,8 @@ std::string signalInWords(int signal, const ImportOptions& options) {
         case SIGTRAP:
             return "its reader crashed on it (illegal instruction)";
         case SIGXCPU:
-            return fmt::format("it needs more than {} s of processor time", options.maxCpuTime.count());
+            return fmt::format("it needs more than {} s of processor time, and {} s for each MiB that was read", options.maxCpuTime.count(),
+                               ImportOptions::kCpuTimePerMebibyte.count());
         case SIGXFSZ:
             return "its reader tried to write a file, which is forbidden";
         case SIGSYS:

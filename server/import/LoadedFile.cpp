@@ -16,6 +16,7 @@
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
+#include "server/rules/NameCheck.h"
 #include "server/import/TableCores.h"
 
 namespace tessera {
@@ -47,9 +48,7 @@ ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions opt
     const auto machine = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
     options.maxResultBytes = std::max(options.maxResultBytes, bytes + bytes / 8);
-    const std::chrono::seconds more(bytes >> 22);
-    options.maxCpuTime += more;
-    options.deadline += more;
+    options.deadline += std::chrono::seconds(bytes >> 22);
     return options;
 }
 
@@ -219,9 +218,7 @@ std::string readName(const std::string& name, std::string_view otherwise) {
     // Cut between characters, not inside one (UTF-8).
     if (clean.size() < name.size())
         while (!clean.empty() && (static_cast<unsigned char>(name[clean.size()]) & 0xc0) == 0x80) clean.pop_back();
-    for (char& c : clean)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-    return clean;
+    return asOneLine(clean);
 }
 
 }  // namespace tessera

@@ -11,6 +11,7 @@
 #include "common/scenefile/SavedReader.h"
 #include "common/wall/View.h"
 #include "server/import/SceneAssembly.h"
+#include "server/rules/NameCheck.h"
 
 namespace tessera {
 namespace {
@@ -40,6 +41,8 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         if (seen.is<Node>()) {
             Node& node = *static_cast<Node*>(object);
             node.ofServer = false;  // whatever a file says: it is a person's
+            noteControls(file, node.name);
+            node.name = asOneLine(node.name);
             drawn.push_back(node.core);
             names.emplace_back(id, node.name);
         } else if (const Drawable drawable = drawableOf(seen)) {

@@ -14,6 +14,7 @@
 #include "common/wall/View.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/TableCores.h"
+#include "server/rules/NameCheck.h"
 #include "server/rules/SceneRules.h"
 
 namespace tessera {
@@ -134,7 +135,7 @@ SceneAssembly::~SceneAssembly() = default;
 Expected<ImportedScene> SceneAssembly::take() {
     noteDriven();
     result_.list = builder_.take();
-    if (const Sound sound = checkRules(Aspect(), result_.list); !sound) return refusal(sound.error());
+    if (const Sound sound = checkRules(Aspect(), result_.list, {}); !sound) return refusal(sound.error());
     if (!result_.tops.empty()) result_.top = result_.tops.front();
     return std::move(result_);
 }
@@ -164,6 +165,10 @@ ObjectId SceneAssembly::createObject(const Object& object) {
 
 void SceneAssembly::note(std::string text) {
     if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
+}
+
+void SceneAssembly::noteControls(const LoadedFile& file, std::string_view name) {
+    if (!isOneLine(name)) note(file.label + ": names of nodes have line breaks or other control characters: '?' stands for them");
 }
 
 Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, ObjectId core, const Spot& spot) {
@@ -289,6 +294,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
         evenScale = value->scale == Vec3d::Constant(value->scale.x());
         parent_T_node = value->pose().matrix;
     }
+    noteControls(file, node.name());
     Expected<Placed*> own = newNode(readName(node.name(), contentName(content)), transform ? transform : *core, spot);
     if (!own) return in(own.error());
     (*own)->transform = transform;

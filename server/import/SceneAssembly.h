@@ -140,6 +140,8 @@ private:
     /// Manipulators of what a motion or an animation drives: they wait until that is paused.
     void noteDriven();
     void noteUnfree(const PendingRef& ref, const Placed& body);
+    /// Of a node's name that will not be as the file has it.
+    void noteControls(const LoadedFile& file, std::string_view name);
     /// For a person to read, each once.
     void note(std::string text);
 

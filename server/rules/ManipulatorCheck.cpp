@@ -4,6 +4,8 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
+#include <unordered_set>
 #include <variant>
 
 #include <fmt/format.h>
@@ -13,19 +15,27 @@
 namespace tessera {
 namespace {
 
-/// The core that a node has once the list is applied, and its type.
-ObjectType coreTypeAfter(const Aspect& scene, const ChangeList& list, ObjectId node) {
-    const Node* present = scene.get<Node>(node);
-    ObjectId core = present ? present->core : ObjectId();
+/// The types of the cores that some nodes have once the list is applied. Costs the list once, and the nodes.
+std::unordered_map<ObjectId, ObjectType> coreTypesAfter(const Aspect& scene, const ChangeList& list, const std::unordered_set<ObjectId>& nodes) {
+    std::unordered_map<ObjectId, ObjectId> cores;
+    for (const ObjectId node : nodes)
+        if (const Node* present = scene.get<Node>(node)) cores[node] = present->core;
     for (const FieldColumn& column : list.columns) {
         if (column.type != typeOf<Node>() || column.field != fieldId<&Node::core>) continue;
         const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values);
-        const auto row = std::ranges::find(column.ids, node);
-        if (refs && row != column.ids.end() && refs->size() == column.ids.size()) core = (*refs)[static_cast<std::size_t>(row - column.ids.begin())];
+        for (std::size_t row = 0; refs != nullptr && row < std::min(refs->size(), column.ids.size()); ++row)
+            if (nodes.contains(column.ids[row])) cores[column.ids[row]] = (*refs)[row];
     }
-    if (const Object object = scene.find(core)) return object.info().type;
-    const auto creation = std::ranges::find(list.creations, core, &Creation::id);
-    return creation == list.creations.end() ? ObjectType() : creation->type;
+    std::unordered_map<ObjectId, ObjectType> created;
+    for (const auto& [node, core] : cores) created.emplace(core, ObjectType());
+    for (const Creation& creation : list.creations)
+        if (const auto wanted = created.find(creation.id); wanted != created.end()) wanted->second = creation.type;
+    std::unordered_map<ObjectId, ObjectType> types;
+    for (const auto& [node, core] : cores) {
+        const Object object = scene.find(core);
+        types[node] = object ? object.info().type : created.at(core);
+    }
+    return types;
 }
 
 std::string_view wantedBy(std::int64_t kind, ObjectType core) {
@@ -58,9 +68,16 @@ Sound checkManipulators(const Aspect& scene, const ChangeList& list) {
             if (const auto* number = std::get_if<std::int64_t>(&value); number && kind) draft.kind = *number;
         }
     }
+    for (const ObjectId id : list.destructions) touched.erase(id);
+    std::unordered_set<ObjectId> targets;
+    for (const auto& [id, manipulator] : touched)
+        if (manipulator.target) targets.insert(manipulator.target);
+    if (targets.empty()) return {};
+    const std::unordered_map<ObjectId, ObjectType> types = coreTypesAfter(scene, list, targets);
     for (const auto& [id, manipulator] : touched) {
-        if (!manipulator.target || std::ranges::find(list.destructions, id) != list.destructions.end()) continue;
-        const ObjectType core = coreTypeAfter(scene, list, manipulator.target);
+        if (!manipulator.target) continue;
+        const auto known = types.find(manipulator.target);
+        const ObjectType core = known == types.end() ? ObjectType() : known->second;
         const std::string_view wanted = wantedBy(manipulator.kind, core);
         if (wanted.empty()) continue;
         const TypeInfo* is = findType(core);

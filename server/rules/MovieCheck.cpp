@@ -10,7 +10,7 @@
 
 namespace tessera {
 
-Sound checkMovies(const Aspect& scene, const ChangeList& list) {
+Sound checkMovies(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies) {
     std::map<ObjectId, ObjectId> said;
     const FieldEntry& field = *findField(*findType(typeOf<Movie>()), fieldId<&Movie::image>);
     for (const FieldColumn& column : list.columns) {
@@ -25,7 +25,7 @@ Sound checkMovies(const Aspect& scene, const ChangeList& list) {
             return tl::unexpected(Fault{movie, typeOf<Movie>(), {ErrorCode::kRefused, "its image: another Movie writes it too"}});
     }
     if (writers.empty()) return {};
-    for (const ObjectId id : scene.ids()) {
+    for (const ObjectId id : movies) {
         const Movie* movie = scene.get<Movie>(id);
         if (!movie || said.contains(id) || gone.contains(id)) continue;
         if (const auto other = writers.find(movie->image); other != writers.end())

@@ -5,15 +5,17 @@
 #include "server/rules/ManipulatorCheck.h"
 #include "server/rules/MaterialCheck.h"
 #include "server/rules/MovieCheck.h"
+#include "server/rules/NameCheck.h"
 
 namespace tessera {
 
-Sound checkRules(const Aspect& scene, const ChangeList& list) {
+Sound checkRules(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies) {
     if (Sound play = checkKeyFrames(scene, list); !play) return play;
     if (Sound hold = checkManipulators(scene, list); !hold) return hold;
     if (Sound look = checkMaterials(list); !look) return look;
+    if (Sound read = checkNames(list); !read) return read;
     if (Sound show = checkImages(scene, list); !show) return show;
-    return checkMovies(scene, list);
+    return checkMovies(scene, list, movies);
 }
 
 }  // namespace tessera

@@ -1,6 +1,8 @@
 /// Whether what a list of changes leaves behind makes sense, beyond what the table of types says of each field.
 #pragma once
 
+#include <set>
+
 #include "common/change/ChangeList.h"
 #include "common/scene/Aspect.h"
 #include "server/rules/Fault.h"
@@ -8,7 +10,8 @@
 namespace tessera {
 
 /// The first fault of the list, applied to the scene. Ids may be placeholders, as long as the list creates them. What else is wrong with the list is
-/// the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the list says, not by the size of the scene, Movies' images aside.
-[[nodiscard]] Sound checkRules(const Aspect& scene, const ChangeList& list);
+/// the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the list says, not by the size of the scene. `movies`: all that the
+/// scene has.
+[[nodiscard]] Sound checkRules(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies);
 
 }  // namespace tessera

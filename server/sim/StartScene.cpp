@@ -26,9 +26,9 @@ StartScene::StartScene(std::vector<std::string> paths) : paths_(std::move(paths)
 StartScene::~StartScene() = default;
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
-    for (const std::string& path : paths_)
-        if (!loader.order({.ticket = ticket, .path = path, .parent = kRootNode, .asked = false}))
-            return fail(ErrorCode::kUsage, "too many --scene options");
+    if (paths_.empty()) return {};
+    if (!loader.order({.ticket = ticket, .path = paths_[lists_.size()], .parent = kRootNode, .asked = false}))
+        return fail(ErrorCode::kLimit, "too many files wait to be loaded already");
     return {};
 }
 
@@ -38,7 +38,10 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished f
         for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
     if (!finished.content) {
         lists_.push_back(std::move(finished.scene->list));
-        if (lists_.size() < paths_.size()) return std::nullopt;
+        if (lists_.size() < paths_.size()) {
+            if (const Expected<void> next = order(loader, finished.ticket); !next) return tl::unexpected(next.error());
+            return std::nullopt;
+        }
         const auto loads = [](const Creation& creation) { return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>(); };
         if (std::ranges::none_of(lists_, [&](const ChangeList& list) { return std::ranges::any_of(list.creations, loads); }))
             return std::exchange(lists_, {});

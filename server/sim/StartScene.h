@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// Orders the files and collects what comes of them, in their order; then, one after the other, the files of the Inlines in them that are wanted
-/// at once, so that the first frame shows the same whatever takes how long. Beyond kMostInlines the others come while frames are shown.
+/// Orders the files, each once the one before it is there, and collects what comes of them; then in the same way the files of the Inlines in
+/// them that are wanted at once, so that the first frame shows the same whatever takes how long. Beyond kMostInlines the others come while frames are shown.
 class StartScene {
 public:
     static constexpr std::size_t kMostInlines = 256;
@@ -20,7 +20,7 @@ public:
     explicit StartScene(std::vector<std::string> paths);
     ~StartScene();
 
-    /// Orders carry this ticket.
+    /// The first file; the others follow. Orders carry this ticket.
     [[nodiscard]] Expected<void> order(Loader& loader, std::uint64_t ticket) const;
     /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot have is in its state.
     [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(LoadFinished finished, Loader& loader, Log& log);

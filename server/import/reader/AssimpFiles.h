@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/FolderFiles.h"
 
 namespace tessera {
@@ -46,7 +47,7 @@ private:
 /// Its only way to files.
 class FolderIo : public Assimp::IOSystem {
 public:
-    explicit FolderIo(const FolderFiles& files) : files_(files) {}
+    explicit FolderIo(const FolderFiles& files, BeforeAssimp* before = nullptr) : files_(files), before_(before) {}
 
     bool Exists(const char* name) const override { return pathOf(name).has_value(); }
     char getOsSeparator() const override { return '/'; }
@@ -54,6 +55,7 @@ public:
         if (std::strpbrk(mode, "wa+") != nullptr) return nullptr;
         const Expected<std::string> path = pathOf(name);
         Expected<Bytes> bytes = path ? files_.read(*path) : tl::unexpected(path.error());
+        if (bytes && before_ != nullptr && !before_->lets(*path, *bytes)) return nullptr;
         return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
     }
     void Close(Assimp::IOStream* stream) override { delete stream; }
@@ -70,6 +72,7 @@ private:
     }
 
     const FolderFiles& files_;
+    BeforeAssimp* before_;
 };
 
 }  // namespace tessera

@@ -5,10 +5,14 @@
 #include <assimp/mesh.h>
 #include <assimp/scene.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "server/import/reader/SoundParts.h"
 
 namespace tessera {
 namespace {
@@ -106,6 +110,32 @@ private:
 };
 
 }  // namespace
+
+std::vector<std::string> leaveOutUnsound(aiScene& scene) {
+    std::vector<std::string> said;
+    bool gone = false;
+    for (unsigned m = 0; m < scene.mNumMeshes && scene.mMeshes != nullptr; ++m) {
+        aiMesh*& mesh = scene.mMeshes[m];
+        if (mesh == nullptr || mesh->mVertices == nullptr || mesh->mFaces == nullptr || mesh->mNumFaces == 0) continue;
+        const std::span<aiVector3D> vertices(mesh->mVertices, mesh->mNumVertices);
+        const auto stood = [&](std::size_t vertex) { return stands(&vertices[vertex].x); };
+        LeftOutParts leftOut(fmt::format("mesh {}{}{}", m, mesh->mName.length > 0 ? " " : "", mesh->mName.C_Str()), "faces");
+        const std::span<aiFace> faces(mesh->mFaces, mesh->mNumFaces);
+        const auto end = std::remove_if(faces.begin(), faces.end(), [&](const aiFace& face) {
+            return face.mIndices != nullptr && !leftOut.keeps(std::span(face.mIndices, face.mNumIndices), vertices.size(), stood);
+        });
+        mesh->mNumFaces = static_cast<unsigned>(end - faces.begin());
+        if (const std::string text = leftOut.text(); !text.empty()) said.push_back(text);
+        const auto sound = std::ranges::find_if(vertices, [](const aiVector3D& vertex) { return stands(&vertex.x); });
+        for (aiVector3D& vertex : vertices)
+            if (!stands(&vertex.x)) vertex = sound == vertices.end() ? aiVector3D() : *sound;
+        if (mesh->mNumFaces > 0) continue;
+        mesh = nullptr;  // the scene is never deleted, nor is this
+        gone = true;
+    }
+    if (gone) (void)mendScene(scene);
+    return said;
+}
 
 std::set<std::string> mendScene(aiScene& scene) {
     return Mending(scene).mend();

@@ -22,6 +22,7 @@
 #include "server/import/reader/AssimpMotion.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
+#include "server/import/reader/SoundParts.h"
 #include "server/import/reader/VolumeFiles.h"
 
 namespace tessera {
@@ -146,6 +147,10 @@ private:
                     data.colors.push_back(
                         static_cast<std::uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255.0f)));
             }
+        // Faces have been looked at; bare points have none.
+        if (data.primitive == Primitive::kPoints)
+            if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty()) scene_.note(leftOut);
+        if (data.empty()) return;
         usable_.insert(index);
         scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
     }
@@ -180,9 +185,9 @@ std::string firstLine(std::string text) {
 }
 
 /// Never deleted: the process ends soon, and the destructor of assimp 5.2.5 crashes after some 3MF files.
-Assimp::Importer& newImporter(const FolderFiles& files) {
+Assimp::Importer& newImporter(const FolderFiles& files, BeforeAssimp& before) {
     Assimp::Importer& importer = *new Assimp::Importer;
-    importer.SetIOHandler(new FolderIo(files));  // the importer owns and deletes it
+    importer.SetIOHandler(new FolderIo(files, &before));  // the importer owns and deletes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
     return importer;
 }
@@ -248,13 +253,22 @@ std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
 
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    Assimp::Importer& importer = newImporter(files);
+    BeforeAssimp before;
+    Assimp::Importer& importer = newImporter(files, before);
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
         return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'; read are {}", extension, readEndings(importer)));
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
-    const aiScene* scene = importer.ReadFile(path, 0);
+    std::vector<std::string> leftOut;
+    const auto read = [&](Assimp::Importer& by) {
+        const aiScene* const scene = by.ReadFile(path, 0);
+        if (scene != nullptr && scene->mRootNode != nullptr) leftOut = leaveOutUnsound(const_cast<aiScene&>(*scene));
+        return scene;
+    };
+    const aiScene* scene = read(importer);
+    if (before.refusal()) return tl::unexpected(*before.refusal());
+    if (!leftOut.empty() && scene->mNumMeshes == 0) return fail(ErrorCode::kBadInput, leftOut.front());
     // A mesh without faces would be refused; bare points need nothing of what follows.
     const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
@@ -268,8 +282,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     constexpr std::string_view kInvalid = "Validation failed: ";
     if (scene == nullptr && reason.starts_with(kInvalid)) {
         // Another one: some of assimp's readers remember what is gone.
-        Assimp::Importer& again = newImporter(files);
-        scene = again.ReadFile(path, 0);
+        Assimp::Importer& again = newImporter(files, before);
+        scene = read(again);
         if (scene != nullptr && scene->mRootNode != nullptr) {
             const std::set<std::string> gone = mendScene(const_cast<aiScene&>(*scene));
             mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}", reason.substr(kInvalid.size()),
@@ -291,9 +305,12 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
-    if (converted && mended) converted->note(*mended);
-    if (converted && lower == ".obj") noteObjMaterials(path, files, *converted);
-    if (converted) converted->file.set_up_axis(upAxisOf(*scene, lower));
+    if (!converted) return converted;
+    for (const std::string& note : before.notes()) converted->note(note);
+    for (const std::string& note : leftOut) converted->note(note);
+    if (mended) converted->note(*mended);
+    if (lower == ".obj") noteObjMaterials(path, files, *converted);
+    converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/capability.h>
 #include <linux/landlock.h>
 #include <seccomp.h>
 #include <signal.h>
@@ -11,6 +12,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -36,10 +38,30 @@ bool limitResource(int resource, rlim_t soft, rlim_t hard) {
     return ::setrlimit(static_cast<decltype(RLIMIT_AS)>(resource), &limit) == 0;
 }
 
+/// What there is to grant, of this process.
+struct Granting {
+    rlim_t given = 0, most = 0, perMebibyte = 0;
+    std::uint64_t readBytes = 0;
+};
+Granting granting;
+
+bool dropCapability(unsigned capability) {
+    __user_cap_header_struct head{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3] = {};
+    if (::syscall(SYS_capget, &head, sets) != 0) return false;
+    __user_cap_data_struct& set = sets[CAP_TO_INDEX(capability)];
+    for (__u32* const mask : {&set.effective, &set.permitted, &set.inheritable}) *mask &= ~CAP_TO_MASK(capability);
+    return ::syscall(SYS_capset, &head, sets) == 0;
+}
+
 Expected<void> limitResources(const Confinement& confinement) {
-    const auto cpu = static_cast<rlim_t>(confinement.cpuTime.count());
-    // At the soft limit SIGXCPU says why; whoever ignores it dies two seconds later.
-    bool done = limitResource(RLIMIT_CPU, cpu, cpu + 2) && limitResource(RLIMIT_CORE, 0, 0) &&
+    // A sanitized reader takes several times as long.
+    const auto cpu = static_cast<rlim_t>(confinement.cpuTime.count()) * (kSanitized ? 3 : 1);
+    granting = {.given = cpu, .most = std::max(cpu, static_cast<rlim_t>(confinement.mostCpuTime.count())),
+                .perMebibyte = static_cast<rlim_t>(confinement.cpuTimePerMebibyte.count()), .readBytes = 0};
+    // At the soft limit SIGXCPU says why; whoever ignores it dies at the hard one. As nobody may raise that, neither root may.
+    if (!dropCapability(CAP_SYS_RESOURCE)) return fail(ErrorCode::kUnsupported, fmt::format("capabilities cannot be given away ({})", std::strerror(errno)));
+    bool done = limitResource(RLIMIT_CPU, cpu, granting.most + 2) && limitResource(RLIMIT_CORE, 0, 0) &&
                 limitResource(RLIMIT_FSIZE, 0, 0) && limitResource(RLIMIT_NOFILE, 64, 64) &&
                 limitResource(RLIMIT_STACK, rlim_t{16} << 20, rlim_t{16} << 20);
     // The sanitizers' shadow memory is terabytes of address space.
@@ -157,6 +179,8 @@ Expected<void> restrictCalls() {
                                     SCMP_A2(SCMP_CMP_MASKED_EQ, writing, 0)) == 0;
     good = good && seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, SCMP_SYS(open), 1,
                                     SCMP_A1(SCMP_CMP_MASKED_EQ, writing, 0)) == 0;
+    // What `grantTimeFor` asks for.
+    good = good && seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), 2, SCMP_A0(SCMP_CMP_EQ, 0), SCMP_A1(SCMP_CMP_EQ, RLIMIT_CPU)) == 0;
     // abort() sends a signal; only to itself.
     good = good && seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1,
                                     SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(::getpid()))) == 0;
@@ -186,6 +210,12 @@ Expected<void> confine(const Confinement& confinement) {
                                 "--allow-unconfined-import reads it all the same, at your own risk",
                                 restricted.error().message));
     return {};
+}
+
+void grantTimeFor(std::size_t bytes) {
+    granting.readBytes += bytes;
+    const rlim_t more = granting.given + granting.perMebibyte * (granting.readBytes >> 20);
+    if (granting.given > 0) (void)limitResource(RLIMIT_CPU, std::min(more, granting.most), granting.most + 2);
 }
 
 }  // namespace tessera

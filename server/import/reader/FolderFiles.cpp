@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/import/reader/Confinement.h"
+
 namespace tessera {
 namespace {
 
@@ -92,6 +94,7 @@ Expected<Bytes> readOrdinaryFile(const std::string& path, std::size_t maxBytes) 
         done += static_cast<std::size_t>(got);
     }
     bytes.resize(done);
+    grantTimeFor(done);
     return bytes;
 }
 

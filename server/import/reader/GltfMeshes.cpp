@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/import/reader/GltfReader.h"
+#include "server/import/reader/SoundParts.h"
 
 namespace tessera {
 namespace {
@@ -126,9 +127,6 @@ Expected<std::vector<std::uint32_t>> GltfReader::vertexOrder(const tinygltf::Pri
         order.resize(vertices);
         for (std::size_t i = 0; i < vertices; ++i) order[i] = static_cast<std::uint32_t>(i);
     }
-    for (const std::uint32_t index : order)
-        if (index >= vertices)
-            return fail(ErrorCode::kBadInput, fmt::format("index {} in a mesh of {} vertices", index, vertices));
     return order;
 }
 
@@ -198,16 +196,26 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
     }
     normalise(data.normals);
 
+    const std::string name = fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
+    const auto sound = [&] {
+        if (const std::string leftOut = keepSoundParts(data, name); !leftOut.empty()) scene_.note(leftOut);
+        return std::move(data);
+    };
     if (primitive.mode == TINYGLTF_MODE_POINTS) {
         if (primitive.indices >= 0) {
             const Expected<std::vector<std::uint32_t>> order = vertexOrder(primitive, vertices);
             if (!order) return tl::unexpected(order.error());
-            data = pickedVertices(data, *order);
+            LeftOutParts missing(name, "points");
+            std::vector<std::uint32_t> there;
+            for (const std::uint32_t& index : *order)
+                if (missing.keeps(std::span(&index, 1), vertices, [](std::uint32_t) { return true; })) there.push_back(index);
+            if (!missing.text().empty()) scene_.note(missing.text());
+            data = pickedVertices(data, there);
         }
         data.primitive = Primitive::kPoints;
         for (const tinygltf::Value* extras : {&primitive.extras, &node.extras, &mesh.extras})
             if (data.pointRadius == 0) data.pointRadius = radiusIn(*extras);
-        return data;
+        return sound();
     }
     if (isLines(primitive)) {
         const Expected<std::vector<std::uint32_t>> order = vertexOrder(primitive, vertices);
@@ -215,12 +223,12 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
         data.primitive = Primitive::kLines;
         data.lines = linesOf(primitive, *order);
         data.normals.clear();
-        return data;
+        return sound();
     }
     Expected<std::vector<std::uint32_t>> indices = triangles(primitive, vertices);
     if (!indices) return tl::unexpected(indices.error());
     data.indices = std::move(*indices);
-    return data;
+    return sound();
 }
 
 Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::Node& node) {

@@ -152,11 +152,12 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
             return failAt(where("material", i).place(), known.error());
         *scene_.file.add_material() = file.material(i);
     }
+    collectFilms(file);
     for (int i = 0; i < file.image_size(); ++i)
         if (Expected<void> done = expandImage(file.image(i), where("image", i).place()); !done)
             return failAt(where("image", i).place(), done.error());
     pictures_.finish();
-    if (!lost_.empty()) forgetLost(file);
+    if (!lost_.empty()) forgetLost();
     for (int i = 0; i < file.mesh_size(); ++i)
         if (Expected<void> done = expandMesh(file.mesh(i)); !done)
             return failAt(where("mesh", i).place(), done.error());
@@ -328,7 +329,13 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             // Lights, camera, switch, environment: as they are.
             const FieldDescriptor* field = fieldOf(node, static_cast<int>(content));
             out.GetReflection()->MutableMessage(&out, field)->CopyFrom(node.GetReflection()->GetMessage(node, field));
-            if (out.has_environment() && lost_.contains(out.environment().image())) out.mutable_environment()->clear_image();
+            if (!out.has_environment()) return {};
+            if (lost_.contains(out.environment().image())) {
+                out.mutable_environment()->clear_image();
+            } else if (const std::string why = notAround(out.environment().image()); !why.empty()) {
+                addFault(at, fmt::format("the surroundings' image '{}' cannot be had: {}; they are shown without", out.environment().image(), why));
+                out.mutable_environment()->clear_image();
+            }
             return {};
         }
     }
@@ -436,12 +443,11 @@ Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind
 Expected<DecodedImage> SceneExpander::readPicture(const std::string& uri) {
     const Expected<Bytes> bytes = files_.read(uri);
     Expected<DecodedImage> decoded = bytes ? decodeImage(*bytes, limits_.maxImageSide) : tl::unexpected(bytes.error());
-    if (!decoded && decoded.error().code != ErrorCode::kRefused) unreadable_.insert(uri);
     if (bytes && !decoded) return failWith(fmt::format("'{}'", uri), decoded.error());
     return decoded;
 }
 
-void SceneExpander::forgetLost(const proto::scene::SceneFile& file) {
+void SceneExpander::collectFilms(const proto::scene::SceneFile& file) {
     std::vector<const proto::scene::Node*> open;
     for (const proto::scene::Node& node : file.node()) open.push_back(&node);
     for (const proto::scene::Definition& definition : file.definition())
@@ -449,9 +455,12 @@ void SceneExpander::forgetLost(const proto::scene::SceneFile& file) {
     while (!open.empty()) {
         const proto::scene::Node& node = *open.back();
         open.pop_back();
-        if (node.has_movie()) lost_.erase(node.movie().image());
+        if (node.has_movie()) films_.insert(node.movie().image());
         for (const proto::scene::Node& child : node.node()) open.push_back(&child);
     }
+}
+
+void SceneExpander::forgetLost() {
     const auto names = [&](const auto& part) { return lost_.contains(part.image()); };
     const google::protobuf::Descriptor& type = *proto::scene::Material::descriptor();
     for (proto::scene::Material& material : *scene_.file.mutable_material()) {
@@ -467,10 +476,36 @@ void SceneExpander::forgetLost(const proto::scene::SceneFile& file) {
     }
 }
 
+void SceneExpander::addFault(const proto::scene::Place& at, std::string what) {
+    std::string fault = failAt(at, {ErrorCode::kBadInput, std::move(what)}).value().message;
+    // What is repeated comes here again.
+    if (std::ranges::find(scene_.faults, fault) == scene_.faults.end()) scene_.faults.push_back(std::move(fault));
+}
+
+std::string SceneExpander::notAround(const std::string& image) const {
+    using ImageMessage = proto::scene::Image;
+    const auto found = std::ranges::find(scene_.file.image(), image, &ImageMessage::name);
+    if (found == scene_.file.image().end()) return {};
+    if (found->shape() == ImageMessage::LINE || found->shape() == ImageMessage::SOLID) return "it is neither flat nor a cube";
+    const double width = found->width_px(), height = found->height_px();
+    if (found->shape() != ImageMessage::FLAT || std::abs(width - 2 * height) <= height / 8) return {};
+    return fmt::format("{} × {} pixels are not about twice as wide as high", width, height);
+}
+
+void SceneExpander::lose(const proto::scene::Image& image, const proto::scene::Place& at, const std::string& why) {
+    addFault(at, fmt::format("the image '{}' cannot be had: {}; what names it is drawn without", image.name(), why));
+    if (!films_.contains(image.name())) lost_.insert(image.name());
+    proto::scene::Image* const empty = scene_.file.add_image();
+    *empty = image;
+    empty->clear_uri();
+    empty->clear_face();
+}
+
 Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, const proto::scene::Place& at) {
     using ImageMessage = proto::scene::Image;
     if (image.uri().empty() && image.face().empty()) {
-        *scene_.file.add_image() = image;
+        if (image.pixels_blob() == 0 && !films_.contains(image.name())) lose(image, at, "it names no file");
+        else *scene_.file.add_image() = image;
         return {};
     }
     if (!image.face().empty() && (!image.uri().empty() || image.face_size() != 6))
@@ -492,14 +527,9 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, cons
         if (first->shape != ImageMessage::FLAT) return fail(ErrorCode::kBadInput, fmt::format("{} is a {} by itself", picture, ImageMessage::Shape_Name(first->shape)));
         return cut ? cutPicture(std::move(*first), image) : joinFaces(std::move(*first), files);
     });
-    if (!added && std::ranges::any_of(files, [&](const std::string& file) { return unreadable_.contains(file); })) {
-        const std::string what = fmt::format("the image '{}' cannot be had: {}; what names it is drawn without", image.name(), added.error().message);
-        scene_.faults.push_back(failAt(at, {ErrorCode::kBadInput, what}).value().message);
-        lost_.insert(image.name());
-        proto::scene::Image* const empty = scene_.file.add_image();
-        *empty = image;
-        empty->clear_uri();
-        empty->clear_face();
+    // What the text may not name is for its author to mend; whatever a picture is costs the picture.
+    if (!added && added.error().code != ErrorCode::kRefused) {
+        lose(image, at, added.error().message);
         return {};
     }
     if (!added) return tl::unexpected(added.error());

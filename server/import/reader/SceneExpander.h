@@ -50,10 +50,15 @@ private:
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
     Expected<void> expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data);
     Expected<void> expandImage(const proto::scene::Image& image, const proto::scene::Place& at);
-    /// A picture of a name within the folder that is not there, or that cannot be read, is kept in mind as one.
+    void addFault(const proto::scene::Place& at, std::string what);
+    /// A fault: the image stays, without a picture.
+    void lose(const proto::scene::Image& image, const proto::scene::Place& at, const std::string& why);
+    /// Why a picture is none that can lie all around; empty: it can.
+    [[nodiscard]] std::string notAround(const std::string& image) const;
     [[nodiscard]] Expected<DecodedImage> readPicture(const std::string& uri);
+    void collectFilms(const proto::scene::SceneFile& file);
     /// Of materials: what they say of images that cannot be had. Films bring pictures of their own.
-    void forgetLost(const proto::scene::SceneFile& file);
+    void forgetLost();
     [[nodiscard]] Expected<DecodedImage> cutPicture(DecodedImage picture, const proto::scene::Image& image) const;
     [[nodiscard]] Expected<DecodedImage> joinFaces(DecodedImage cube, const std::vector<std::string>& files);
     /// Its images.
@@ -70,8 +75,8 @@ private:
     PlainScene scene_;
     Pictures pictures_;
     std::set<std::string> materials_, images_, meshes_, definitions_;
-    std::set<std::string> unreadable_;  ///< files of pictures
-    std::set<std::string> lost_;        ///< images without a picture
+    std::set<std::string> films_;  ///< images that Movies write: what they show is not in a picture
+    std::set<std::string> lost_;   ///< images without a picture
     std::map<std::string, std::string> shapes_;  ///< serialised shape → mesh
     std::size_t nodes_ = 0;
 };

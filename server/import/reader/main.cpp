@@ -30,6 +30,8 @@ constexpr std::string_view kUsage =
     "  --file PATH          the file (absolute, no symbolic links)\n"
     "  --memory BYTES       bound on address space\n"
     "  --cpu SECONDS        bound on processor time\n"
+    "  --cpu-per-mebibyte S so much more for each MiB that is read\n"
+    "  --most-cpu SECONDS   never more than that\n"
     "  --nodes N, --depth N bounds on the scene\n"
     "  --verbatim           geometry exactly as the file has it, polygons fanned\n"
     "  --parent PID         ends when this process does\n"
@@ -105,6 +107,10 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
             result.confinement.memoryBytes = number;
         } else if (name == "--cpu") {
             result.confinement.cpuTime = std::chrono::seconds(number);
+        } else if (name == "--cpu-per-mebibyte") {
+            result.confinement.cpuTimePerMebibyte = std::chrono::seconds(number);
+        } else if (name == "--most-cpu") {
+            result.confinement.mostCpuTime = std::chrono::seconds(number);
         } else if (name == "--parent") {
             result.confinement.parent = static_cast<pid_t>(number);
         } else if (name == "--nodes") {

@@ -1,6 +1,7 @@
 #include "server/sim/commit/Committer.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <new>
 #include <unordered_map>
@@ -54,7 +55,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     list.nextFreeId = 0;
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
-    if (const Sound sound = checkRules(scene_, list); !sound) {
+    if (const Sound sound = checkRules(scene_, list, movies_); !sound) {
         const Fault& fault = sound.error();
         return failWith(fmt::format("{} #{}", findType(fault.type)->name, fault.object.value), fault.why);
     }
@@ -108,6 +109,10 @@ Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
         return tl::unexpected(done.error());
     }
     nodes_ = nodes;
+    for (const Creation& creation : list->creations)
+        if (creation.type == typeOf<Movie>()) movies_.insert(creation.id);
+    if (!movies_.empty())
+        for (const ObjectId id : list->destructions) movies_.erase(id);
     nextId_ += applied.ids.size();
     if (list->changeCount() > 0) open_.push_back(std::move(list));
     return applied;
@@ -204,6 +209,7 @@ void Committer::goOnFrom(Aspect scene, Sequence sequence) {
     nextId_ = std::max(nextId_, scene_.nextFreeId());
     const std::vector<ObjectId> ids = scene_.ids();
     nodes_ = static_cast<std::size_t>(std::ranges::count_if(ids, [&](ObjectId id) { return scene_.get<Node>(id); }));
+    std::ranges::copy_if(ids, std::inserter(movies_, movies_.end()), [&](ObjectId id) { return scene_.get<Movie>(id); });
 }
 
 CommittedFrame Committer::closeFrame() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -66,6 +67,7 @@ private:
 
     Aspect scene_;
     std::size_t nodes_ = 1;
+    std::set<ObjectId> movies_;  ///< of the scene
     std::uint64_t nextId_ = kRootNode.value + 1;
     Sequence sequence_;
     std::vector<ChangeListPtr> open_;

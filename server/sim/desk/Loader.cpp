@@ -37,7 +37,14 @@ Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::fun
       onFinished_(std::move(onFinished)),
       thread_([this, folders = foldersOfScenes(scenes)] {
           std::ranges::copy(folders, std::back_inserter(readableContent_.folders));
-          while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
+          // From here on the folders stay as they are.
+          const auto work = [this] {
+              while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
+          };
+          std::vector<std::thread> others;
+          for (std::size_t i = 1; i < kAtOnce; ++i) others.emplace_back(work);
+          work();
+          for (std::thread& other : others) other.join();
       }) {}
 
 LoadFinished Loader::carryOut(const LoadOrder& order) const {

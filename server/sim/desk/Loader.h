@@ -1,10 +1,11 @@
-/// Imports files off the frame thread, one after the other.
+/// Imports files off the frame thread, a few at once.
 #pragma once
 
 #include <functional>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "common/base/Channel.h"
 #include "common/base/Error.h"
@@ -36,10 +37,14 @@ struct LoadFinished {
     std::optional<InlineOrder> content = {};  ///< of the order
 };
 
-/// Owns the import thread. `onFinished` is called on it. Destruction waits for the import under way, which has a
-/// deadline of its own.
+/// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but where kAtOnce of
+/// them do, so what was ordered later may be there earlier. `onFinished` is called on those threads, on several at once. Destruction
+/// waits for the imports under way, which have deadlines of their own.
 class Loader {
 public:
+    /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
+    static constexpr std::size_t kAtOnce = 3;
+
     /// `allowed`: folders whose files applications may have read, beside the assets (`readableFile`).
     /// `scenes`: files whose folders may be read besides for what Inlines hold.
     Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,

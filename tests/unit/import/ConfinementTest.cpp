@@ -15,6 +15,7 @@
 #include <functional>
 
 #include "server/import/reader/Confinement.h"
+#include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 #include "tests/unit/import/ImportFixture.h"
 
@@ -102,10 +103,40 @@ TEST_F(Confined, SpinningEndsAtTheProcessorLimit) {
     EXPECT_EQ(WTERMSIG(status), SIGXCPU);
 }
 
+TEST_F(Confined, HasMoreProcessorTimeForEachMebibyteThatItReads) {
+    const std::string small = own(), large = scratch_.path("in/large.bin"), hole = scratch_.path("in/hole.bin");
+    std::ofstream(large).put('x');
+    std::filesystem::resize_file(large, (std::uintmax_t{5} << 20) + 17);
+    std::ofstream(hole).put('x');
+    std::filesystem::resize_file(hole, std::uintmax_t{300} << 20);
+    const pid_t pid = ::fork();
+    if (pid == 0) {
+        const auto limit = [] {
+            rlimit now{};
+            return ::getrlimit(RLIMIT_CPU, &now) == 0 ? now : rlimit{};
+        };
+        using std::chrono::seconds;
+        if (!confine({.file = small, .cpuTime = seconds(10), .cpuTimePerMebibyte = seconds(2), .mostCpuTime = seconds(90), .parent = ::getppid()})) ::_exit(99);
+        const rlim_t base = kSanitized ? 30 : 10;
+        bool good = readOrdinaryFile(small, 1 << 30).has_value() && limit().rlim_cur == base;
+        good = good && readOrdinaryFile(large, 1 << 30) && limit().rlim_cur == base + 10;
+        good = good && readOrdinaryFile(large, 1 << 30) && limit().rlim_cur == base + 20;
+        good = good && readOrdinaryFile(hole, 1 << 30) && limit().rlim_cur == 90 && limit().rlim_max == 92;
+        ::_exit(good ? 0 : 1);
+    }
+    int status = 0;
+    ::waitpid(pid, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
 TEST_F(Confined, CannotRaiseItsLimits) {
     const int status = confined(own(), [] {
         const rlimit more{RLIM_INFINITY, RLIM_INFINITY};
-        return (::setrlimit(RLIMIT_CPU, &more) == 0 ? 1 : 0) | (::setrlimit(RLIMIT_FSIZE, &more) == 0 ? 2 : 0);
+        rlimit now{};
+        if (::getrlimit(RLIMIT_CPU, &now) != 0) return 4;
+        const rlimit longer{now.rlim_cur, now.rlim_max + 1};
+        return (::setrlimit(RLIMIT_CPU, &more) == 0 ? 1 : 0) | (::setrlimit(RLIMIT_FSIZE, &more) == 0 ? 2 : 0) | (::setrlimit(RLIMIT_CPU, &longer) == 0 ? 8 : 0);
     });
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0);

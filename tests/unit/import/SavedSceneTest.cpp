@@ -123,7 +123,7 @@ TEST(SavedScene, KeepsSharingTheRootsCoreAndWhatIsReferredTo) {
         setField<&Transform::translation>(list, transform, Vec3d(1, 2, 3));
         for (const ObjectId node : {first, second, outside, below, holder, lost}) list.create(node, typeOf<Node>());
         for (const ObjectId node : {first, second, kRootNode}) setField<&Node::core>(list, node, transform);
-        setField<&Node::name>(list, first, "line\nfeed and \"quotes\"");
+        setField<&Node::name>(list, first, "back\\slash and \"quotes\"");
         setField<&Node::name>(list, kRootNode, "world");
         for (const ObjectId node : {first, second, holder}) list.place(node, kRootNode);
         list.place(below, outside);

@@ -172,7 +172,10 @@ TEST(Surroundings, SayWhatIsWrongWithTheirImage) {
     const Scratch scratch;
     const auto error = [&](const std::string& text) { return messageOf(importScene(scratch.write("scene.tsct", text), kRootNode, importOptions())); };
     scratch.write("studio.hdr", headOf(16, 16) + flat(randomPixels(random, 256)));
-    EXPECT_NE(error(kText).find("twice as wide as high"), std::string::npos) << error(kText);
+    const Expected<ImportedScene> square = importScene(scratch.write("scene.tsct", kText), kRootNode, importOptions());
+    ASSERT_TRUE(square) << messageOf(square);
+    ASSERT_EQ(square->faults.size(), 1u);
+    EXPECT_NE(square->faults[0].find("twice as wide as high"), std::string::npos) << square->faults[0];
     EXPECT_NE(error("node { environment { image: \"nowhere\" } }").find("there is no image 'nowhere'"), std::string::npos);
     EXPECT_NE(error("node { environment { strength: -1 } }").find("strength"), std::string::npos);
 }

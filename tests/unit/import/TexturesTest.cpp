@@ -201,17 +201,61 @@ TEST(SceneTextures, OutsideOfTheScenesFolderAreRefused) {
     EXPECT_NE(refusal.find("leads out of the file's own folder"), std::string::npos) << refusal;
 }
 
-TEST(ImageShapes, WhatDoesNotFitIsRefusedInWords) {
+TEST(ImageShapes, WhatTheTextMayNotSayIsRefusedInWords) {
+    const Scratch scratch;
+    scratch.write("one.tga", ofValue(1));
+    const auto refusal = [&](const std::string& said) { return messageOf(withImage(scratch, said)); };
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("scene.tsct:1:1: an image has a uri or six faces"), std::string::npos);
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])").find("'../one.tga' leads out of"), std::string::npos);
+}
+
+TEST(ImageShapes, APictureOfAnotherShapeCostsItselfAlone) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     scratch.write("two.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
-    const auto refusal = [&](const std::string& said, bool surroundings = true) { return messageOf(withImage(scratch, said, surroundings)); };
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("six faces"), std::string::npos);
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])").find("'two.tga' is not of the size"), std::string::npos);
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])").find("one.tga"), std::string::npos);
-    EXPECT_NE(refusal(R"(uri: "two.tga" shape: CUBE)").find("not 6 pictures below each other"), std::string::npos);
-    EXPECT_NE(refusal(R"(uri: "one.tga" shape: LINE)").find("neither flat nor a cube"), std::string::npos);
-    EXPECT_NE(refusal(R"(uri: "two.tga" shape: SOLID depth_px: 2)", false).find("not 2 pictures below each other"), std::string::npos);
+    const std::string uses[] = {"node { environment { image: \"i\" } }", "material { name: \"m\" base_color_image: \"i\" }\n"};
+    const std::pair<const char*, const char*> wrong[] = {
+        {R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])", "'two.tga' is not of the size and kind of 'one.tga'"},
+        {R"(face: ["two.tga", "two.tga", "two.tga", "two.tga", "two.tga", "two.tga"])", "a CUBE is of squares, not of 2 × 1 pixels"},
+        {R"(uri: "two.tga" shape: CUBE)", "2 × 1 pixels are not 6 pictures below each other"},
+        {R"(uri: "two.tga" shape: SOLID depth_px: 2)", "2 × 1 pixels are not 2 pictures below each other"},
+        {"", "it names no file"},
+        {"shape: CUBE", "it names no file"}};
+    for (const std::string& use : uses)
+        for (const auto& [said, why] : wrong) {
+            const std::string path = scratch.write("scene.tsct", "\n image { name: \"i\" " + std::string(said) + " }\n" + use +
+                                                                     "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n" +
+                                                                     (use.starts_with("node") ? "material { name: \"m\" }" : ""));
+            Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+            ASSERT_TRUE(scene) << messageOf(scene);
+            ASSERT_EQ(scene->faults.size(), 1u) << said;
+            EXPECT_TRUE(scene->faults[0].starts_with(path + ":2:2: the image 'i' cannot be had: ")) << scene->faults[0];
+            EXPECT_NE(scene->faults[0].find(why), std::string::npos) << scene->faults[0];
+            EXPECT_EQ(std::ranges::count(scene->notes, scene->faults[0]), 1);
+            const ImportedAspect aspect(std::move(*scene));
+            EXPECT_TRUE(allOf<Image>(aspect).empty()) << said;
+            EXPECT_FALSE(aspect->get<Material>(aspect.core<Geometry>("/box")->material)->baseColorImage);
+            for (const Environment* environment : allOf<Environment>(aspect)) EXPECT_FALSE(environment->image);
+        }
+}
+
+TEST(ImageShapes, SurroundingsOfAnotherShapeAreShownWithoutTheirPicture) {
+    const Scratch scratch;
+    scratch.write("one.tga", ofValue(1));
+    // What lies all around cannot be a row, or a square; a surface can have either.
+    for (const auto& [said, why] : {std::pair(R"(uri: "one.tga" shape: LINE)", "it is neither flat nor a cube"), {R"(uri: "one.tga")", "1 × 1 pixels are not about twice as wide as high"}}) {
+        const std::string path = scratch.write("scene.tsct", std::string("image { name: \"i\" ") + said + " }\nmaterial { name: \"m\" base_color_image: \"i\" }\n" +
+                                                                 "node { repeat { count: 3 } node { environment { image: \"i\" } } }\n" +
+                                                                 "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n");
+        Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
+        ASSERT_TRUE(scene) << messageOf(scene);
+        ASSERT_EQ(scene->faults.size(), 1u) << said;
+        EXPECT_EQ(scene->faults[0], path + ":3:35: the surroundings' image 'i' cannot be had: " + why + "; they are shown without");
+        const ImportedAspect aspect(std::move(*scene));
+        EXPECT_TRUE(aspect->get<Material>(aspect.core<Geometry>("/box")->material)->baseColorImage);
+        EXPECT_EQ(allOf<Environment>(aspect).size(), 3u);
+        for (const Environment* environment : allOf<Environment>(aspect)) EXPECT_FALSE(environment->image);
+    }
 }
 
 }  // namespace

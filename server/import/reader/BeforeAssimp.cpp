@@ -1,0 +1,305 @@
+#include "server/import/reader/BeforeAssimp.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <utility>
+
+#include "server/import/reader/TextLines.h"
+
+namespace tessera {
+namespace {
+
+tl::unexpected<Error> failInLine(std::size_t line, std::string_view what) {
+    return fail(ErrorCode::kBadInput, fmt::format("line {}: {}", line, what));
+}
+
+/// Of a type of a PLY's property; what is unknown takes something.
+std::size_t plyBytes(std::string_view type) {
+    static const std::map<std::string_view, std::size_t> kBytes = {{"char", 1},  {"uchar", 1},  {"int8", 1},  {"uint8", 1},   {"short", 2},   {"ushort", 2},
+                                                                   {"int16", 2}, {"uint16", 2}, {"int", 4},   {"uint", 4},    {"int32", 4},   {"uint32", 4},
+                                                                   {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+    const auto known = kBytes.find(type);
+    return known == kBytes.end() ? 1 : known->second;
+}
+
+}  // namespace
+
+Expected<void> checkPly(std::string_view bytes) {
+    struct Element {
+        std::string name;
+        std::uint64_t count = 0, leastBytes = 0;
+        std::size_t line = 0;
+    };
+    std::vector<Element> elements;
+    TextLines lines(bytes);
+    std::vector<std::string_view> words;
+    bool text = true, ended = false;
+    while (!ended && lines.next(words)) {
+        if (words[0] == "format" && words.size() > 1) text = words[1] == "ascii";
+        if (words[0] == "element") {
+            std::uint64_t count = 0;
+            if (words.size() != 3 || !isNumber(words[2], count)) return failInLine(lines.line(), "an element says its name and how many of it there are");
+            elements.push_back({.name = std::string(words[1].substr(0, 40)), .count = count, .line = lines.line()});
+        }
+        // A number and a blank behind it; of a list its length alone.
+        if (words[0] == "property" && words.size() > 2 && !elements.empty())
+            elements.back().leastBytes += text ? 2 : plyBytes(words[1] == "list" ? words[2] : words[1]);
+        ended = words[0] == "end_header";
+    }
+    if (!ended) return fail(ErrorCode::kBadInput, "its header does not end");
+    std::uint64_t left = lines.bytesLeft() + 1;  // the last number needs no blank
+    for (const Element& element : elements) {
+        if (element.count == 0) continue;
+        if (element.leastBytes == 0) return failInLine(element.line, fmt::format("the element {} has no properties", element.name));
+        if (element.count > left / element.leastBytes)
+            return failInLine(element.line, fmt::format("it announces {} {}, which take {} bytes each at least, and ends after {}", element.count, element.name,
+                                                        element.leastBytes, lines.bytesLeft()));
+        left -= element.count * element.leastBytes;
+    }
+    return {};
+}
+
+Expected<void> checkOff(std::string_view text) {
+    TextLines lines(text);
+    std::vector<std::string_view> words;
+    bool headed = false;
+    while (lines.next(words)) {
+        const auto remark = std::ranges::find_if(words, [](std::string_view word) { return word.starts_with('#'); });
+        words.erase(remark, words.end());
+        if (!words.empty() && !std::exchange(headed, true)) words.erase(words.begin());  // OFF, and what it has besides
+        if (words.empty()) continue;
+        std::uint64_t vertices = 0, faces = 0;
+        if (words.size() < 2 || !isNumber(words[0], vertices) || !isNumber(words[1], faces)) return {};  // assimp says what it is not
+        constexpr std::uint64_t kLeastBytes = 4;  // of two numbers, each with a blank
+        if (vertices > text.size() / kLeastBytes || faces > text.size() / kLeastBytes)
+            return failInLine(lines.line(), fmt::format("it announces {} vertices and {} faces, and ends after {} bytes", vertices, faces, lines.bytesLeft()));
+        return {};
+    }
+    return {};
+}
+
+Expected<void> checkSmd(std::string_view text) {
+    // A bone takes a line, so there are no more of them.
+    const auto most = static_cast<std::uint64_t>(std::ranges::count(text, '\n')) + 1;
+    TextLines lines(text);
+    std::vector<std::string_view> words;
+    std::string section;
+    std::size_t begun = 0, corner = 0;
+    while (lines.next(words)) {
+        if (words[0].starts_with("//") || words[0].starts_with('#') || words[0].starts_with(';')) continue;
+        if (section.empty()) {
+            if (words[0] == "version") continue;
+            section = words[0];
+            begun = lines.line();
+            corner = 0;
+            continue;
+        }
+        if (words[0] == "end") {
+            section.clear();
+            continue;
+        }
+        if (section == "nodes") {
+            std::uint64_t bone = 0;
+            std::int64_t parent = 0;
+            if (words.size() < 3 || !isNumber(words[0], bone) || bone >= most) return failInLine(lines.line(), "this is no bone: a number, a name, its parent's number");
+            if (!isNumber(words[2], parent) || parent < -1 || parent >= static_cast<std::int64_t>(most)) return failInLine(lines.line(), "a bone's parent is the number of a bone, or -1");
+        } else if (section == "triangles" && corner++ % 4 != 0) {  // the name of a picture, then three corners
+            std::uint64_t links = 0;
+            if (words.size() < 10 || !isNumber(words[9], links)) continue;
+            if (links > words.size() || words.size() < 10 + 2 * links)
+                return failInLine(lines.line(), fmt::format("a corner announces {} bones, and names {}", links, (words.size() - 10) / 2));
+        }
+    }
+    // It goes on for ever in this one alone.
+    if (section == "nodes") return failInLine(begun, "the section 'nodes' has no end");
+    return {};
+}
+
+namespace {
+
+/// One mesh of an MD5, as far as its numbers have to fit together.
+class Md5MeshCheck {
+public:
+    Md5MeshCheck(std::size_t joints, std::size_t lines) : joints_(joints), mostItems_(lines) {}
+
+    Expected<void> line(const std::vector<std::string_view>& words, std::size_t at) {
+        const auto number = [&](std::size_t word) {
+            std::uint64_t value = 0;
+            return word < words.size() && isNumber(words[word], value) ? std::optional(value) : std::nullopt;
+        };
+        const auto sized = [&](std::uint64_t& count) -> Expected<void> {
+            const std::optional<std::uint64_t> said = number(1);
+            if (!said || *said > mostItems_) return failInLine(at, fmt::format("{} is more than the file has lines", words[0]));
+            count = *said;
+            return {};
+        };
+        const auto within = [&](std::size_t word, std::uint64_t count, const char* of) -> Expected<std::uint64_t> {
+            const std::optional<std::uint64_t> said = number(word);
+            if (!said || *said >= count) return failInLine(at, fmt::format("'{}' names none of the {} {}", word < words.size() ? words[word].substr(0, 40) : "", count, of));
+            return *said;
+        };
+        if (words[0] == "numverts") return sized(verts_);
+        if (words[0] == "numtris") return sized(tris_);
+        if (words[0] == "numweights") return sized(weights_);
+        if (words[0] == "vert") {  // vert NUMBER ( u v ) FIRST-WEIGHT WEIGHTS
+            const Expected<std::uint64_t> which = within(1, verts_, "vertices announced");
+            if (!which) return tl::unexpected(which.error());
+            const std::optional<std::uint64_t> first = number(words.size() - 2), count = number(words.size() - 1);
+            if (words.size() < 4 || !first || !count) return failInLine(at, "a vertex names its first weight and how many it has");
+            moved_.push_back({*first, *count, at});
+        }
+        if (words[0] == "tri") {  // tri NUMBER A B C
+            if (const Expected<std::uint64_t> which = within(1, tris_, "triangles announced"); !which) return tl::unexpected(which.error());
+            for (std::size_t corner = 2; corner < 5; ++corner)
+                if (const Expected<std::uint64_t> vertex = within(corner, verts_, "vertices"); !vertex) return tl::unexpected(vertex.error());
+        }
+        if (words[0] == "weight") {  // weight NUMBER JOINT WEIGHT ( x y z )
+            const Expected<std::uint64_t> which = within(1, weights_, "weights announced");
+            if (!which) return tl::unexpected(which.error());
+            if (const Expected<std::uint64_t> joint = within(2, joints_, "joints"); !joint) return tl::unexpected(joint.error());
+            float weight = 0;
+            if (words.size() > 3) (void)isNumber(words[3], weight);
+            if (values_.size() <= *which) values_.resize(*which + 1);
+            values_[*which] = weight;
+        }
+        return {};
+    }
+    /// At the mesh's end. Adds to the vertices that nothing moves, and keeps the line of the first.
+    Expected<void> end(std::size_t& unmoved, std::size_t& firstUnmoved) const {
+        for (const Moved& vertex : moved_) {
+            if (vertex.count > weights_ || vertex.first > weights_ - vertex.count)
+                return failInLine(vertex.line, fmt::format("weights {} to {} are not among the {} there are", vertex.first, vertex.first + vertex.count, weights_));
+            double sum = 0;
+            for (std::uint64_t w = vertex.first; w < vertex.first + vertex.count && w < values_.size(); ++w) sum += values_[w];
+            if (!(std::abs(sum) > 1e-20) && unmoved++ == 0) firstUnmoved = vertex.line;
+        }
+        return {};
+    }
+
+private:
+    struct Moved {
+        std::uint64_t first, count;
+        std::size_t line;
+    };
+    std::uint64_t joints_, mostItems_, verts_ = 0, tris_ = 0, weights_ = 0;
+    std::vector<Moved> moved_;
+    std::vector<float> values_;
+};
+
+/// What is behind a name in quotes; `//` begins a remark outside of them.
+void cutRemark(std::vector<std::string_view>& words) {
+    const auto remark = std::ranges::find_if(words, [](std::string_view word) { return word.starts_with("//"); });
+    words.erase(remark, words.end());
+}
+
+}  // namespace
+
+Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& notes) {
+    const auto most = static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return c == '\n' || c == '\r'; })) + 1;
+    TextLines lines(text);
+    std::vector<std::string_view> words;
+    std::size_t joints = 0, unmoved = 0, firstUnmoved = 0, begun = 0;
+    std::string section;
+    std::optional<Md5MeshCheck> mesh;
+    while (lines.next(words)) {
+        cutRemark(words);
+        if (words.empty()) continue;
+        if (section.empty()) {
+            if (words.size() > 1 && words[1] == "{") {
+                section = words[0];
+                begun = lines.line();
+                if (section == "mesh") mesh.emplace(joints, most);
+            }
+            continue;
+        }
+        if (words[0] == "}") {
+            if (mesh)
+                if (Expected<void> sound = mesh->end(unmoved, firstUnmoved); !sound) return sound;
+            mesh.reset();
+            section.clear();
+            continue;
+        }
+        if (section == "joints" && words[0].starts_with('"')) {
+            ++joints;
+            std::int64_t parent = 0;
+            if (words.size() < 2 || !isNumber(words[1], parent) || parent < -1 || parent >= static_cast<std::int64_t>(most))
+                return failInLine(lines.line(), "a joint's parent is the number of a joint, or -1");
+        }
+        if (mesh)
+            if (Expected<void> sound = mesh->line(words, lines.line()); !sound) return sound;
+    }
+    if (!section.empty()) return failInLine(begun, fmt::format("the section '{}' has no end", section.substr(0, 40)));
+    if (unmoved > 0)
+        notes.push_back(fmt::format("the weights of {} {} to nothing (the first: line {}): no joint moves what they belong to", unmoved,
+                                    unmoved == 1 ? "vertex sum up" : "vertices sum up", firstUnmoved));
+    return {};
+}
+
+Expected<void> checkMd5Animation(std::string_view text) {
+    TextLines lines(text);
+    std::vector<std::string_view> words;
+    std::string section;
+    std::size_t begun = 0;
+    std::uint64_t bones = 0, poses = 0, needed = 0, numbers = 0;
+    while (lines.next(words)) {
+        cutRemark(words);
+        if (words.empty()) continue;
+        if (section.empty()) {
+            if (words.back() != "{") continue;
+            section = words[0];
+            begun = lines.line();
+            numbers = 0;
+            continue;
+        }
+        if (words[0] == "}") {
+            if (section == "baseframe" && poses < bones) return failInLine(begun, fmt::format("{} joints, and a base frame of {}", bones, poses));
+            if (section == "frame" && numbers < needed) return failInLine(begun, fmt::format("the hierarchy asks for {} numbers a frame, and here are {}", needed, numbers));
+            section.clear();
+            continue;
+        }
+        if (section == "hierarchy") {  // "NAME" PARENT FLAGS FIRST
+            std::int64_t parent = 0;
+            std::uint32_t flags = 0, first = 0;
+            if (words.size() < 4 || !isNumber(words[1], parent) || parent < -1 || !isNumber(words[2], flags) || !isNumber(words[3], first))
+                return failInLine(lines.line(), "this is no joint: a name, its parent, which numbers move it, the first of them");
+            ++bones;
+            if (flags != 0) needed = std::max(needed, std::uint64_t{first} + static_cast<std::uint64_t>(__builtin_popcount(flags & 0x3f)));
+        }
+        if (section == "baseframe") ++poses;
+        if (section == "frame") numbers += words.size();
+    }
+    if (!section.empty()) return failInLine(begun, fmt::format("the section '{}' has no end", section.substr(0, 40)));
+    if (bones > 0 && poses < bones) return fail(ErrorCode::kBadInput, fmt::format("{} joints, and a base frame of {}", bones, poses));
+    return {};
+}
+
+bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
+    if (sound_.contains(path)) return true;  // assimp opens a file several times
+    std::string ending = path.substr(std::min(path.rfind('.') + 1, path.size()));
+    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string_view text = asText(bytes);
+    Expected<void> sound;
+    std::vector<std::string> said;
+    if (ending == "ply") sound = checkPly(text);
+    if (ending == "off") sound = checkOff(text);
+    if (ending == "smd" || ending == "vta") sound = checkSmd(text);
+    if (ending == "md5mesh") sound = checkMd5Mesh(text, said);
+    if (ending == "md5anim") sound = checkMd5Animation(text);
+    if (!sound && !refusal_) {
+        refusal_ = sound.error();
+        refusal_->message = fmt::format("'{}' cannot be read: {}", path.substr(path.rfind('/') + 1), sound.error().message);
+    }
+    if (!sound) return false;
+    if (ending != "obj" || !mendObj(bytes, said)) sound_.insert(path);
+    for (std::string& note : said)
+        if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(std::move(note));
+    return true;
+}
+
+}  // namespace tessera

@@ -1,0 +1,56 @@
+#include "server/rules/NameCheck.h"
+
+#include <algorithm>
+#include <variant>
+#include <vector>
+
+#include "common/base/Utf8.h"
+#include "common/scene/Cores.h"
+
+namespace tessera {
+namespace {
+
+/// Of a whole character.
+bool isControl(std::string_view character) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
+    if (character.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
+    if (character.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;
+    return character == "\u2028" || character == "\u2029";
+}
+
+}  // namespace
+
+bool isOneLine(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t length = utf8CharacterLength(text);
+        if (length == 0 || isControl(text.substr(0, length))) return false;
+        text.remove_prefix(length);
+    }
+    return true;
+}
+
+std::string asOneLine(std::string_view text) {
+    std::string line;
+    while (!text.empty()) {
+        const std::size_t length = utf8CharacterLength(text);
+        const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+        if (length == 0 || isControl(character)) line += '?';
+        else line += character;
+        text.remove_prefix(character.size());
+    }
+    return line;
+}
+
+Sound checkNames(const ChangeList& list) {
+    for (const FieldColumn& column : list.columns) {
+        if (column.type != typeOf<Node>() || column.field != fieldId<&Node::name>) continue;
+        const auto* names = std::get_if<std::vector<std::string>>(&column.values);
+        for (std::size_t row = 0; names != nullptr && row < std::min(names->size(), column.ids.size()); ++row)
+            // Whoever looks at lists says what is no UTF-8.
+            if (isUtf8((*names)[row]) && !isOneLine((*names)[row]))
+                return tl::unexpected(Fault{column.ids[row], typeOf<Node>(), {ErrorCode::kBadInput, "its name has a line break or another control character"}});
+    }
+    return {};
+}
+
+}  // namespace tessera

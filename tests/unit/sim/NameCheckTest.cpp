@@ -1,0 +1,55 @@
+/// Names of nodes are lines.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include "common/scene/Cores.h"
+#include "server/rules/NameCheck.h"
+#include "server/sim/commit/Committer.h"
+
+namespace tessera {
+namespace {
+
+constexpr ObjectId kNamed{kFirstPlaceholder};
+
+std::string refusalOf(const std::string& name) {
+    Committer committer;
+    ChangeListBuilder builder;
+    builder.create(kNamed, typeOf<Node>());
+    builder.set(kNamed, typeOf<Node>(), fieldId<&Node::name>, FieldValue(name));
+    builder.place(kNamed, kRootNode);
+    const auto applied = committer.apply(builder.take());
+    return applied ? "" : applied.error().message;
+}
+
+std::string utf8Of(char32_t point) {
+    const auto byte = [](char32_t bits) { return static_cast<char>(bits); };
+    if (point < 0x80) return {byte(point)};
+    if (point < 0x800) return {byte(0xC0 | point >> 6), byte(0x80 | (point & 0x3F))};
+    if (point < 0x10000) return {byte(0xE0 | point >> 12), byte(0x80 | (point >> 6 & 0x3F)), byte(0x80 | (point & 0x3F))};
+    return {byte(0xF0 | point >> 18), byte(0x80 | (point >> 12 & 0x3F)), byte(0x80 | (point >> 6 & 0x3F)), byte(0x80 | (point & 0x3F))};
+}
+
+TEST(NameCheck, AnEditCannotBreakTheLinesOfAList) {
+    EXPECT_EQ(refusalOf("crane 1"), "");
+    EXPECT_EQ(refusalOf(""), "");
+    EXPECT_EQ(refusalOf("Kräne → 起重机"), "");
+    for (const char* name : {"a\nb", "\ra", "a\t", "\x1b[2J", "a\x7f", "a\u0085", "\u009b31m", "a\u2028b", "\u2029"})
+        EXPECT_NE(refusalOf(name).find(": its name has a line break or another control character"), std::string::npos) << refusalOf(name);
+    EXPECT_NE(refusalOf("a\xff\n").find("not UTF-8"), std::string::npos);
+}
+
+TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) {
+    for (char32_t point = 0; point <= 0x10FFFF; ++point) {
+        if (point >= 0xD800 && point <= 0xDFFF) continue;
+        const bool control = point < 0x20 || (point >= 0x7F && point < 0xA0) || point == 0x2028 || point == 0x2029;
+        const std::string name = "a" + utf8Of(point) + "z";
+        ASSERT_EQ(isOneLine(name), !control) << fmt::format("U+{:04X}", static_cast<std::uint32_t>(point));
+        ASSERT_EQ(asOneLine(name), control ? "a?z" : name) << fmt::format("U+{:04X}", static_cast<std::uint32_t>(point));
+    }
+    for (int first = 0x80; first < 0x100; ++first)
+        for (const char* rest : {"", "\n", "a", "\x80"}) EXPECT_TRUE(isOneLine(asOneLine(std::string(1, static_cast<char>(first)) + rest)));
+}
+
+}  // namespace
+}  // namespace tessera
