@@ -162,6 +162,8 @@ public:
     /// Parts whose world pose or shape has changed since the last call, ascending; all of them where everything was
     /// made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeMoved();
+    /// Whether nothing of that, nor of the next two, waits to be told.
+    [[nodiscard]] bool nothingNew() const { return movedParts_.empty() && regroupedParts_.empty() && rewordedParts_.empty(); }
     /// Numbers of parts that came, went, or are of another body or group since the last call, ascending; nothing where
     /// everything was made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeRegrouped();

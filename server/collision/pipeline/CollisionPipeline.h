@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/math/Ray.h"
@@ -39,6 +40,21 @@ public:
     /// for `seconds`; 0: time stands, and they with it.
     [[nodiscard]] StepResult step(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                   std::span<const Reply> replies = {}, double seconds = kSecondsPerFrame);
+
+    /// Of what the scene deforms in this frame, before the step: the shape as it was before, or nothing at all.
+    enum class Deforming : std::uint8_t { kAsBefore, kLeftOut };
+    /// Which parts touch that motions of these Transforms would keep apart: each carried part against all that is not carried with it, in the scene
+    /// that sceneChanged has seen. Pairs of the nodes that bear them, the lower id first, ascending. What the work was not enough for counts as
+    /// touching. After a step, until something changes, it costs a look at the neighbours; else one at the box of each part.
+    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlaps(const Aspect& committed, std::span<const ObjectId> transforms,
+                                                                      Deforming deforming = Deforming::kAsBefore);
+    /// Transforms and the local values that they would have.
+    using PosedTransforms = std::vector<std::pair<ObjectId, Pose>>;
+    /// The same if these had been put there one after the other: for each, what touches once it and those before it are there. Against everything, at
+    /// the cost of a look at the box of each part for each; or among the parts alone that any of them carry.
+    enum class Against : std::uint8_t { kEverything, kThemselves };
+    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
+                                                                                        Against against);
 
     /// Nobody asks about the last step any more: of its lists those that nobody has asked for are not made; whoever
     /// still holds them has empty ones. Else they are made when the next step begins for whoever holds them.

@@ -38,6 +38,8 @@ public:
     /// has moved, come, gone or been asked for since the last call.
     bool find(ObjectHandler& handler, std::span<const Mover> ways, FreeBodies& bodies, double seconds,
               PairMemory& memory);
+    /// Of the handler, when `find` was called last.
+    [[nodiscard]] std::uint64_t generation() const { return generation_; }
     /// Parts that have come, gone, moved or another shape, as the last `find` found.
     [[nodiscard]] std::span<const std::uint32_t> changed() const { return changed_; }
     /// Where parts have moved after `find`, in the same frame.

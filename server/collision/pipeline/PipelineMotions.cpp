@@ -51,15 +51,15 @@ std::vector<std::uint32_t> CollisionPipeline::Impl::pairsCarried(std::span<const
 }
 
 /// Whether a pair stands in the way of a transform that carries one of its parts.
-bool CollisionPipeline::Impl::obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const {
+bool CollisionPipeline::Impl::obstacle(std::uint32_t a, std::uint32_t b, const Relation& relation, ObjectId transform) const {
     switch (relation.response) {
         case Interest::kReport:
             return false;
         case Interest::kBounce:
             // What can be pushed is.
-            return !bodies.isFree(part(pair.a).body) && !bodies.isFree(part(pair.b).body);
+            return !bodies.isFree(part(a).body) && !bodies.isFree(part(b).body);
         case Interest::kAsk:
-            return !questions.passes({transform, bodyOf(pair.a).node, bodyOf(pair.b).node});
+            return !questions.passes({transform, bodyOf(a).node, bodyOf(b).node});
         default:
             return true;
     }
@@ -127,7 +127,7 @@ MotionTask CollisionPipeline::Impl::taskOf(const Mover& mover) const {
         const Relation relation = relationOf(pair);
         if (relation.response == Interest::kReport) continue;
         // Two that are carried together are as far apart as before.
-        if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair, relation, mover.wish.transform)) continue;
+        if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair.a, pair.b, relation, mover.wish.transform)) continue;
         obstructions.push_back({{pair.a, pair.b, relation.response == Interest::kSlide}, k});
     }
     return {handler, mover, std::move(obstructions)};

@@ -76,7 +76,19 @@ struct CollisionPipeline::Impl {
     void noteStart(const Mover& mover, Step& step) const;
     [[nodiscard]] std::vector<std::uint32_t> pairsCarried(std::span<const Mover> movers) const;
     [[nodiscard]] bool sameAsBefore(const Step& step) const;
-    [[nodiscard]] bool obstacle(const PairState& pair, const Relation& relation, ObjectId transform) const;
+    /// Of parts in the order of the deciding interest's sides.
+    [[nodiscard]] bool obstacle(std::uint32_t a, std::uint32_t b, const Relation& relation, ObjectId transform) const;
+    // PipelineOverlaps.cpp
+    struct Carriers;
+    [[nodiscard]] Carriers carriersOf(std::span<const ObjectId> transforms);
+    template <typename Visit>
+    void forNeighbours(std::span<const std::uint32_t> carried, std::optional<std::span<const std::uint32_t>> others, const Visit& visit) const;
+    /// `pair`: the number of the two in the memory, or kNobody.
+    [[nodiscard]] bool touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t pair, QueryWork& work) const;
+    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlapsNow(std::span<const ObjectId> transforms, Deforming deforming,
+                                                                         std::optional<std::span<const std::uint32_t>> others = std::nullopt);
+    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
+                                                                                        Against against);
     void rollBack(Step& step);
     [[nodiscard]] MotionTask taskOf(const Mover& mover) const;
     void move(Step& step);

@@ -76,7 +76,7 @@ double backToFree(const MotionTrial& trial, std::size_t obstacle, double fractio
         const Touch touch = trial.touchingAnew(obstacle, fraction);
         if (touch == Touch::kNo) break;
         undecided += touch == Touch::kUnknown;
-        const double further = fraction - step, before = meet.first - 1e-9;
+        const double further = fraction - step, before = meet.first * (1 - 1e-9);
         fraction = std::max(0.0, touch == Touch::kUnknown ? std::min(further, before) : further);
         step *= 2;
     }
@@ -136,6 +136,10 @@ FreeWay freeWay(const MotionTrial& trial, double limit) {
         way.contacts.push_back(freedom.contact);
     }
     return way;
+}
+
+bool leadsNowhere(const MotionTrial& trial, std::span<const std::size_t> by, const Pose& accepted) {
+    return std::ranges::any_of(by, [&](std::size_t k) { return trial.leadsNowhere(k, accepted); });
 }
 
 bool mayEndAt(const MotionTrial& trial, double fraction) {

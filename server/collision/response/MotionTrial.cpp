@@ -162,6 +162,24 @@ double MotionTrial::length(std::size_t obstacle) const {
     return pairs_[obstacle].a->bound.length + pairs_[obstacle].b->bound.length;
 }
 
+bool MotionTrial::leadsNowhere(std::size_t obstacle, const Pose& pose) const {
+    constexpr double kGrain = 16 * std::numeric_limits<double>::epsilon();
+    for (const Traveller* t : {pairs_[obstacle].a, pairs_[obstacle].b}) {
+        if (!t->path.moves()) continue;
+        const Affine3d from = t->path.world(localOf(way_.start)), to = t->path.world(localOf(pose));
+        const Box& bounds = t->shape->bounds();
+        const double coordinates = std::max({t->start.lower.cwiseAbs().maxCoeff(), t->start.upper.cwiseAbs().maxCoeff(),
+                                             way_.start.translation.cwiseAbs().maxCoeff()});
+        const double least = std::max(kTogether * tolerance(obstacle), kGrain * coordinates);
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const Vec3d p(corner & 1U ? bounds.upper.x() : bounds.lower.x(), corner & 2U ? bounds.upper.y() : bounds.lower.y(),
+                          corner & 4U ? bounds.upper.z() : bounds.lower.z());
+            if (!((to * p - from * p).norm() <= least)) return false;
+        }
+    }
+    return true;
+}
+
 Affine3d MotionTrial::worldOfA(std::size_t obstacle, double fraction) const {
     const PartOnTheWay& part = pairs_[obstacle].a->path;
     return part.moves() ? part.world(localOf(way_.at(fraction))) : handler_.parts()[obstacles_[obstacle].partA].world;

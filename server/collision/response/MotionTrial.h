@@ -69,6 +69,10 @@ public:
         return handler_.toleranceOf(o.partA, o.partB, size(obstacle), stopTolerance_);
     }
 
+    /// Whether a pose of the transform takes the pair from its start by no more than is taken for touching (kTogether), or than the coordinates there can
+    /// tell: that is no way at all.
+    [[nodiscard]] bool leadsNowhere(std::size_t obstacle, const Pose& pose) const;
+
     /// Solid: hulls that are within each other touch, too.
     [[nodiscard]] Touch touching(std::size_t obstacle, double fraction) const;
     [[nodiscard]] FacePairs facesTouching(std::size_t obstacle, double fraction) const;

@@ -18,13 +18,22 @@ public:
     explicit Slide(const MotionTrial& trial) : trial_(trial) {}
 
     Resolution run() {
+        goOn();
+        std::vector<std::size_t> by;
+        for (const Hit& hit : out_.hits) by.push_back(hit.obstacle);
+        if (out_.stopped && leadsNowhere(trial_, by, out_.accepted)) out_.accepted = trial_.way().start;
+        return std::move(out_);
+    }
+
+private:
+    void goOn() {
         FreeWay way = freeWay(trial_, 1);
         out_.accepted = trial_.way().at(way.reached);
         out_.stopped = way.reached < 1;
         out_.undecided = way.undecided;
-        if (!out_.stopped) return out_;
+        if (!out_.stopped) return;
         take(trial_, way, 0, 1);
-        if (!meet(trial_, way)) return out_;
+        if (!meet(trial_, way)) return;
         // The frame that translations are in need not be the world's; surfaces are square to their normals there.
         way.reached = backToGap(trial_, way);
         out_.accepted = trial_.way().at(way.reached);
@@ -33,7 +42,7 @@ public:
         const double least = 1e-9 * left_.norm();
         for (int legs = 1; legs < kMostLegs; ++legs) {
             const Vec3d along = tangent(left_, waysOut_);
-            if (along.norm() <= least) return out_;
+            if (along.norm() <= least) return;
             Way next{out_.accepted, out_.accepted};
             next.end.translation += local_T_world_ * along;
             const MotionTrial leg = trial_.leg(next);
@@ -46,12 +55,10 @@ public:
             out_.accepted = next.at(way.reached);
             left_ *= 1 - way.reached;
             done += (1 - done) * way.reached;
-            if (!goesOn) return out_;
+            if (!goesOn) return;
         }
-        return out_;
     }
 
-private:
     /// Notes what stands in the way; false where it does not let slide.
     bool meet(const MotionTrial& trial, const FreeWay& way) {
         bool found = false;

@@ -95,6 +95,16 @@ Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse
     return applyNumbered(std::move(list), {}, inverse);
 }
 
+void Committer::takeBack(const Applied& applied) {
+    if (applied.list->changeCount() == 0) return;
+    TESSERA_CHECK(!open_.empty() && open_.back() == applied.list, "the newest list is taken back first");
+    const std::size_t nodes = nodesAfter(applied.inverse);
+    const Expected<void> back = scene_.apply(applied.inverse);
+    TESSERA_CHECK(back.has_value(), back ? std::string() : back.error().message);
+    nodes_ = nodes;
+    open_.pop_back();
+}
+
 Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
                                                       std::vector<std::pair<ObjectId, ObjectId>> ids, Inverse inverse) {
     // Before anything is touched: then nothing that is refused ever has to be led back.

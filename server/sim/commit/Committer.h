@@ -50,6 +50,9 @@ public:
     /// frame, when such an id was destroyed in this very frame.
     [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);
 
+    /// The scene as it was before the list that was applied last, by the list that leads back from it: nobody sees that it was there.
+    void takeBack(const Applied& applied);
+
     /// Whether the list would bring back what was destroyed in this very frame.
     [[nodiscard]] Expected<void> checkNotDestroyedNow(const ChangeList& list) const;
 

@@ -1,6 +1,9 @@
 #include "server/sim/commit/EditHistory.h"
 
 #include <algorithm>
+#include <iterator>
+#include <span>
+#include <unordered_set>
 #include <utility>
 
 #include "common/scene/Aspect.h"
@@ -28,8 +31,55 @@ std::uint64_t memoryOf(const ChangeList& list) {
     return bytes;
 }
 
-void EditHistory::edited(ChangeList inverse, Gesture gesture) {
-    happen({.kind = HistoryEvent::Kind::kEdited, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .gesture = gesture});
+namespace {
+
+/// Whether two lists name an object in common. Costs what both hold.
+class NamedObjects {
+public:
+    explicit NamedObjects(const ChangeList& list) { forObjects(list, [&](ObjectId id) { ids_.insert(id); }); }
+    [[nodiscard]] bool anyIn(const ChangeList& list) const {
+        bool found = false;
+        forObjects(list, [&](ObjectId id) { found = found || ids_.contains(id); });
+        return found;
+    }
+    [[nodiscard]] bool anyIn(const IdRange& range) const {
+        return std::ranges::any_of(ids_, [&](ObjectId id) { return range.contains(id); });
+    }
+
+private:
+    template <typename Visit>
+    static void forObjects(const ChangeList& list, const Visit& visit) {
+        for (const Creation& creation : list.creations) visit(creation.id);
+        for (const Placement& placement : list.placements) visit(placement.node), visit(placement.parent);
+        for (const FieldColumn& column : list.columns) {
+            std::ranges::for_each(column.ids, visit);
+            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values)) std::ranges::for_each(*refs, visit);
+            if (const auto* lists = std::get_if<std::vector<RefList>>(&column.values))
+                for (const RefList& refs : *lists) std::ranges::for_each(refs, visit);
+        }
+        for (const RangeEdit& edit : list.ranges) visit(edit.object);
+        std::ranges::for_each(list.destructions, visit);
+    }
+    std::unordered_set<ObjectId> ids_;
+};
+
+std::uint64_t memoryOf(const Overlaps& overlaps) {
+    return overlaps.size() * sizeof(Overlaps::value_type);
+}
+
+}  // namespace
+
+void EditHistory::edited(ChangeList inverse, Gesture gesture, Overlaps overlaps) {
+    happen({.kind = HistoryEvent::Kind::kEdited,
+            .inverse = std::make_shared<const ChangeList>(std::move(inverse)),
+            .gesture = gesture,
+            .overlaps = std::move(overlaps)});
+}
+void EditHistory::editedAnew(ChangeList inverse, Gesture gesture, Overlaps overlaps) {
+    happen({.kind = HistoryEvent::Kind::kEditedAnew,
+            .inverse = std::make_shared<const ChangeList>(std::move(inverse)),
+            .gesture = gesture,
+            .overlaps = std::move(overlaps)});
 }
 void EditHistory::partArrived(ChangeList inverse, IdRange made) {
     happen({.kind = HistoryEvent::Kind::kPartArrived, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .made = made});
@@ -49,11 +99,11 @@ void EditHistory::redoForgotten() {
 void EditHistory::partsTakenAway() {
     happen({.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr});
 }
-void EditHistory::undone(ChangeList inverse) {
-    happen(HistoryEvent::Kind::kUndone, std::move(inverse));
+void EditHistory::undone(ChangeList inverse, Overlaps overlaps) {
+    happen(HistoryEvent::Kind::kUndone, std::move(inverse), std::move(overlaps));
 }
-void EditHistory::redone(ChangeList inverse) {
-    happen(HistoryEvent::Kind::kRedone, std::move(inverse));
+void EditHistory::redone(ChangeList inverse, Overlaps overlaps) {
+    happen(HistoryEvent::Kind::kRedone, std::move(inverse), std::move(overlaps));
 }
 void EditHistory::partDone(ChangeList inverse) {
     happen(HistoryEvent::Kind::kPartDone, std::move(inverse));
@@ -62,8 +112,8 @@ void EditHistory::partRefused() {
     happen({.kind = HistoryEvent::Kind::kPartRefused, .inverse = nullptr});
 }
 
-void EditHistory::happen(HistoryEvent::Kind kind, ChangeList inverse) {
-    happen({.kind = kind, .inverse = std::make_shared<const ChangeList>(std::move(inverse))});
+void EditHistory::happen(HistoryEvent::Kind kind, ChangeList inverse, Overlaps overlaps) {
+    happen({.kind = kind, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .overlaps = std::move(overlaps)});
 }
 
 void EditHistory::happen(HistoryEvent event) {
@@ -77,6 +127,7 @@ bool EditHistory::take(const HistoryEvent& event) {
     const auto canHappen = [&] {
         switch (event.kind) {
             case kEdited:
+            case kEditedAnew:
                 return true;
             case kUndone:
                 return !moving_ && undoList() != nullptr;
@@ -108,11 +159,12 @@ void EditHistory::carryOut(const HistoryEvent& event) {
     using enum HistoryEvent::Kind;
     switch (event.kind) {
         case kEdited:
-            return addEdit(event.inverse, event.gesture);
+        case kEditedAnew:
+            return addEdit(event);
         case kUndone:
-            return moveBack(event.inverse);
+            return moveBack(event);
         case kRedone:
-            return moveForth(event.inverse);
+            return moveForth(event);
         case kPartArrived:
             return addPart(event.inverse, event.made);
         case kPartsWhole:
@@ -137,20 +189,75 @@ void EditHistory::nothingToRedo() {
     if (moving_) moving_->dropped = true;
 }
 
-void EditHistory::addEdit(ChangeListPtr inverse, Gesture gesture) {
+std::optional<std::size_t> EditHistory::stepOf(const Gesture& gesture, const ChangeList* inverse) const {
+    if (gesture.id == 0) return std::nullopt;
+    constexpr std::size_t kMostChanges = 10'000;  // looked at for each edit of a drag
+    std::optional<NamedObjects> named;
+    for (std::size_t i = back_.size(); i-- > 0;) {
+        const Step& step = back_[i];
+        if (step.gesture == gesture) return step.apart ? std::nullopt : std::optional(i);
+        if (step.gesture.by == gesture.by) return std::nullopt;
+        if (!inverse) continue;
+        if (!named) named.emplace(*inverse);
+        if (step.apart && named->anyIn(step.made)) return std::nullopt;
+        for (const Held& held : step.apart ? std::span<const Held>() : std::span<const Held>(step.lists))
+            if (held.list->changeCount() > kMostChanges || named->anyIn(*held.list)) return std::nullopt;
+    }
+    return std::nullopt;
+}
+
+std::vector<EditHistory::Above> EditHistory::stepsAbove(const Gesture& gesture, const ChangeList& inverse) const {
+    std::vector<Above> above;
+    const std::optional<std::size_t> at = stepOf(gesture, &inverse);
+    for (std::size_t i = back_.size(); at && i-- > *at + 1;) {
+        Above& step = above.emplace_back(Above{.lists = {}, .overlaps = &back_[i].overlaps});
+        // What stays apart speaks of the poses of what it makes itself only.
+        if (back_[i].apart) continue;
+        for (const Held& held : back_[i].lists) step.lists.push_back(held.list);
+    }
+    return above;
+}
+
+std::vector<ChangeListPtr> EditHistory::listsOf(const Gesture& gesture) const {
+    std::vector<ChangeListPtr> lists;
+    if (const std::optional<std::size_t> at = stepOf(gesture, nullptr))
+        for (const Held& held : back_[*at].lists) lists.push_back(held.list);
+    return lists;
+}
+
+void EditHistory::addEdit(const HistoryEvent& event) {
     nothingToRedo();
-    Held held = hold(std::move(inverse));
-    if (gesture.id == 0 || back_.empty() || back_.back().apart || back_.back().gesture != gesture) {
-        back_.push_back({{std::move(held)}, gesture});
+    const bool wasNothing = event.inverse->empty();
+    const bool anew = event.kind == HistoryEvent::Kind::kEditedAnew;
+    const std::optional<std::size_t> at = anew ? std::nullopt : stepOf(event.gesture, wasNothing ? nullptr : event.inverse.get());
+    if (wasNothing) {
+        if (!at) return;
+        letGo(std::move(back_[*at]));
+        back_.erase(back_.begin() + static_cast<std::ptrdiff_t>(*at));
+        return;
+    }
+    Held held = hold(event.inverse);
+    if (!at) {
+        back_.push_back({{std::move(held)}, event.gesture});
     } else {
         // Lists of like size become one: so a drag of any length holds few, and each of its edits costs what it says and now and
         // then what came before.
-        std::vector<Held>& lists = back_.back().lists;
+        std::vector<Held>& lists = back_[*at].lists;
         lists.push_back(std::move(held));
         while (lists.size() > 1 && lists[lists.size() - 2].bytes <= 2 * lists.back().bytes)
-            if (!mergeLast(back_.back())) break;
+            if (!mergeLast(back_[*at])) break;
     }
+    addOverlaps(at ? back_[*at] : back_.back(), event.overlaps);
     bound();
+}
+
+void EditHistory::addOverlaps(Step& step, const Overlaps& overlaps) {
+    if (overlaps.empty()) return;
+    Overlaps both;
+    std::ranges::set_union(step.overlaps, overlaps, std::back_inserter(both));
+    if (both.size() > kMostOverlaps) both.assign(1, kAllOverlap);
+    bytes_ += memoryOf(both) - memoryOf(step.overlaps);
+    step.overlaps = std::move(both);
 }
 
 void EditHistory::addPart(ChangeListPtr inverse, IdRange made) {
@@ -161,7 +268,6 @@ void EditHistory::addPart(ChangeListPtr inverse, IdRange made) {
 void EditHistory::finishParts() {
     TESSERA_CHECK(arriving_, "a step in parts has at least one");
     nothingToRedo();
-    if (!back_.empty()) back_.back().gesture = {};
     back_.push_back(std::move(*arriving_));
     arriving_.reset();
     bound();
@@ -177,7 +283,7 @@ void EditHistory::forgetNewest(std::deque<Step>& steps) {
     TESSERA_CHECK(!moving_ && !steps.empty(), "a step is forgotten while it is whole");
     letGo(std::move(steps.back()));
     steps.pop_back();
-    if (!back_.empty()) back_.back().gesture = {};
+    endGestures();
 }
 
 void EditHistory::takePartsAway() {
@@ -215,20 +321,23 @@ std::vector<Blob> EditHistory::arraysOf(const std::deque<Step>& steps) {
     return all;
 }
 
-void EditHistory::moveBack(ChangeListPtr inverse) {
-    if (back_.back().apart) return begin(back_, true, std::move(inverse));
+void EditHistory::moveBack(const HistoryEvent& event) {
+    if (back_.back().apart) return begin(back_, true, event.inverse);
     letGo(std::move(back_.back()));
     back_.pop_back();
-    if (!back_.empty()) back_.back().gesture = {};  // whose next edit begins a new step
-    forth_.push_back({{hold(std::move(inverse))}, {}});
+    endGestures();
+    forth_.push_back({{hold(event.inverse)}, {}});
+    addOverlaps(forth_.back(), event.overlaps);
     bound();
 }
 
-void EditHistory::moveForth(ChangeListPtr inverse) {
-    if (forth_.back().apart) return begin(forth_, false, std::move(inverse));
+void EditHistory::moveForth(const HistoryEvent& event) {
+    if (forth_.back().apart) return begin(forth_, false, event.inverse);
     letGo(std::move(forth_.back()));
     forth_.pop_back();
-    back_.push_back({{hold(std::move(inverse))}, {}});
+    endGestures();
+    back_.push_back({{hold(event.inverse)}, {}});
+    addOverlaps(back_.back(), event.overlaps);
     bound();
 }
 
@@ -238,7 +347,7 @@ void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeListPtr invers
                      .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
                      .forth = forth};
     from.pop_back();
-    if (!back_.empty()) back_.back().gesture = {};
+    endGestures();
     takePart(std::move(inverse));
 }
 
@@ -271,7 +380,7 @@ void EditHistory::arrive() {
 }
 
 EditHistory::Kept EditHistory::kept(const Step& step, Kept::Place place) {
-    Kept one{.place = place, .lists = {}, .gesture = step.gesture, .apart = step.apart, .made = step.made};
+    Kept one{.place = place, .lists = {}, .gesture = step.gesture, .apart = step.apart, .made = step.made, .overlaps = step.overlaps};
     for (const Held& held : step.lists) one.lists.push_back(held.list);
     return one;
 }
@@ -301,6 +410,7 @@ bool EditHistory::keep(Kept kept) {
     if (kept.place == Place::kDone && (!moving_ || !moving_->done.lists.empty())) return false;
     Step step{.lists = {}, .gesture = kept.gesture, .apart = kept.apart, .made = kept.made};
     for (ChangeListPtr& list : kept.lists) step.lists.push_back(hold(std::move(list)));
+    addOverlaps(step, kept.overlaps);
     switch (kept.place) {
         case Place::kUndo:
             back_.push_back(std::move(step));
@@ -333,6 +443,7 @@ EditHistory::Held EditHistory::hold(ChangeListPtr list) {
 }
 
 void EditHistory::letGo(Step step) {
+    bytes_ -= memoryOf(step.overlaps);
     for (Held& held : step.lists) {
         bytes_ -= held.bytes;
         if (step.apart) forgotten_.push_back(std::move(held.list));
@@ -365,6 +476,7 @@ ChangeListPtr EditHistory::newest(std::deque<Step>& steps) {
     // Lists that cannot be one are steps of their own.
     while (steps.back().lists.size() > 1) {
         steps.insert(steps.end() - 1, Step{{steps.back().lists.front()}, {}});
+        addOverlaps(steps[steps.size() - 2], steps.back().overlaps);
         steps.back().lists.erase(steps.back().lists.begin());
     }
     return steps.back().lists.back().list;

@@ -24,6 +24,12 @@ struct IdRange {
     bool operator==(const IdRange&) const = default;
 };
 
+/// Nodes that bear geometry and touched, two by two, the lower id first; ascending.
+using Overlaps = std::vector<std::pair<ObjectId, ObjectId>>;
+/// Of more of them this one alone is kept: it stands for all.
+inline constexpr std::size_t kMostOverlaps = 4096;
+inline constexpr Overlaps::value_type kAllOverlap{};
+
 /// One thing that happened to a history, as a value: the same events lead to the same history.
 struct HistoryEvent {
     enum class Kind : std::uint8_t {
@@ -38,16 +44,18 @@ struct HistoryEvent {
         kPartsKept,
         kUndoForgotten,
         kRedoForgotten,
+        kEditedAnew,
     };
     Kind kind = Kind::kEdited;
     ChangeListPtr inverse;  ///< null where the kind has none
     Gesture gesture = {};   ///< of an edit
     IdRange made = {};      ///< of a part that arrived: what all of them create
+    Overlaps overlaps = {};  ///< of an edit, an undo and a redo: what touched in the scene to which `inverse` leads back
 };
 /// The list that leads back belongs to it.
 [[nodiscard]] constexpr bool hasInverse(HistoryEvent::Kind kind) {
     using enum HistoryEvent::Kind;
-    return kind <= kPartDone && kind != kPartsWhole && kind != kPartsTakenAway;
+    return (kind <= kPartDone && kind != kPartsWhole && kind != kPartsTakenAway) || kind == kEditedAnew;
 }
 
 /// Inverses of the edits of people and applications. Bounded in steps and in the memory that their lists hold; of what is too
@@ -70,8 +78,20 @@ public:
     /// cannot happen to this history.
     bool take(const HistoryEvent& event);
 
-    /// A new edit, by the list that leads back from it. Nothing can be done again after it.
-    void edited(ChangeList inverse, Gesture gesture = {});
+    /// A new edit, by the list that leads back from it. Nothing can be done again after it. It joins the step of its gesture where whoever makes it has
+    /// edited nothing else since, and what others have edited since names no object that it names: then the two can be taken back in either order.
+    /// An empty list: all that the gesture has done is as it was before, and its step is none any more.
+    void edited(ChangeList inverse, Gesture gesture = {}, Overlaps overlaps = {});
+    /// The same, but that it begins a step.
+    void editedAnew(ChangeList inverse, Gesture gesture, Overlaps overlaps = {});
+    /// Would such an edit join a step that is not the newest, the steps above that, the newest first.
+    struct Above {
+        std::vector<ChangeListPtr> lists;  ///< the oldest first
+        const Overlaps* overlaps = nullptr;
+    };
+    [[nodiscard]] std::vector<Above> stepsAbove(const Gesture& gesture, const ChangeList& inverse) const;
+    /// The lists of the step that edits of a gesture join, the oldest first; none: the next one begins a step.
+    [[nodiscard]] std::vector<ChangeListPtr> listsOf(const Gesture& gesture) const;
 
     /// The same for an edit that comes in several lists, in their order. `made`: what all of them create.
     void partArrived(ChangeList inverse, IdRange made);
@@ -92,8 +112,11 @@ public:
     /// call below says that it has been applied, with the list that leads back from it.
     [[nodiscard]] ChangeListPtr undoList();
     [[nodiscard]] ChangeListPtr redoList();
-    void undone(ChangeList inverse);
-    void redone(ChangeList inverse);
+    void undone(ChangeList inverse, Overlaps overlaps = {});
+    void redone(ChangeList inverse, Overlaps overlaps = {});
+    /// What touched in the scene to which that list leads.
+    [[nodiscard]] const Overlaps& overlapsOfUndo() const { return back_.back().overlaps; }
+    [[nodiscard]] const Overlaps& overlapsOfRedo() const { return forth_.back().overlaps; }
     /// The newest step of a direction speaks of what is not there any more, because somebody whose edits are no steps has taken it away: it is no
     /// step any more. No step may be under way.
     void undoForgotten();
@@ -126,14 +149,15 @@ public:
         bool apart = false;
         IdRange made = {};
         bool forth = false, dropped = false, turned = false;  ///< of kRest
+        Overlaps overlaps = {};
     };
     /// All steps in the order in which they can be put together again.
     [[nodiscard]] std::vector<Kept> kept() const;
     /// Adds a step to a history that is put together again. False, and nothing done: it is no step, or in the wrong place.
     bool keep(Kept step);
-    /// The next edit begins a new step, whatever gesture it names.
-    void endGesture() {
-        if (!back_.empty()) back_.back().gesture = {};
+    /// Edits begin new steps, whatever gestures they name.
+    void endGestures() {
+        for (Step& step : back_) step.gesture = {};
     }
 
     /// Memory held, as it is counted.
@@ -150,6 +174,7 @@ private:
         Gesture gesture;
         bool apart = false;  ///< its lists stay what they are
         IdRange made = {};   ///< of a step in parts
+        Overlaps overlaps = {};
     };
     /// A step on its way from one direction into the other.
     struct StepMoving {
@@ -158,23 +183,26 @@ private:
         bool dropped = false;  ///< unless somebody has edited meanwhile
         bool turned = false;   ///< it was refused midway
     };
-    void happen(HistoryEvent::Kind kind, ChangeList inverse);
+    void happen(HistoryEvent::Kind kind, ChangeList inverse, Overlaps overlaps = {});
     void happen(HistoryEvent event);
     void carryOut(const HistoryEvent& event);
-    void addEdit(ChangeListPtr inverse, Gesture gesture);
+    void addEdit(const HistoryEvent& event);
+    /// The place of the step that an edit of a gesture joins, in `back_`; nothing: none. `inverse` null: whatever it names.
+    [[nodiscard]] std::optional<std::size_t> stepOf(const Gesture& gesture, const ChangeList* inverse) const;
     void addPart(ChangeListPtr inverse, IdRange made);
     void finishParts();
     void keepParts();
     void forgetNewest(std::deque<Step>& steps);
     void takePartsAway();
-    void moveBack(ChangeListPtr inverse);
-    void moveForth(ChangeListPtr inverse);
+    void moveBack(const HistoryEvent& event);
+    void moveForth(const HistoryEvent& event);
     void takePart(ChangeListPtr inverse);
     void turnBack();
     void nothingToRedo();
     [[nodiscard]] static Kept kept(const Step& step, Kept::Place place);
     [[nodiscard]] Held hold(ChangeListPtr list);
     void letGo(Step step);
+    void addOverlaps(Step& step, const Overlaps& overlaps);
     /// False where the last two of its lists cannot be one.
     bool mergeLast(Step& step);
     [[nodiscard]] ChangeListPtr newest(std::deque<Step>& steps);

@@ -13,69 +13,10 @@
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/commit/ServersFields.h"
 #include "server/sim/frame/LoadParts.h"
+#include "server/sim/frame/PoseFields.h"
 #include "server/text/TextFields.h"
 
 namespace tessera {
-namespace {
-
-bool isPoseField(const FieldColumn& column) {
-    return column.type == typeOf<Transform>() &&
-           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
-}
-
-/// Whether an inverse says of the scene what is so already. Costs a look-up per row, up to the first that differs.
-bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
-    if (!inverse.creations.empty() || !inverse.placements.empty() || !inverse.destructions.empty()) return false;
-    const auto isSo = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
-        const Object object = scene.find(id);
-        const FieldEntry* entry = object && object.info().type == type ? findField(object.info(), field) : nullptr;
-        return entry && entry->load(object) == value;
-    };
-    for (const FieldColumn& column : inverse.columns)
-        for (std::size_t row = 0; row < column.ids.size(); ++row)
-            if (!isSo(column.ids[row], column.type, column.field, column.value(row))) return false;
-    return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) { return isSo(range.object, range.type, range.field, range.result); });
-}
-
-/// A step that takes away what has gone by itself takes away the rest: the server's own nodes are made anew, with other numbers, whenever they have to look
-/// otherwise. Null: all is there.
-ChangeListPtr withoutWhatHasGone(const Aspect& scene, const ChangeList& step) {
-    if (step.destructions.empty()) return nullptr;
-    std::unordered_set<ObjectId> destroyed(step.destructions.begin(), step.destructions.end());
-    for (const Creation& creation : step.creations) destroyed.erase(creation.id);  // it does both
-    const auto gone = [&](ObjectId id) { return destroyed.contains(id) && !scene.find(id); };
-    if (std::ranges::none_of(step.destructions, gone)) return nullptr;
-    auto rest = std::make_shared<ChangeList>(step);
-    std::erase_if(rest->placements, [&](const Placement& placement) { return gone(placement.node); });
-    std::erase_if(rest->destructions, gone);
-    return rest;
-}
-
-Pose poseOf(const Transform& t) {
-    return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
-}
-
-/// The columns that lead a Transform from one pose to another; nothing for fields that stay.
-void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
-    const ObjectType type = typeOf<Transform>();
-    if (to.translation != from.translation) builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
-    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
-    if (to.scale != from.scale) builder.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
-}
-
-/// Adds rows to a list's column of the same field, or the column, in its place, where there is none. No object may be
-/// in both.
-void mergeColumn(ChangeList& list, FieldColumn column) {
-    const auto order = [](const FieldColumn& c) { return std::pair(c.type, c.field); };
-    const auto same = std::ranges::find(list.columns, order(column), order);
-    if (same == list.columns.end()) {
-        list.columns.insert(std::ranges::upper_bound(list.columns, order(column), {}, order), std::move(column));
-        return;
-    }
-    for (std::size_t row = 0; row < column.ids.size(); ++row) same->append(column.ids[row], column.value(row));
-}
-
-}  // namespace
 
 Simulation::Simulation(const SimulationOptions& options)
     : maxObjects_(options.scene.maxObjects),
@@ -143,7 +84,7 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
             tellHand(accepted.transform);
     if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
     commitPoses(wishes, animations, result.collision);
-    closeSteps(wishes, true);
+    closeSteps(wishes);
     commitSkinPoses(result.remarks);
     commitHandles(manipulators_.update(scene()));
     if (const ChangeListPtr marks = display_.commit(committer_, result.collision)) {
@@ -158,109 +99,56 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
 
 EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
     if (edit.kind == Edit::Kind::kPart || edit.kind == Edit::Kind::kLastPart) return applyPart(std::move(edit));
+    if (isStep(edit.kind)) return applyStep(edit, wishes);
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
-    const bool isChange = edit.kind == Edit::Kind::kChange;
-    // Edits that came before a step in its frame are steps by what they want.
-    if (!isChange) closeSteps(wishes, false);
-    outcome.result = isChange ? checkHidden(edit.list) : checkStill();
+    outcome.result = checkHidden(edit.list);
     // What the server says itself nobody takes back.
-    if (isChange && edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
-    if (isChange && edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
-    if (isChange && edit.undoable) resetVerdicts(edit.list, scene());
-    if (isChange && outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
-    if (isChange && outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
+    if (edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
+    if (edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
+    if (edit.undoable) resetVerdicts(edit.list, scene());
+    if (outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
+    if (outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!outcome.result) return outcome;
-    // What is led back may be one of several lists.
-    const bool inParts = edit.kind == Edit::Kind::kUndo ? history_.undoesInParts() : !isChange && history_.redoesInParts();
-    // A step stays in the history until it has been applied. One that moves nothing is applied as it lies there.
-    ChangeListPtr whole = listOf(edit.kind);
-    if (!isChange && !whole) {
-        outcome.result = fail(ErrorCode::kRefused, edit.kind == Edit::Kind::kUndo ? "there is nothing to undo" : "there is nothing to redo");
+    ChangeList list = std::move(edit.list);
+    std::vector<ObjectId> driving;
+    animations_.appendDriving(list, driving);
+    const std::vector<std::pair<ObjectId, Pose>> poses = takeTransforms(list, wishes);
+    std::vector<ObjectId> moved;
+    for (const auto& [id, pose] : poses) {
+        moved.push_back(id);
+        if (pose.sound()) continue;
+        outcome.result = fail(
+            ErrorCode::kBadInput,
+            fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
         return outcome;
     }
-    if (whole)
-        if (ChangeListPtr rest = withoutWhatHasGone(scene(), *whole)) whole = std::move(rest);
-    std::vector<std::pair<ObjectId, Pose>> poses;
-    ChangeList list;
-    // Parts speak of the poses of what they make themselves only.
-    if (!whole || (!inParts && (std::ranges::any_of(whole->columns, isPoseField) || animations_.drives(*whole)))) {
-        list = whole ? *std::exchange(whole, nullptr) : std::move(edit.list);
-        std::vector<ObjectId> driving;
-        animations_.appendDriving(list, driving);
-        poses = takeTransforms(list, wishes);
-        for (const auto& [id, pose] : poses) {
-            if (pose.sound()) continue;
-            outcome.result = fail(
-                ErrorCode::kBadInput,
-                fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
-            return outcome;
-        }
-        pauseWhatDrives(poses, driving, list);
-    }
+    pauseWhatDrives(moved, driving, list);
 
-    ChangeList inverse;
-    if (whole || !list.empty()) {
-        if (!isChange && !whole) whole = std::make_shared<const ChangeList>(std::move(list));
-        const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), whole ? *whole : list);
-        if (!isChange) commitInlines(inlines_.inTheWayOf(scene(), *whole));
-        commitHandles(manipulators_.inTheWayOf(scene(), whole ? *whole : list));
-        const auto back = edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone;
+    OpenStep step{.edit = index, .inverse = {}, .before = {}, .gesture = edit.gesture};
+    if (edit.undoable) step.overlaps = pipeline_.overlaps(scene(), moved);
+    if (!list.empty()) {
+        const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), list);
+        commitHandles(manipulators_.inTheWayOf(scene(), list));
         Expected<Committer::Applied> applied =
-            isChange ? committer_.apply(std::move(list), back) : committer_.applyInverse(whole, Committer::Inverse::kMade);
+            committer_.apply(std::move(list), edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
         if (!applied) {
             outcome.result = tl::unexpected(applied.error());
-            if (!isChange) forgetStep(edit.kind, *whole, outcome);
             return outcome;
         }
         outcome.ids = std::move(applied->ids);
-        inverse = std::move(applied->inverse);
+        step.inverse = std::move(applied->inverse);
         sceneChanged(applied->list.get());
         commitInlines(inlines_.following(scene(), wants));
     }
-    if (isChange && saysNothing(scene(), inverse)) inverse = {};
-    OpenStep step{.edit = index, .inverse = std::move(inverse), .before = {}, .gesture = edit.gesture};
+    if (saysNothing(scene(), step.inverse)) step.inverse = {};
     for (const auto& [id, pose] : poses) {
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
         wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
         step.before.emplace_back(id, poseOf(*now));
     }
-    if (isChange) {
-        if (edit.undoable) openSteps_.push_back(std::move(step));
-        return outcome;
-    }
-    inverse = closed(std::move(step), wishes, false);
-    if (edit.kind == Edit::Kind::kUndo) {
-        history_.undone(std::move(inverse));
-        return outcome;
-    }
-    history_.redone(std::move(inverse));
-    if (history_.underWay()) {
-        redo_ = outcome;
-        outcome.underWay = true;
-    }
+    if (edit.undoable) openSteps_.push_back(std::move(step));
     return outcome;
-}
-
-ChangeList Simulation::closed(OpenStep step, const Wishes& wishes, bool moved) const {
-    ChangeListBuilder back;
-    for (const auto& [id, before] : step.before) {
-        const Transform* now = scene().get<Transform>(id);
-        const auto wish = wishes.find(id);
-        if (!now || wish == wishes.end() || !wish->second.ofAnEdit() || wish->second.edit != step.edit) continue;
-        addPose(back, id, moved ? poseOf(*now) : wish->second.pose, before);
-    }
-    ChangeList poseBack = back.take();
-    // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
-    for (FieldColumn& column : poseBack.columns) mergeColumn(step.inverse, std::move(column));
-    return std::move(step.inverse);
-}
-
-void Simulation::closeSteps(const Wishes& wishes, bool moved) {
-    for (OpenStep& step : std::exchange(openSteps_, {})) {
-        const Gesture gesture = step.gesture;
-        if (ChangeList inverse = closed(std::move(step), wishes, moved); !inverse.empty()) history_.edited(std::move(inverse), gesture);
-    }
 }
 
 void Simulation::commitInlines(const std::vector<InlineContents::Consequence>& consequences) {
@@ -275,14 +163,6 @@ void Simulation::commitInlines(const std::vector<InlineContents::Consequence>& c
                      fmt::format("what it holds cannot be taken away, and stays: {}; remove it and set wanted", applied.error().message));
         commit(state.take());
     }
-}
-
-void Simulation::forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome) {
-    // Worth another try: in the next frame, or once there is room.
-    if (outcome.result.error().code == ErrorCode::kLimit || !committer_.checkNotDestroyedNow(list)) return;
-    kind == Edit::Kind::kUndo ? history_.undoForgotten() : history_.redoForgotten();
-    outcome.result = fail(ErrorCode::kRefused, fmt::format("that step speaks of what is not there any more, and is forgotten: {}",
-                                                           outcome.result.error().message));
 }
 
 EditOutcome Simulation::applyPart(Edit edit) {
@@ -323,23 +203,6 @@ Expected<void> Simulation::beginParts(const Edit& edit) {
     return {};
 }
 
-std::optional<EditOutcome> Simulation::goOn() {
-    const ChangeListPtr part = history_.nextPart();
-    if (!part) return std::nullopt;
-    commitInlines(inlines_.inTheWayOf(scene(), *part));
-    Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
-    if (applied) {
-        history_.partDone(std::move(applied->inverse));
-        sceneChanged(applied->list.get());
-    } else {
-        if (redo_) redo_->result = tl::unexpected(applied.error());
-        history_.partRefused();
-    }
-    if (history_.underWay()) return std::nullopt;
-    takeOrphansAway();
-    return std::exchange(redo_, std::nullopt);
-}
-
 Expected<void> Simulation::checkStill() const {
     if (!history_.underWay()) return {};
     return fail(ErrorCode::kRefused, "a large step is still being taken back or done again; try again when it is");
@@ -355,19 +218,9 @@ Expected<void> Simulation::checkHidden(const ChangeList& list) const {
     return {};
 }
 
-std::vector<Blob> Simulation::arraysOf(Edit::Kind kind) const {
-    if (kind == Edit::Kind::kUndo) return history_.arraysToUndo();
-    return kind == Edit::Kind::kRedo ? history_.arraysToRedo() : std::vector<Blob>();
-}
-
-ChangeListPtr Simulation::listOf(Edit::Kind kind) {
-    if (kind == Edit::Kind::kUndo) return history_.undoList();
-    return kind == Edit::Kind::kRedo ? history_.redoList() : nullptr;
-}
-
-void Simulation::pauseWhatDrives(std::span<const std::pair<ObjectId, Pose>> poses, std::span<const ObjectId> animations, ChangeList& list) const {
+void Simulation::pauseWhatDrives(std::span<const ObjectId> moved, std::span<const ObjectId> animations, ChangeList& list) const {
     std::vector<ObjectId> taken;
-    for (const auto& [target, pose] : poses) motions_.appendPlaying(target, taken);
+    for (const ObjectId target : moved) motions_.appendPlaying(target, taken);
     if (taken.empty() && animations.empty()) return;
     std::ranges::sort(taken);
     const auto isPlaying = [](const FieldColumn& column) {
@@ -408,14 +261,8 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
             const auto earlier = wishes.find(id);
             // Fields that this edit does not write keep what an earlier *edit* of the frame wants; a motion's wish is
             // overruled as a whole, because the motion is paused.
-            Pose& pose = wanted
-                             .try_emplace(id, earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose
-                                                                                                       : poseOf(*now))
-                             .first->second;
-            const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
-            if (column.field == fieldId<&Transform::translation>) pose.translation = Vec3d(v[0], v[1], v[2]);
-            if (column.field == fieldId<&Transform::rotation>) pose.rotation = Quatd(v[0], v[1], v[2], v[3]);
-            if (column.field == fieldId<&Transform::scale>) pose.scale = Vec3d(v[0], v[1], v[2]);
+            const Pose from = earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose : poseOf(*now);
+            setPart(wanted.try_emplace(id, from).first->second, column, row);
         }
         column = std::move(rest);
     }
@@ -524,11 +371,15 @@ std::vector<ObjectId> Simulation::drivingWhat(const ChangeList& list) const {
 }
 
 void Simulation::sceneChanged(const ChangeList* list) {
+    pipeline_.sceneChanged(scene(), list);
+    othersSceneChanged(list);
+}
+
+void Simulation::othersSceneChanged(const ChangeList* list) {
     motions_.update(scene(), list);
     animations_.update(scene(), list);
     skinPoses_.update(scene(), list);
     inlines_.update(scene(), list);
-    pipeline_.sceneChanged(scene(), list);
     display_.sceneChanged(scene(), list);
     manipulators_.sceneChanged(scene(), list);
     serversNodes_.sceneChanged(scene(), list);

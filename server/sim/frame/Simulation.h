@@ -82,7 +82,12 @@ struct SimulationOptions {
 /// moves: for as long as it does, it is moved like anything else. Not thread-safe.
 ///
 /// **What can be taken back** is what remained of an edit once collisions had their say. One that changes nothing, because it was stopped at the start
-/// or says what is so already, is no step, and what was taken back can still be done again.
+/// or says what is so already, is no step, and what was taken back can still be done again. Edits of one gesture are one step, whatever others edit in
+/// between (EditHistory::edited says when not); a gesture that ends where it began is none.
+///
+/// **Undo and redo are no motions**: they put things where these were. Only what touches them there and did not then is in the way; the step is then
+/// refused whole, with a name, and stays. So where nothing else has acted the same states come again, overlaps and all. What comes back with its nodes
+/// is there, as what is loaded is.
 ///
 /// **What is too large for one frame** comes in parts, one in a frame at most, hidden until the last; undo hides it with
 /// the first list and takes it away in later frames, redo brings it again as it came. Whatever is on its way is nobody
@@ -159,16 +164,22 @@ private:
         ChangeList inverse;                             ///< of all but the Transforms that it wants to move
         std::vector<std::pair<ObjectId, Pose>> before;  ///< where those stood
         Gesture gesture;
+        Overlaps overlaps = {};  ///< of what it moves, in the scene before it
     };
 
     [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
+    [[nodiscard]] EditOutcome applyStep(const Edit& edit, Wishes& wishes);
+    [[nodiscard]] tl::unexpected<Error> standsThere(Edit::Kind kind, const Overlaps::value_type& pair, std::span<const ObjectId> moved) const;
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
     /// The edits so far become steps of the history, each by what has remained of it; of which nothing has remained is none. A Transform that several
     /// edits of a frame move belongs to the last one.
-    void closeSteps(const Wishes& wishes, bool moved);
-    /// The list that leads back from an edit; `moved`: from where its Transforms stand now, else from where it wants them.
-    [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes, bool moved) const;
+    void closeSteps(const Wishes& wishes);
+    [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, Overlaps& overlaps);
+    void addOverlapsAmong(std::vector<OpenStep>& steps, const Wishes& wishes);
+    /// The list that leads back from an edit, from where its Transforms stand now.
+    [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes) const;
+    [[nodiscard]] bool moves(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;
     /// The next list of the step under way. The outcome of a redo when it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.
@@ -189,11 +200,13 @@ private:
     /// Handles follow what they belong to: no step of anybody. A scene that is full has none.
     void commitHandles(ChangeList list);
     /// Pauses, in `list`, the motions whose targets are taken in hand, and these animations, unless the list itself says something of them.
-    void pauseWhatDrives(std::span<const std::pair<ObjectId, Pose>> poses, std::span<const ObjectId> animations, ChangeList& list) const;
+    void pauseWhatDrives(std::span<const ObjectId> moved, std::span<const ObjectId> animations, ChangeList& list) const;
     /// What must not fail.
     void commit(ChangeList list);
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
+    /// The same of all but the collision pipeline.
+    void othersSceneChanged(const ChangeList* list);
 
     /// An edit whose parts come; the history has the ways back.
     struct Arriving {

@@ -48,7 +48,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     Expected<JournalStory> story = readJournal(*folder, *files, arrays, options.limits);
     if (!story) return failWith("--journal", story.error());
     JournalState& state = story->state;
-    state.history.endGesture();
+    state.history.endGestures();
     if (state.begun && !options.scenes.empty() && state.scenes != options.scenes)
         return fail(ErrorCode::kUsage,
                     fmt::format("--journal {}: it goes on from a wall that began with {}; this command says {}. Say the "

@@ -81,6 +81,30 @@ Expected<std::vector<ObjectId>> idsFrom(ByteSpan bytes) {
     return ids;
 }
 
+void appendPairs(const Overlaps& overlaps, std::vector<std::uint64_t>& numbers) {
+    for (const auto& [a, b] : overlaps) numbers.push_back(a.value), numbers.push_back(b.value);
+}
+template <typename Numbers>
+Overlaps pairsFrom(const Numbers& numbers) {
+    Overlaps pairs;
+    for (auto it = numbers.begin(); it != numbers.end(); it += 2) pairs.emplace_back(ObjectId(*it), ObjectId(*(it + 1)));
+    std::ranges::sort(pairs);
+    return pairs;
+}
+
+/// Gives each event of a frame what touched before it.
+Expected<void> takeOverlaps(ByteSpan bytes, const JournalLimits& limits, std::vector<HistoryEvent>& events) {
+    const Expected<std::vector<std::uint64_t>> numbers = recordsFrom<std::uint64_t>(bytes, limits.maxRecordBytes / sizeof(std::uint64_t));
+    if (!numbers) return failWith("overlaps", numbers.error());
+    std::span<const std::uint64_t> left(*numbers);
+    for (HistoryEvent& event : events) {
+        if (left.empty() || left.front() > kMostOverlaps || left.size() - 1 < 2 * left.front()) return malformed("an event's overlaps are cut off");
+        event.overlaps = pairsFrom(left.subspan(1, 2 * left.front()));
+        left = left.subspan(1 + 2 * left.front());
+    }
+    return left.empty() ? Expected<void>() : malformed("there are overlaps of no event");
+}
+
 /// Ids below the placeholders.
 bool isSound(const IdRange& made) {
     return made.count < kFirstPlaceholder && made.first < kFirstPlaceholder - made.count;
@@ -145,6 +169,9 @@ RecordContent encode(const journal::Step& step) {
     head.set_forth(step.kept.forth);
     head.set_dropped(step.kept.dropped);
     head.set_turned(step.kept.turned);
+    std::vector<std::uint64_t> overlaps;
+    appendPairs(step.kept.overlaps, overlaps);
+    head.mutable_overlaps()->Assign(overlaps.begin(), overlaps.end());
     std::vector<Bytes> lists;
     for (const ChangeListPtr& list : step.kept.lists) lists.push_back(encodeChangeList(*list));
     const std::vector<ByteSpan> parts(lists.begin(), lists.end());
@@ -186,7 +213,7 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
 
 Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const JournalLimits& limits) {
     constexpr std::size_t kFixedParts = 3;
-    const auto taken = take<wire::Frame>(bytes, kFixedParts, kFixedParts + limits.maxEvents);
+    const auto taken = take<wire::Frame>(bytes, kFixedParts, kFixedParts + limits.maxEvents + 1);
     if (!taken) return tl::unexpected(taken.error());
     const auto& [head, parts] = *taken;
     journal::Frame frame{.start = head.start(),
@@ -208,11 +235,11 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
     }
     const Expected<std::vector<EventRecord>> events = recordsFrom<EventRecord>(parts[2], limits.maxEvents);
     if (!events) return failWith("history", events.error());
-    if (parts.size() != kFixedParts + events->size())
-        return malformed(fmt::format("{} events with {} lists", events->size(), parts.size() - kFixedParts));
+    const std::size_t lists = parts.size() - kFixedParts - std::min<std::size_t>(head.overlaps(), parts.size() - kFixedParts);
+    if (lists != events->size()) return malformed(fmt::format("{} events with {} lists", events->size(), lists));
     for (std::size_t i = 0; i < events->size(); ++i) {
         const EventRecord& event = (*events)[i];
-        if (event.kind > static_cast<std::uint64_t>(HistoryEvent::Kind::kRedoForgotten))
+        if (event.kind > static_cast<std::uint64_t>(HistoryEvent::Kind::kEditedAnew))
             return malformed("an event of the history is of a kind that is none");
         HistoryEvent happened{.kind = static_cast<HistoryEvent::Kind>(event.kind),
                            .inverse = nullptr,
@@ -226,6 +253,9 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
         }
         frame.history.push_back(std::move(happened));
     }
+    if (!head.overlaps()) return frame;
+    if (parts.size() != kFixedParts + lists + 1) return malformed("the part of what overlaps is missing");
+    if (const Expected<void> known = takeOverlaps(parts.back(), limits, frame.history); !known) return tl::unexpected(known.error());
     return frame;
 }
 
@@ -268,6 +298,9 @@ Expected<JournalRecord> stepFrom(ByteSpan bytes, const BlobStore& arrays, const 
                                 .dropped = head.dropped(),
                                 .turned = head.turned()}};
     if (!isSound(step.kept.made)) return malformed("it is of ids that nobody can have");
+    if (head.overlaps_size() % 2 != 0 || static_cast<std::size_t>(head.overlaps_size()) > 2 * kMostOverlaps)
+        return malformed("its overlaps are no pairs, or too many");
+    step.kept.overlaps = pairsFrom(head.overlaps());
     for (const ByteSpan part : taken->parts) {
         Expected<ChangeListPtr> list = listFrom(part, arrays, limits);
         if (!list) return tl::unexpected(list.error());
@@ -308,13 +341,18 @@ RecordContent encodeFrameRecord(const journal::Frame& frame, ByteSpan encodedLis
     const std::vector<std::uint64_t> display = numbersOf(frame.display.value_or(std::vector<ObjectId>()));
     std::vector<EventRecord> events;
     std::vector<Bytes> lists;
+    std::vector<std::uint64_t> overlaps;
     for (const HistoryEvent& event : frame.history) {
         events.push_back({static_cast<std::uint64_t>(event.kind), event.gesture.by, event.gesture.id, event.made.first,
                           event.made.count});
         lists.push_back(event.inverse ? encodeChangeList(*event.inverse) : Bytes());
+        overlaps.push_back(event.overlaps.size());
+        appendPairs(event.overlaps, overlaps);
     }
+    head.set_overlaps(std::ranges::any_of(frame.history, [](const HistoryEvent& event) { return !event.overlaps.empty(); }));
     std::vector<ByteSpan> parts{encodedList, recordBytes(display), recordBytes(events)};
     parts.insert(parts.end(), lists.begin(), lists.end());
+    if (head.overlaps()) parts.push_back(recordBytes(overlaps));
     return contentOf<journal::Frame>(head, parts);
 }
 

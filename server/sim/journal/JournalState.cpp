@@ -32,7 +32,7 @@ Expected<void> JournalState::take(journal::Opening opening) {
                                 opening.sequence.value, toHex(opening.stateHash), sequence.value,
                                 toHex(scene.stateHash())));
     // Connections are counted anew by every server, and gestures are named by them.
-    if (opening.epoch != epoch) history.endGesture();
+    if (opening.epoch != epoch) history.endGestures();
     epoch = std::max(epoch, opening.epoch);
     scenes = std::move(opening.scenes);
     number = opening.number;

@@ -1,0 +1,126 @@
+/// Who touches whom, asked between steps: of what is put somewhere without a way there.
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "server/collision/pairwise/PairTable.h"
+#include "server/collision/pipeline/PipelineState.h"
+
+namespace tessera {
+
+/// Parts that some Transforms carry, ascending, and by part the nearest place of one above it. What has the same one is carried together.
+struct CollisionPipeline::Impl::Carriers {
+    struct Carrier {
+        std::uint32_t place = Place::kNone;
+        ObjectId transform;
+    };
+    std::unordered_map<std::uint32_t, Carrier> of;
+    std::vector<std::uint32_t> parts;
+
+    [[nodiscard]] bool together(std::uint32_t a, std::uint32_t b) const {
+        const auto atA = of.find(a), atB = of.find(b);
+        return atA != of.end() && atB != of.end() && atA->second.place == atB->second.place;
+    }
+};
+
+CollisionPipeline::Impl::Carriers CollisionPipeline::Impl::carriersOf(std::span<const ObjectId> transforms) {
+    Carriers carriers;
+    for (const ObjectId transform : transforms) {
+        const std::uint32_t number = handler.transformNumber(transform);
+        if (number == kNobody || !neighbourhood.traitsCarried(handler, number).obstructed) continue;
+        handler.forPartsCarried(number, [&](std::uint32_t i, std::uint32_t place) {
+            const auto [known, fresh] = carriers.of.try_emplace(i, Carriers::Carrier{place, transform});
+            if (fresh) carriers.parts.push_back(i);
+            if (handler.holds(known->second.place, place)) known->second = {place, transform};
+        });
+    }
+    std::ranges::sort(carriers.parts);
+    return carriers;
+}
+
+/// visit(part, other, pair): `pair` is its number where there is one, or kNobody. `others`: only these are of interest.
+template <typename Visit>
+void CollisionPipeline::Impl::forNeighbours(std::span<const std::uint32_t> carried, std::optional<std::span<const std::uint32_t>> others,
+                                            const Visit& visit) const {
+    // Pairs are of the last step: they are all as long as nothing has come, gone or moved since.
+    if (!others && neighbourhood.generation() == handler.generation() && handler.nothingNew()) {
+        for (const std::uint32_t i : carried)
+            for (const std::uint32_t k : memory.pairsOf(i)) visit(i, memory.states()[k].a == i ? memory.states()[k].b : memory.states()[k].a, k);
+        return;
+    }
+    const std::span<const Part> parts = handler.parts();
+    Box all;
+    for (const std::uint32_t i : carried)
+        if (parts[i].solid()) all.extend(parts[i].worldBox);
+    std::vector<std::uint32_t> near;
+    const auto add = [&](std::uint32_t i) {
+        if (parts[i].node && parts[i].worldBox.overlaps(all)) near.push_back(i);
+    };
+    if (others)
+        std::ranges::for_each(*others, add);
+    else
+        for (std::uint32_t i = 0; i < parts.size(); ++i) add(i);
+    for (const std::uint32_t i : carried)
+        for (const std::uint32_t other : near)
+            if (other != i) visit(i, other, kNobody);
+}
+
+namespace {
+
+using Overlapping = std::vector<std::pair<ObjectId, ObjectId>>;
+
+Overlapping sorted(Overlapping pairs) {
+    std::ranges::sort(pairs);
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    return pairs;
+}
+
+}  // namespace
+
+Overlapping CollisionPipeline::Impl::overlapsNow(std::span<const ObjectId> transforms, Deforming deforming,
+                                                 std::optional<std::span<const std::uint32_t>> others) {
+    const Carriers carriers = carriersOf(transforms);
+    const auto deforms = [&](std::uint32_t i) {
+        return deforming == Deforming::kLeftOut && std::ranges::binary_search(handler.deformations(), i, {}, &PartDeformation::part);
+    };
+    Overlapping found;
+    QueryWork work;
+    work.limit = limits.maxTests;
+    forNeighbours(carriers.parts, others, [&](std::uint32_t i, std::uint32_t other, std::uint32_t k) {
+        if (carriers.together(i, other) || deforms(i) || deforms(other)) return;
+        if (touchesNow(i, other, carriers.of.at(i).transform, k, work)) found.emplace_back(std::minmax(part(i).node, part(other).node));
+    });
+    return sorted(std::move(found));
+}
+
+bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t k, QueryWork& work) const {
+    if (!part(i).solid() || !part(other).solid() || !part(i).worldBox.overlaps(part(other).worldBox)) return false;
+    const Relation relation = handler.relation(std::min(i, other), std::max(i, other));
+    const bool isA = relation.firstIsObject == (i < other);
+    if (!relation.relevant || !obstacle(isA ? i : other, isA ? other : i, relation, transform)) return false;
+    if (k != kNobody && memory.states()[k].touch.holds(part(memory.states()[k].a), part(memory.states()[k].b), false))
+        return memory.states()[k].touch.touching;
+    return touchOf({*part(i).shape, part(i).world}, {*part(other).shape, part(other).world}, {work}).touch != Touch::kNo;
+}
+
+std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
+                                                                Against against) {
+    std::vector<ObjectId> all;
+    for (const PosedTransforms& move : moves)
+        for (const auto& [transform, pose] : move) all.push_back(transform);
+    const Carriers everybody = against == Against::kThemselves ? carriersOf(all) : Carriers();
+    std::vector<Overlapping> after;
+    for (const PosedTransforms& move : moves) {
+        std::vector<ObjectId> moved;
+        for (const auto& [transform, pose] : move) {
+            handler.overlay(transform, localOf(pose));
+            moved.push_back(transform);
+        }
+        after.push_back(against == Against::kThemselves ? overlapsNow(moved, Deforming::kAsBefore, everybody.parts)
+                                                        : overlapsNow(moved, Deforming::kAsBefore));
+    }
+    handler.dropOverlay(committed);
+    return after;
+}
+
+}  // namespace tessera

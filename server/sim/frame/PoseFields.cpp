@@ -1,0 +1,57 @@
+#include "server/sim/frame/PoseFields.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "common/scene/FieldTable.h"
+
+namespace tessera {
+
+bool isPoseField(const FieldColumn& column) {
+    return column.type == typeOf<Transform>() &&
+           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
+}
+
+Pose poseOf(const Transform& t) {
+    return {.translation = t.translation, .rotation = t.rotation, .scale = t.scale};
+}
+
+void setPart(Pose& pose, const FieldColumn& column, std::size_t row) {
+    const std::array<double, 4> v = std::get<Doubles>(column.value(row)).values;
+    if (column.field == fieldId<&Transform::translation>) pose.translation = Vec3d(v[0], v[1], v[2]);
+    if (column.field == fieldId<&Transform::rotation>) pose.rotation = Quatd(v[0], v[1], v[2], v[3]);
+    if (column.field == fieldId<&Transform::scale>) pose.scale = Vec3d(v[0], v[1], v[2]);
+}
+
+void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
+    const ObjectType type = typeOf<Transform>();
+    if (to.translation != from.translation) builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.scale != from.scale) builder.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
+}
+
+void mergeColumn(ChangeList& list, FieldColumn column) {
+    const auto order = [](const FieldColumn& c) { return std::pair(c.type, c.field); };
+    const auto same = std::ranges::find(list.columns, order(column), order);
+    if (same == list.columns.end()) {
+        list.columns.insert(std::ranges::upper_bound(list.columns, order(column), {}, order), std::move(column));
+        return;
+    }
+    for (std::size_t row = 0; row < column.ids.size(); ++row) same->append(column.ids[row], column.value(row));
+}
+
+bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
+    if (!inverse.creations.empty() || !inverse.placements.empty() || !inverse.destructions.empty()) return false;
+    const auto isSo = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
+        const Object object = scene.find(id);
+        const FieldEntry* entry = object && object.info().type == type ? findField(object.info(), field) : nullptr;
+        return entry && entry->load(object) == value;
+    };
+    for (const FieldColumn& column : inverse.columns)
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            if (!isSo(column.ids[row], column.type, column.field, column.value(row))) return false;
+    return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) { return isSo(range.object, range.type, range.field, range.result); });
+}
+
+}  // namespace tessera

@@ -1,0 +1,258 @@
+/// What becomes a step of the history, and how steps are taken back and done again.
+#include <algorithm>
+#include <map>
+#include <ranges>
+#include <set>
+#include <unordered_set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/scene/Action.h"
+#include "common/scene/FieldTable.h"
+#include "server/sim/frame/PoseFields.h"
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera {
+namespace {
+
+/// A step that takes away what has gone by itself takes away the rest: the server's own nodes are made anew, with other numbers, whenever they have to look
+/// otherwise. Null: all is there.
+ChangeListPtr withoutWhatHasGone(const Aspect& scene, const ChangeList& step) {
+    if (step.destructions.empty()) return nullptr;
+    std::unordered_set<ObjectId> destroyed(step.destructions.begin(), step.destructions.end());
+    for (const Creation& creation : step.creations) destroyed.erase(creation.id);  // it does both
+    const auto gone = [&](ObjectId id) { return destroyed.contains(id) && !scene.find(id); };
+    if (std::ranges::none_of(step.destructions, gone)) return nullptr;
+    auto rest = std::make_shared<ChangeList>(step);
+    std::erase_if(rest->placements, [&](const Placement& placement) { return gone(placement.node); });
+    std::erase_if(rest->destructions, gone);
+    return rest;
+}
+
+/// Transforms of the scene that a list puts somewhere, ascending.
+std::vector<ObjectId> movedBy(const Aspect& scene, const ChangeList& list) {
+    std::set<ObjectId> moved;
+    for (const FieldColumn& column : list.columns)
+        if (isPoseField(column))
+            for (const ObjectId id : column.ids)
+                if (scene.get<Transform>(id)) moved.insert(id);
+    return {moved.begin(), moved.end()};
+}
+
+/// Gives Transforms of the scene the values that a list says.
+void takePoses(const Aspect& scene, const ChangeList& list, std::map<ObjectId, Pose>& poses) {
+    for (const FieldColumn& column : list.columns) {
+        if (!isPoseField(column)) continue;
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            if (const Transform* now = scene.get<Transform>(column.ids[row]))
+                setPart(poses.try_emplace(column.ids[row], poseOf(*now)).first->second, column, row);
+    }
+}
+
+/// The first that did not touch then, or nothing.
+std::optional<Overlaps::value_type> newOverlap(const Overlaps& now, const Overlaps& then) {
+    if (std::ranges::binary_search(then, kAllOverlap)) return std::nullopt;
+    const auto fresh = std::ranges::find_if(now, [&](const auto& pair) { return !std::ranges::binary_search(then, pair); });
+    return fresh == now.end() ? std::nullopt : std::optional(*fresh);
+}
+
+Overlaps both(const Overlaps& x, const Overlaps& y) {
+    Overlaps all;
+    std::ranges::set_union(x, y, std::back_inserter(all));
+    if (all.size() > kMostOverlaps) all.assign(1, kAllOverlap);
+    return all;
+}
+
+/// Whether a node has one of these cores, or is below one that has.
+bool isCarried(const Aspect& scene, ObjectId node, std::span<const ObjectId> transforms) {
+    for (; node; node = scene.get<Node>(node)->parent)
+        if (std::ranges::binary_search(transforms, scene.get<Node>(node)->core)) return true;
+    return false;
+}
+
+}  // namespace
+
+EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
+    EditOutcome outcome{.ticket = edit.ticket, .result = checkStill(), .ids = {}, .stopped = {}};
+    if (!outcome.result) return outcome;
+    const bool undo = edit.kind == Edit::Kind::kUndo;
+    // How far an edit of this frame gets is not known yet, nor what its step is.
+    if (std::ranges::any_of(openSteps_, [](const OpenStep& step) { return !step.before.empty(); })) {
+        outcome.result = fail(ErrorCode::kRefused, "something is being moved in this very frame; try again in the next one");
+        return outcome;
+    }
+    closeSteps(wishes);
+    // A step stays in the history until it has been applied. One that moves nothing is applied as it lies there.
+    ChangeListPtr list = listOf(edit.kind);
+    if (!list) {
+        outcome.result = fail(ErrorCode::kRefused, undo ? "there is nothing to undo" : "there is nothing to redo");
+        return outcome;
+    }
+    if (ChangeListPtr rest = withoutWhatHasGone(scene(), *list)) list = std::move(rest);
+    // What is led back may be one of several lists; those speak of the poses of what they make themselves only.
+    std::vector<ObjectId> moved;
+    if (!(undo ? history_.undoesInParts() : history_.redoesInParts())) {
+        moved = movedBy(scene(), *list);
+        std::vector<ObjectId> driving;
+        animations_.appendDriving(*list, driving);
+        ChangeList paused = *list;
+        pauseWhatDrives(moved, driving, paused);
+        if (paused.changeCount() != list->changeCount()) list = std::make_shared<const ChangeList>(std::move(paused));
+    }
+    const Overlaps then = undo ? history_.overlapsOfUndo() : history_.overlapsOfRedo();
+    Overlaps now = both(pipeline_.overlaps(scene(), moved), {});
+    const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), *list);
+    commitInlines(inlines_.inTheWayOf(scene(), *list));
+    commitHandles(manipulators_.inTheWayOf(scene(), *list));
+    Expected<Committer::Applied> applied = committer_.applyInverse(list, Committer::Inverse::kMade);
+    if (!applied) {
+        outcome.result = tl::unexpected(applied.error());
+        forgetStep(edit.kind, *list, outcome);
+        return outcome;
+    }
+    pipeline_.sceneChanged(scene(), applied->list.get());
+    if (!moved.empty())
+        if (const auto blocked = newOverlap(pipeline_.overlaps(scene(), moved, CollisionPipeline::Deforming::kLeftOut), then)) {
+            outcome.result = standsThere(edit.kind, *blocked, moved);
+            committer_.takeBack(*applied);
+            pipeline_.sceneChanged(scene(), &applied->inverse);
+            return outcome;
+        }
+    othersSceneChanged(applied->list.get());
+    commitInlines(inlines_.following(scene(), wants));
+    for (const ObjectId id : moved) wishes.erase(id);
+    if (undo) {
+        history_.undone(std::move(applied->inverse), std::move(now));
+        return outcome;
+    }
+    history_.redone(std::move(applied->inverse), std::move(now));
+    if (history_.underWay()) {
+        redo_ = outcome;
+        outcome.underWay = true;
+    }
+    return outcome;
+}
+
+tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::value_type& pair, std::span<const ObjectId> moved) const {
+    const bool firstMoves = isCarried(scene(), pair.first, moved);
+    const ObjectId mine = firstMoves ? pair.first : pair.second, other = firstMoves ? pair.second : pair.first;
+    return fail(ErrorCode::kRefused,
+                fmt::format("{} stands where {} {}; nothing has moved, and the step can be {} once that place is free", pathOf(scene(), other),
+                            pathOf(scene(), mine), kind == Edit::Kind::kUndo ? "was" : "would be", kind == Edit::Kind::kUndo ? "undone" : "redone"));
+}
+
+/// Whose wish for a Transform has counted: of several edits of a frame the last one's.
+bool Simulation::moves(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
+    const auto wish = wishes.find(transform);
+    return wish != wishes.end() && wish->second.ofAnEdit() && wish->second.edit == step.edit && scene().get<Transform>(transform);
+}
+
+ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
+    ChangeListBuilder back;
+    for (const auto& [id, before] : step.before)
+        if (moves(step, id, wishes)) addPose(back, id, poseOf(*scene().get<Transform>(id)), before);
+    ChangeList poseBack = back.take();
+    // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
+    for (FieldColumn& column : poseBack.columns) mergeColumn(step.inverse, std::move(column));
+    return std::move(step.inverse);
+}
+
+void Simulation::closeSteps(const Wishes& wishes) {
+    std::vector<OpenStep> steps = std::exchange(openSteps_, {});
+    addOverlapsAmong(steps, wishes);
+    for (OpenStep& step : steps) {
+        const Gesture gesture = step.gesture;
+        Overlaps overlaps = both(step.overlaps, {});
+        ChangeList inverse = closed(std::move(step), wishes);
+        if (inverse.empty()) continue;
+        if (mayJoin(gesture, inverse, overlaps))
+            history_.edited(std::move(inverse), gesture, std::move(overlaps));
+        else
+            history_.editedAnew(std::move(inverse), gesture, std::move(overlaps));
+        // A drag that has come back to where it began, for now at least.
+        const std::vector<ChangeListPtr> lists = history_.listsOf(gesture);
+        if (lists.empty() || !saysNothing(scene(), *lists.front())) continue;
+        const std::vector<ChangeList> whole = compact(std::vector<ChangeListPtr>(lists.rbegin(), lists.rend()));
+        if (whole.size() == 1 && saysNothing(scene(), whole.front())) history_.edited({}, gesture);
+    }
+}
+
+/// Others' steps above a drag's own are taken back before it: what it has moved may not stand where they lead. Adds what then touches where it leads
+/// itself.
+bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, Overlaps& overlaps) {
+    const std::vector<EditHistory::Above> above = history_.stepsAbove(gesture, inverse);
+    std::vector<CollisionPipeline::PosedTransforms> back;
+    for (const EditHistory::Above& step : above) {
+        std::map<ObjectId, Pose> poses;
+        for (const ChangeListPtr& list : step.lists | std::views::reverse) takePoses(scene(), *list, poses);
+        back.emplace_back(poses.begin(), poses.end());
+    }
+    if (std::ranges::all_of(back, &CollisionPipeline::PosedTransforms::empty)) return true;
+    std::map<ObjectId, Pose> poses;
+    takePoses(scene(), inverse, poses);
+    back.emplace_back(poses.begin(), poses.end());
+    const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kEverything);
+    for (std::size_t i = 0; i < above.size(); ++i)
+        if (newOverlap(after[i], *above[i].overlaps)) return false;
+    overlaps = both(overlaps, after.back());
+    return true;
+}
+
+/// Steps of a frame are taken back one by one, the newest first: what was nowhere at any time stands there in between.
+void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, const Wishes& wishes) {
+    std::vector<CollisionPipeline::PosedTransforms> back;
+    std::vector<OpenStep*> moving;
+    for (OpenStep& step : steps) {
+        CollisionPipeline::PosedTransforms before;
+        for (const auto& [id, pose] : step.before)
+            if (moves(step, id, wishes)) before.emplace_back(id, pose);
+        if (before.empty()) continue;
+        back.push_back(std::move(before));
+        moving.push_back(&step);
+    }
+    if (moving.size() < 2) return;
+    std::ranges::reverse(back);
+    const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kThemselves);
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+        OpenStep& step = *moving[moving.size() - 1 - i];
+        step.overlaps = both(step.overlaps, after[i]);
+    }
+}
+
+void Simulation::forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome) {
+    // Worth another try: in the next frame, or once there is room.
+    if (outcome.result.error().code == ErrorCode::kLimit || !committer_.checkNotDestroyedNow(list)) return;
+    kind == Edit::Kind::kUndo ? history_.undoForgotten() : history_.redoForgotten();
+    outcome.result = fail(ErrorCode::kRefused, fmt::format("that step speaks of what is not there any more, and is forgotten: {}",
+                                                           outcome.result.error().message));
+}
+
+std::optional<EditOutcome> Simulation::goOn() {
+    const ChangeListPtr part = history_.nextPart();
+    if (!part) return std::nullopt;
+    commitInlines(inlines_.inTheWayOf(scene(), *part));
+    Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
+    if (applied) {
+        history_.partDone(std::move(applied->inverse));
+        sceneChanged(applied->list.get());
+    } else {
+        if (redo_) redo_->result = tl::unexpected(applied.error());
+        history_.partRefused();
+    }
+    if (history_.underWay()) return std::nullopt;
+    takeOrphansAway();
+    return std::exchange(redo_, std::nullopt);
+}
+
+std::vector<Blob> Simulation::arraysOf(Edit::Kind kind) const {
+    if (kind == Edit::Kind::kUndo) return history_.arraysToUndo();
+    return kind == Edit::Kind::kRedo ? history_.arraysToRedo() : std::vector<Blob>();
+}
+
+ChangeListPtr Simulation::listOf(Edit::Kind kind) {
+    if (kind == Edit::Kind::kUndo) return history_.undoList();
+    return kind == Edit::Kind::kRedo ? history_.redoList() : nullptr;
+}
+
+}  // namespace tessera
