@@ -76,6 +76,7 @@ namespace tessera {
     X(MultiDrawElementsBaseVertex, MULTIDRAWELEMENTSBASEVERTEX)                 \
     X(NamedFramebufferDrawBuffers, NAMEDFRAMEBUFFERDRAWBUFFERS)                 \
     X(NamedFramebufferTexture, NAMEDFRAMEBUFFERTEXTURE)                         \
+    X(NamedFramebufferTextureLayer, NAMEDFRAMEBUFFERTEXTURELAYER)               \
     X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE) \
     X(PixelStorei, PIXELSTOREI)                                                 \
     X(ReadPixels, READPIXELS)                                                   \

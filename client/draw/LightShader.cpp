@@ -146,21 +146,24 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec4 falloff)
 }
 
 #if LIGHTS == 2
-layout(binding = 12) uniform sampler2DShadow shadowMaps;
-// How much of a light arrives: `at` is the first texel of its view (ShadowMaps.h). Four taps of four pixels each. Looked for
+layout(binding = 12) uniform sampler2DArrayShadow shadowMaps;
+/// Whether a place lies in the map of a view, not at its rim, and between its depths.
+bool knows(int view, vec4 place) {
+    vec3 q = vec3(dot(texelFetch(lightTexels, view), place), dot(texelFetch(lightTexels, view + 1), place), dot(texelFetch(lightTexels, view + 2), place)) /
+             max(dot(texelFetch(lightTexels, view + 3), place), 1e-6);
+    vec4 inside = texelFetch(lightTexels, view + 5);
+    return all(greaterThan(q, vec3(mix(inside.xy, inside.zw, 0.01), 0.0))) && all(lessThan(q, vec3(mix(inside.zw, inside.xy, 0.01), 1.0)));
+}
+
+// How much of a light arrives: `at` is the first texel of its views (ShadowMaps.h). Four taps of four pixels each. Looked for
 // a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying goodbye to
 // shadow acne"); beyond the map's edge everything arrives.
 float arrives(int at, vec3 position, vec3 n, vec3 towards) {
-    // The second of its two views is the finer one, where it knows the place.
-    vec4 here = vec4(position, 1.0);
-    vec2 place = vec2(dot(texelFetch(lightTexels, at + 6), here), dot(texelFetch(lightTexels, at + 7), here)) /
-                 max(dot(texelFetch(lightTexels, at + 9), here), 1e-6);
-    vec4 fine = texelFetch(lightTexels, at + 11);
-    bool finely = all(greaterThan(place, mix(fine.xy, fine.zw, 0.01))) && all(lessThan(place, mix(fine.zw, fine.xy, 0.01)));
-    at += finely ? 6 : 0;
+    // The finest that knows the place.
+    at += knows(at, vec4(position, 1.0)) ? 0 : knows(at + 6, vec4(position, 1.0)) ? 6 : 12;
     vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
     vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
-    vec2 size = texelFetch(lightTexels, at + 4).xy;
+    vec3 size = texelFetch(lightTexels, at + 4).xyz;
     vec4 inside = texelFetch(lightTexels, at + 5);
     float pixel = size.x + size.y * max(dot(row3, vec4(position, 1.0)), 0.0);
     float slope = sqrt(max(1.0 - dot(n, towards) * dot(n, towards), 0.0));
@@ -169,8 +172,9 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     vec3 q = vec3(dot(row0, p), dot(row1, p), dot(row2, p)) / max(w, 1e-6);
     q.z = clamp(q.z, 0.0, 1.0);
     vec2 tap = 0.75 * shadows.zw;
-    float sum = textureLod(shadowMaps, q + vec3(-tap.x, -tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, -tap.y, 0.0), 0.0) +
-                textureLod(shadowMaps, q + vec3(-tap.x, tap.y, 0.0), 0.0) + textureLod(shadowMaps, q + vec3(tap.x, tap.y, 0.0), 0.0);
+    // Of one level: whatever derivatives are here.
+    float sum = texture(shadowMaps, vec4(q.xy + vec2(-tap.x, -tap.y), size.z, q.z)) + texture(shadowMaps, vec4(q.xy + vec2(tap.x, -tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(-tap.x, tap.y), size.z, q.z)) + texture(shadowMaps, vec4(q.xy + vec2(tap.x, tap.y), size.z, q.z));
     bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
     return known ? 0.25 * sum : 1.0;
 }
@@ -231,7 +235,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 #if LIGHTS == 2
     uint one = 0u;
     do {
-        int at = int(shadows.x) + 16 * int(one);
+        int at = int(shadows.x) + 22 * int(one);
         vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
         vec3 towards = normalize(place.xyz - position * place.w);
         radiance.rgb *= arrives(at + 4, position, n, towards);

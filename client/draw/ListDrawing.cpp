@@ -120,10 +120,14 @@ Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t ind
         inCell.push_back({first, first + 1});
     }
     scissor = shadows.place(index);
+    shadows.attach(index);
     upload(makeFrameBlock(seen, view.camera));
     setUp(scissor, shadows.framebuffer());
+    view.clamped ? gl.Enable(GL_DEPTH_CLAMP) : gl.Disable(GL_DEPTH_CLAMP);
     gl.ClearNamedFramebufferfv(shadows.framebuffer(), GL_DEPTH, 0, &kFarthest);
-    if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow); !drawn) return drawn;
+    const auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow);
+    gl.Disable(GL_DEPTH_CLAMP);
+    if (!drawn) return drawn;
     shadows.setDrawn(index);
     return {};
 }

@@ -53,13 +53,13 @@ private:
 };
 
 // What a box is inside of is not tested again below it.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found) {
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found, Frustum::Mask planes) {
     if (scene.tree.empty()) return;
     struct Open {
         std::uint32_t node;
         Frustum::Mask mask;
     };
-    std::vector<Open> open{{BoxTree::kRoot, Frustum::kAllPlanes}};
+    std::vector<Open> open{{BoxTree::kRoot, planes}};
     while (!open.empty()) {
         const auto [index, mask] = open.back();
         open.pop_back();

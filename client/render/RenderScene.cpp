@@ -147,7 +147,12 @@ void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> id
         for (const ObjectId id : ids) {
             const auto* node = aspect_->get<Node>(id);
             const std::uint32_t place = places.find(id);
-            if (!node || place == kNone || places[place].core == node->core) continue;
+            if (!node || place == kNone) continue;
+            if (places[place].topOfServer != node->ofServer) {
+                places[place].topOfServer = node->ofServer;
+                mark(place, kCore);
+            }
+            if (places[place].core == node->core) continue;
             setCore(place, node->core);
             mark(place, kCore);
         }
@@ -206,6 +211,7 @@ std::uint32_t RenderScene::Impl::addPlace(ObjectId id, std::uint32_t parent) {
         linkFirst(places, places[parent].firstChild, slot, &ScenePlace::sibling);
     }
     const auto* node = aspect_->get<Node>(id);
+    if (node) places[slot].topOfServer = node->ofServer;
     if (node && node->core) setCore(slot, node->core);
     return slot;
 }

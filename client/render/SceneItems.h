@@ -53,7 +53,7 @@ struct GroupMaterials {
     bool operator==(const GroupMaterials&) const = default;
 };
 
-/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, scopes, depth, world_T_node.
+/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, scopes, ofServer, depth, world_T_node.
 struct ScenePlace {
     static constexpr std::uint32_t kNone = IdIndex::kNone;
     static constexpr std::uint32_t kAll = 0xfffffffeu;
@@ -76,6 +76,8 @@ struct ScenePlace {
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
     std::uint32_t scopes = 0;        ///< while shown: see DrawItem
+    bool ofServer = false;           ///< while shown: it, or one above, is the server's own (Node::ofServer)
+    bool topOfServer = false;        ///< its node says so itself
     std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
     std::uint32_t newDepth = 0, newDepthIn = 0;    ///< while an update runs, see depthNow
     GroupMaterials materials;                      ///< for what is below, while shown
@@ -184,7 +186,8 @@ private:
     void drawAt(std::uint32_t item, const Fineness& fineness, const RenderMesh* mesh);
 
     // ShadowCasters.cpp
-    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, const std::shared_ptr<const ShadowView>& before) const;
+    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, bool sun, const std::shared_ptr<const ShadowView>& before) const;
+    [[nodiscard]] Box boundsWithin(const Box& part) const;
 
     // ScenePlaces.cpp: what is to be known of a place, from its parent down.
     void settleAll(bool treeChanged);
@@ -274,8 +277,8 @@ private:
     mutable std::uint64_t work_ = 0;
 };
 
-/// Appends the items whose box is not wholly outside.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found);
+/// Appends the items whose box is not wholly outside, of these planes.
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found, Frustum::Mask planes = Frustum::kAllPlanes);
 
 /// How a billboard at a node turns, in the node's own coordinates: to bring +Z towards a head, about an axis as far as that allows. Not at all
 /// where that means nothing: a head on the axis or at the origin, +Z along the axis, coordinates that are not finite or have no inverse.

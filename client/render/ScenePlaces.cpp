@@ -85,7 +85,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         place.attached = attached;
         place.shown = shown;
         place.depth = depth;
-        bool moved = false, relooked = false, rescoped = false;
+        bool moved = false, relooked = false, rescoped = false, reowned = false;
         if (shown) {
             const Affine3d world_T_node = worldOf(place);
             const bool turns = parent && parent->turnsBelow, turnsBelow = turns || place.role == SceneRole::kBillboard;
@@ -99,6 +99,9 @@ void RenderScene::Impl::settle(std::uint32_t top) {
             const std::uint32_t lies = (parent ? parent->scopes : 0) | scopeBit(place.id);
             rescoped = lies != place.scopes;
             place.scopes = lies;
+            const bool ofServer = place.topOfServer || (parent && parent->ofServer);
+            reowned = ofServer != place.ofServer;
+            place.ofServer = ofServer;
         }
         place.seenBy = seenBy;
         keepTurn(slot);
@@ -113,6 +116,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         if (place.ordered && (!stands || reorder)) takeOut(slot);
         if (stands && !place.ordered) arrivals_.push_back(slot);
         if (stands && moved) lightsStale_ = true;
+        if (reowned) ++itemChanges;  // it casts shadows, or none
         settleItem(slot, moved, relooked || (dirty & kDrawn) != 0);
 
         // Which children inherit something new?
@@ -125,7 +129,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         const bool othersOfSome = showed == ScenePlace::kSome && place.shows == showed && before != some_.at(slot);
         if (showed == ScenePlace::kSome && place.shows != showed) some_.erase(slot);
         const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
-        const bool news = wasShown != shown || moved || relooked || rescoped || othersOfSome || showed != place.shows;
+        const bool news = wasShown != shown || moved || relooked || rescoped || reowned || othersOfSome || showed != place.shows;
         if (forAll || (seen && news)) {
             enterBelow(slot, reorder);
             continue;

@@ -26,16 +26,14 @@ Frustum Frustum::fromClipMatrix(const Mat4d& clip) {
 Frustum::Result Frustum::classify(const Box& box, Mask planes) const {
     Result result;
     if (box.empty()) return {.outside = true, .undecided = 0};
-    const Vec3d center = box.center();
-    const Vec3d half = 0.5 * box.size();
     for (unsigned i = 0; i < 6; ++i) {
         const auto bit = static_cast<Mask>(1u << i);
         if (!(planes & bit)) continue;
         const Plane& plane = planes_[i];
-        const double distance = plane.normal.dot(center) + plane.offset;
-        const double reach = plane.normal.cwiseAbs().dot(half);
-        if (distance < -reach) return {.outside = true, .undecided = 0};
-        if (distance < reach) result.undecided |= bit;
+        // By its corners: the middle of a box that reaches very far is rounded to more than what lies at its near end.
+        const Vec3d lower = plane.normal.cwiseProduct(box.lower), upper = plane.normal.cwiseProduct(box.upper);
+        if (lower.cwiseMax(upper).sum() + plane.offset < 0) return {.outside = true, .undecided = 0};
+        if (lower.cwiseMin(upper).sum() + plane.offset < 0) result.undecided |= bit;
     }
     return result;
 }

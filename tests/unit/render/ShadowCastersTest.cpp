@@ -55,6 +55,7 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     const ObjectId box = scene.geometry(makeBox({1, 1, 1}));
     const ObjectId moved = scene.transform({0, 0, -5});
     const ObjectId node = scene.node(box, scene.node(moved));
+    scene.put(box, {30, 0, -50});
     scene.put(box, {80, 0, -90});
     const ObjectId walker = scene.transform({0, 0, 3});
     scene.node(scene.create(typeOf<Camera>()), scene.node(walker));
@@ -67,7 +68,7 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     TestCamera camera(320, 200, 2, 2);
     const auto castersOf = [&](RenderAction& by, int column) { return by.run(all, camera.camera(), camera.tile(column, 0), nullptr).casters; };
     const auto first = castersOf(action, 0);
-    ASSERT_TRUE(first && first->views.size() == 1 && first->near);
+    ASSERT_TRUE(first && first->views.size() == 1 && first->near && first->middle);
     EXPECT_TRUE(draws({.opaque = first->views[0]->items}, node));
     EXPECT_TRUE(draws({.opaque = first->views[0]->items}, behind)) << "what stands behind the eye casts shadows, too";
     EXPECT_FALSE(draws({.opaque = first->views[0]->items}, glass));
@@ -76,6 +77,7 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     camera.user.position += Vec3d(0.02, 0.01, 0);
     EXPECT_EQ(castersOf(action, 0)->views, first->views);
     EXPECT_EQ(castersOf(action, 0)->near, first->near);
+    EXPECT_EQ(castersOf(action, 0)->middle, first->middle);
     // The whole wall goes far: the finer view goes along, the other one stays.
     camera.view.position += Vec3d(30, 0, 0);
     const auto far = castersOf(action, 0);
@@ -96,6 +98,71 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     const ChangeList dark = scene.apply();
     all.update(scene.aspect, &dark);
     EXPECT_EQ(castersOf(action, 0), nullptr);
+}
+
+TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
+    std::mt19937 random(5);
+    const auto unit = [&] { return std::normal_distribution<double>()(random); };
+    for (const double distance : {300.0, 2e3, 1e6, 1e12, 1e17}) {
+        for (int round = 0; round < 20; ++round) {
+            const Vec3d travels = Vec3d(unit(), unit(), unit()).normalized();
+            const auto castersOf = [&](bool far) {
+                TestScene scene;
+                const ObjectId sun = scene.create(typeOf<DirectionalLight>());
+                setField<&DirectionalLight::shadows>(scene.edit, sun, true);
+                scene.node(sun, scene.node(scene.transform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), travels))));
+                const ObjectId box = scene.geometry(makeBox({1, 1, 1}));
+                scene.put(box, {2, 0, -5});
+                scene.put(box, {-9, 3, -20});
+                // Before what is near, as the sun sees it: it shades that from there.
+                if (far) scene.put(box, Vec3d(2, 0, -5) - distance * travels);
+                scene.apply();
+                RenderScene all;
+                all.update(scene.aspect, nullptr);
+                return RenderAction(CullerKind::kFrustum).run(all, TestCamera(320, 200, 2, 2).camera(), {.x = 0, .y = 0, .width = 320, .height = 200}, nullptr).casters;
+            };
+            const auto alone = castersOf(false), with = castersOf(true);
+            ASSERT_TRUE(alone && with && !alone->middle);
+            const ShadowView& finer = with->middle ? *with->middle : *with->views[0];
+            EXPECT_TRUE(drawAlike(finer.camera, alone->views[0]->camera)) << distance << ", round " << round;
+            // At 1e17 a double knows it to 16 units.
+            if (distance < 1e15) EXPECT_EQ(finer.items.size(), 3u) << distance << ", round " << round;
+        }
+    }
+}
+
+TEST(ShadowCasters, WhatIsOfTheServerCastsNone) {
+    TestScene scene;
+    const ObjectId sun = scene.create(typeOf<DirectionalLight>());
+    setField<&DirectionalLight::shadows>(scene.edit, sun, true);
+    scene.node(sun);
+    const ObjectId box = scene.geometry(makeBox({1, 1, 1}));
+    const ObjectId bearer = scene.put(box, {0, 0, -5});
+    const ObjectId handles = scene.node(scene.transform({0, 1, 0}), bearer);
+    const ObjectId handle = scene.node(box, scene.node(scene.transform({0, 1, 0}), handles));
+    const auto follow = [&](RenderScene& all) {
+        const ChangeList list = scene.apply();
+        all.update(scene.aspect, &list);
+    };
+    scene.apply();
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    const auto casts = [&](ObjectId node, const RenderScene& by) {
+        const auto list = RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), {.x = 0, .y = 0, .width = 320, .height = 200}, nullptr);
+        return draws({.opaque = list.casters->views[0]->items}, node);
+    };
+    EXPECT_TRUE(casts(bearer, all));
+    EXPECT_TRUE(casts(handle, all));
+    setField<&Node::ofServer>(scene.edit, handles, true);
+    follow(all);
+    EXPECT_TRUE(casts(bearer, all));
+    EXPECT_FALSE(casts(handle, all)) << "below one of the server's own";
+    RenderScene fresh;
+    fresh.update(scene.aspect, nullptr);
+    EXPECT_FALSE(casts(handle, fresh));
+    setField<&Node::ofServer>(scene.edit, handles, false);
+    follow(all);
+    EXPECT_TRUE(casts(handle, all));
 }
 
 /// Whatever happens to a scene: what was kept of the views is what a fresh look finds.
