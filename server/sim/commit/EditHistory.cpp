@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/scene/Aspect.h"
+#include "common/scene/FieldTable.h"
 
 namespace tessera {
 
@@ -62,6 +63,19 @@ private:
     }
     std::unordered_set<ObjectId> ids_;
 };
+
+/// Whether a list brings nothing, and changes nothing by which things touch but the poses of Transforms: then where things stand once it is applied can be
+/// told beforehand.
+bool tellsWhereThingsStand(const ChangeList& list) {
+    if (!list.creations.empty() || !list.ranges.empty()) return false;
+    if (std::ranges::any_of(list.placements, [](const Placement& placement) { return placement.parent != ObjectId(); })) return false;
+    return std::ranges::all_of(list.columns, [](const FieldColumn& column) {
+        const TypeInfo* type = findType(column.type);
+        const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
+        if (!field || field->effects & (Effect::kStructure | Effect::kVisibility | Effect::kShape | Effect::kRules | Effect::kTerms)) return false;
+        return column.type == typeOf<Transform>() || !(field->effects & Effect::kPose);
+    });
+}
 
 std::uint64_t memoryOf(const Overlaps& overlaps) {
     return overlaps.size() * sizeof(Overlaps::value_type);
@@ -201,7 +215,7 @@ std::optional<std::size_t> EditHistory::stepOf(const Gesture& gesture, const Cha
         if (!named) named.emplace(*inverse);
         if (step.apart && named->anyIn(step.made)) return std::nullopt;
         for (const Held& held : step.apart ? std::span<const Held>() : std::span<const Held>(step.lists))
-            if (held.list->changeCount() > kMostChanges || named->anyIn(*held.list)) return std::nullopt;
+            if (held.list->changeCount() > kMostChanges || !tellsWhereThingsStand(*held.list) || named->anyIn(*held.list)) return std::nullopt;
     }
     return std::nullopt;
 }

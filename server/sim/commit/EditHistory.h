@@ -79,7 +79,8 @@ public:
     bool take(const HistoryEvent& event);
 
     /// A new edit, by the list that leads back from it. Nothing can be done again after it. It joins the step of its gesture where whoever makes it has
-    /// edited nothing else since, and what others have edited since names no object that it names: then the two can be taken back in either order.
+    /// edited nothing else since, and what others have edited since names no object that it names, and of what touches has changed no more than poses of
+    /// Transforms, or brought something: then the two can be taken back in either order.
     /// An empty list: all that the gesture has done is as it was before, and its step is none any more.
     void edited(ChangeList inverse, Gesture gesture = {}, Overlaps overlaps = {});
     /// The same, but that it begins a step.

@@ -175,8 +175,9 @@ private:
     /// The edits so far become steps of the history, each by what has remained of it; of which nothing has remained is none. A Transform that several
     /// edits of a frame move belongs to the last one.
     void closeSteps(const Wishes& wishes);
-    [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, Overlaps& overlaps);
-    void addOverlapsAmong(std::vector<OpenStep>& steps, const Wishes& wishes);
+    [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later,
+                               Overlaps& overlaps);
+    void addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back);
     /// The list that leads back from an edit, from where its Transforms stand now.
     [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes) const;
     [[nodiscard]] bool moves(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;

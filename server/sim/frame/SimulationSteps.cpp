@@ -160,13 +160,20 @@ ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
 
 void Simulation::closeSteps(const Wishes& wishes) {
     std::vector<OpenStep> steps = std::exchange(openSteps_, {});
-    addOverlapsAmong(steps, wishes);
+    std::vector<CollisionPipeline::PosedTransforms> later;  // where those of the frame that are still to be closed lead, the newest first
+    for (const OpenStep& step : steps | std::views::reverse) {
+        CollisionPipeline::PosedTransforms& before = later.emplace_back();
+        for (const auto& [id, pose] : step.before)
+            if (moves(step, id, wishes)) before.emplace_back(id, pose);
+    }
+    addOverlapsAmong(steps, later);
     for (OpenStep& step : steps) {
+        later.pop_back();
         const Gesture gesture = step.gesture;
         Overlaps overlaps = both(step.overlaps, {});
         ChangeList inverse = closed(std::move(step), wishes);
         if (inverse.empty()) continue;
-        if (mayJoin(gesture, inverse, overlaps))
+        if (mayJoin(gesture, inverse, later, overlaps))
             history_.edited(std::move(inverse), gesture, std::move(overlaps));
         else
             history_.editedAnew(std::move(inverse), gesture, std::move(overlaps));
@@ -179,43 +186,33 @@ void Simulation::closeSteps(const Wishes& wishes) {
 }
 
 /// Others' steps above a drag's own are taken back before it: what it has moved may not stand where they lead. Adds what then touches where it leads
-/// itself.
-bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, Overlaps& overlaps) {
+/// itself. `later`: what is taken back before those.
+bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later, Overlaps& overlaps) {
     const std::vector<EditHistory::Above> above = history_.stepsAbove(gesture, inverse);
-    std::vector<CollisionPipeline::PosedTransforms> back;
+    if (above.empty()) return true;
+    std::vector<CollisionPipeline::PosedTransforms> back(later.begin(), later.end());
     for (const EditHistory::Above& step : above) {
         std::map<ObjectId, Pose> poses;
         for (const ChangeListPtr& list : step.lists | std::views::reverse) takePoses(scene(), *list, poses);
         back.emplace_back(poses.begin(), poses.end());
     }
-    if (std::ranges::all_of(back, &CollisionPipeline::PosedTransforms::empty)) return true;
     std::map<ObjectId, Pose> poses;
     takePoses(scene(), inverse, poses);
     back.emplace_back(poses.begin(), poses.end());
+    if (std::ranges::all_of(back, &CollisionPipeline::PosedTransforms::empty)) return true;
     const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kEverything);
     for (std::size_t i = 0; i < above.size(); ++i)
-        if (newOverlap(after[i], *above[i].overlaps)) return false;
+        if (newOverlap(after[later.size() + i], *above[i].overlaps)) return false;
     overlaps = both(overlaps, after.back());
     return true;
 }
 
 /// Steps of a frame are taken back one by one, the newest first: what was nowhere at any time stands there in between.
-void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, const Wishes& wishes) {
-    std::vector<CollisionPipeline::PosedTransforms> back;
-    std::vector<OpenStep*> moving;
-    for (OpenStep& step : steps) {
-        CollisionPipeline::PosedTransforms before;
-        for (const auto& [id, pose] : step.before)
-            if (moves(step, id, wishes)) before.emplace_back(id, pose);
-        if (before.empty()) continue;
-        back.push_back(std::move(before));
-        moving.push_back(&step);
-    }
-    if (moving.size() < 2) return;
-    std::ranges::reverse(back);
+void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back) {
+    if (std::ranges::count_if(back, [](const auto& poses) { return !poses.empty(); }) < 2) return;
     const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kThemselves);
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-        OpenStep& step = *moving[moving.size() - 1 - i];
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        OpenStep& step = steps[steps.size() - 1 - i];
         step.overlaps = both(step.overlaps, after[i]);
     }
 }

@@ -332,7 +332,8 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
 
 /// Cubes of one size, so that whether two touch is a matter of their places.
 TEST(UndoPlaces, WhereOthersActItIsRefusedJustWhereSomethingElseStandsThere) {
-    forSeeds(120, [](Random& random) {
+    std::size_t refused = 0, done = 0;
+    forSeeds(120, [&](Random& random) {
         using Places = std::map<std::string, Vec3d>;
         Places at;
         std::vector<Vec3d> places;
@@ -356,7 +357,6 @@ TEST(UndoPlaces, WhereOthersActItIsRefusedJustWhereSomethingElseStandsThere) {
         std::vector<Step> back, forth;
         const auto anybody = [&] { return "/" + std::string(1, static_cast<char>('a' + below(random, 5))); };
         const auto somewhere = [&] { return Vec3d(static_cast<double>(below(random, 8)) * 0.75, static_cast<double>(below(random, 2)) * 0.75, 0); };
-        std::size_t refused = 0, done = 0;
         for (int i = 0; i < 60; ++i) {
             const Places before = present();
             const std::string who = anybody();
@@ -393,9 +393,9 @@ TEST(UndoPlaces, WhereOthersActItIsRefusedJustWhereSomethingElseStandsThere) {
             ASSERT_EQ(show.undo(), back.size());
             ASSERT_EQ(show.redo(), forth.size());
         }
-        ASSERT_GT(done, 0u);
-        (void)refused;
     });
+    EXPECT_GT(done, 0u);
+    EXPECT_GT(refused, 0u);
 }
 
 }  // namespace
