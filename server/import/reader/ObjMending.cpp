@@ -100,8 +100,8 @@ public:
             std::string why;
             for (std::size_t i = 1; i < words.size() && why.empty(); ++i) why = faultOf(words[i], seen, seenTexcoords);
             if (why.empty()) {
-                const std::size_t remark = std::min(text_.find('#', s.begin()), s.end());
-                if (remark < s.end()) blank(remark, s.end());
+                const std::size_t remark = text_.substr(s.begin(), s.end() - s.begin()).find('#');
+                if (remark != text_.npos) blank(s.begin() + remark, s.end());
                 continue;
             }
             if (wrong++ == 0) first = fmt::format("line {}: {}", s.line(), why);
