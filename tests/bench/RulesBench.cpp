@@ -129,7 +129,8 @@ int main(int argc, char** argv) {
         const ChangeList whole = list.take();
         const Clock::time_point begun = Clock::now();
         if (!checkRules(Aspect(), whole, {})) return 2;
-        fmt::print("a file of {} manipulators: {:.3f} us each\n", count, std::chrono::duration<double, std::micro>(Clock::now() - begun).count() / static_cast<double>(count));
+        const double taken = std::chrono::duration<double, std::micro>(Clock::now() - begun).count();
+        fmt::print("a file of {} manipulators: {:.3f} us each\n", count, taken / static_cast<double>(count));
     }
     return 0;
 }

@@ -107,8 +107,10 @@ Expected<void> checkSmd(std::string_view text) {
         if (section == "nodes") {
             std::uint64_t bone = 0;
             std::int64_t parent = 0;
-            if (words.size() < 3 || !isNumber(words[0], bone) || bone >= most) return failInLine(lines.line(), "this is no bone: a number, a name, its parent's number");
-            if (!isNumber(words[2], parent) || parent < -1 || parent >= static_cast<std::int64_t>(most)) return failInLine(lines.line(), "a bone's parent is the number of a bone, or -1");
+            if (words.size() < 3 || !isNumber(words[0], bone) || bone >= most)
+                return failInLine(lines.line(), "this is no bone: a number, a name, its parent's number");
+            if (!isNumber(words[2], parent) || parent < -1 || parent >= static_cast<std::int64_t>(most))
+                return failInLine(lines.line(), "a bone's parent is the number of a bone, or -1");
         } else if (section == "triangles" && corner++ % 4 != 0) {  // the name of a picture, then three corners
             std::uint64_t links = 0;
             if (words.size() < 10 || !isNumber(words[9], links)) continue;
@@ -123,6 +125,11 @@ Expected<void> checkSmd(std::string_view text) {
 
 namespace {
 
+/// For a message.
+std::string_view wordAt(const std::vector<std::string_view>& words, std::size_t at) {
+    return at < words.size() ? words[at].substr(0, 40) : std::string_view();
+}
+
 /// One mesh of an MD5, as far as its numbers have to fit together.
 class Md5MeshCheck {
 public:
@@ -133,34 +140,41 @@ public:
             std::uint64_t value = 0;
             return word < words.size() && isNumber(words[word], value) ? std::optional(value) : std::nullopt;
         };
-        const auto sized = [&](std::uint64_t& count) -> Expected<void> {
+        const auto sized = [&](Items& items) -> Expected<void> {
             const std::optional<std::uint64_t> said = number(1);
             if (!said || *said > mostItems_) return failInLine(at, fmt::format("{} is more than the file has lines", words[0]));
-            count = *said;
+            items = {std::vector<bool>(*said), at};
             return {};
+        };
+        const auto declared = [&](Items& items, const char* of) -> Expected<std::uint64_t> {
+            const std::optional<std::uint64_t> said = number(1);
+            if (!said || *said >= items.there.size())
+                return failInLine(at, fmt::format("'{}' names none of the {} {} announced", wordAt(words, 1), items.there.size(), of));
+            items.there[*said] = true;
+            return *said;
         };
         const auto within = [&](std::size_t word, std::uint64_t count, const char* of) -> Expected<std::uint64_t> {
             const std::optional<std::uint64_t> said = number(word);
-            if (!said || *said >= count) return failInLine(at, fmt::format("'{}' names none of the {} {}", word < words.size() ? words[word].substr(0, 40) : "", count, of));
-            return *said;
+            if (said && *said < count) return *said;
+            return failInLine(at, fmt::format("'{}' names none of the {} {}", wordAt(words, word), count, of));
         };
         if (words[0] == "numverts") return sized(verts_);
         if (words[0] == "numtris") return sized(tris_);
         if (words[0] == "numweights") return sized(weights_);
         if (words[0] == "vert") {  // vert NUMBER ( u v ) FIRST-WEIGHT WEIGHTS
-            const Expected<std::uint64_t> which = within(1, verts_, "vertices announced");
+            const Expected<std::uint64_t> which = declared(verts_, "vertices");
             if (!which) return tl::unexpected(which.error());
             const std::optional<std::uint64_t> first = number(words.size() - 2), count = number(words.size() - 1);
             if (words.size() < 4 || !first || !count) return failInLine(at, "a vertex names its first weight and how many it has");
             moved_.push_back({*first, *count, at});
         }
         if (words[0] == "tri") {  // tri NUMBER A B C
-            if (const Expected<std::uint64_t> which = within(1, tris_, "triangles announced"); !which) return tl::unexpected(which.error());
+            if (const Expected<std::uint64_t> which = declared(tris_, "triangles"); !which) return tl::unexpected(which.error());
             for (std::size_t corner = 2; corner < 5; ++corner)
-                if (const Expected<std::uint64_t> vertex = within(corner, verts_, "vertices"); !vertex) return tl::unexpected(vertex.error());
+                if (const Expected<std::uint64_t> vertex = within(corner, verts_.there.size(), "vertices"); !vertex) return tl::unexpected(vertex.error());
         }
         if (words[0] == "weight") {  // weight NUMBER JOINT WEIGHT ( x y z )
-            const Expected<std::uint64_t> which = within(1, weights_, "weights announced");
+            const Expected<std::uint64_t> which = declared(weights_, "weights");
             if (!which) return tl::unexpected(which.error());
             if (const Expected<std::uint64_t> joint = within(2, joints_, "joints"); !joint) return tl::unexpected(joint.error());
             float weight = 0;
@@ -172,9 +186,15 @@ public:
     }
     /// At the mesh's end. Adds to the vertices that nothing moves, and keeps the line of the first.
     Expected<void> end(std::size_t& unmoved, std::size_t& firstUnmoved) const {
+        for (const auto& [items, of] : {std::pair(&verts_, "vertices"), std::pair(&tris_, "triangles"), std::pair(&weights_, "weights")})
+            if (const auto missing = std::ranges::find(items->there, false); missing != items->there.end())
+                return failInLine(items->line, fmt::format("of the {} {} announced number {} is not there", items->there.size(), of,
+                                                           missing - items->there.begin()));
+        const std::uint64_t weights = weights_.there.size();
         for (const Moved& vertex : moved_) {
-            if (vertex.count > weights_ || vertex.first > weights_ - vertex.count)
-                return failInLine(vertex.line, fmt::format("weights {} to {} are not among the {} there are", vertex.first, vertex.first + vertex.count, weights_));
+            if (vertex.count > weights || vertex.first > weights - vertex.count)
+                return failInLine(vertex.line,
+                                  fmt::format("its {} weights from number {} on are not among the {} there are", vertex.count, vertex.first, weights));
             double sum = 0;
             for (std::uint64_t w = vertex.first; w < vertex.first + vertex.count && w < values_.size(); ++w) sum += values_[w];
             if (!(std::abs(sum) > 1e-20) && unmoved++ == 0) firstUnmoved = vertex.line;
@@ -187,7 +207,12 @@ private:
         std::uint64_t first, count;
         std::size_t line;
     };
-    std::uint64_t joints_, mostItems_, verts_ = 0, tris_ = 0, weights_ = 0;
+    struct Items {
+        std::vector<bool> there = {};  ///< by number
+        std::size_t line = 0;          ///< that announced them
+    };
+    std::uint64_t joints_, mostItems_;
+    Items verts_, tris_, weights_;
     std::vector<Moved> moved_;
     std::vector<float> values_;
 };
@@ -259,7 +284,8 @@ Expected<void> checkMd5Animation(std::string_view text) {
         }
         if (words[0] == "}") {
             if (section == "baseframe" && poses < bones) return failInLine(begun, fmt::format("{} joints, and a base frame of {}", bones, poses));
-            if (section == "frame" && numbers < needed) return failInLine(begun, fmt::format("the hierarchy asks for {} numbers a frame, and here are {}", needed, numbers));
+            if (section == "frame" && numbers < needed)
+                return failInLine(begun, fmt::format("the hierarchy asks for {} numbers a frame, and here are {}", needed, numbers));
             section.clear();
             continue;
         }

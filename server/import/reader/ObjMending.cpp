@@ -64,10 +64,15 @@ bool isFinite(std::string_view statement) {
     for (std::size_t i = 1; i < std::min<std::size_t>(words.size(), 4); ++i) {
         float value = 0;
         const std::string_view word = words[i].starts_with('+') ? words[i].substr(1) : words[i];
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        double wide = 0;
-        if (error == std::errc::result_out_of_range && std::from_chars(word.data(), word.data() + word.size(), wide).ec == std::errc() && std::abs(wide) < 1) continue;
-        if (error == std::errc::result_out_of_range || (error == std::errc() && !std::isfinite(value))) return false;
+        const char* const last = word.data() + word.size();
+        const std::errc error = std::from_chars(word.data(), last, value).ec;
+        if (error == std::errc() && !std::isfinite(value)) return false;
+        if (error != std::errc::result_out_of_range) continue;
+        double wide = 0;  // too small for a float, or too large
+        const bool small = std::from_chars(word.data(), last, wide).ec == std::errc() && std::abs(wide) < 1;
+        const std::size_t exponent = word.find_first_of("eE");
+        if (!small && word.substr(std::min(exponent, word.size() - 1) + 1).starts_with('-')) continue;  // for a double, too
+        if (!small) return false;
     }
     return true;
 }
@@ -95,14 +100,15 @@ public:
             std::string why;
             for (std::size_t i = 1; i < words.size() && why.empty(); ++i) why = faultOf(words[i], seen, seenTexcoords);
             if (why.empty()) {
-                const std::size_t remark = std::min(text_.find('#', s.begin()), s.end());
-                if (remark < s.end()) blank(remark, s.end());
+                const std::size_t remark = text_.substr(s.begin(), s.end() - s.begin()).find('#');
+                if (remark != text_.npos) blank(s.begin() + remark, s.end());
                 continue;
             }
             if (wrong++ == 0) first = fmt::format("line {}: {}", s.line(), why);
             blank(s.begin(), s.end());
         }
-        if (wrong > 0) notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
+        if (wrong > 0)
+            notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
         return changed_;
     }
 

@@ -53,11 +53,15 @@ TEST(BeforeAssimp, AnOffHoldsWhatItAnnounces) {
 }
 
 TEST(BeforeAssimp, AFileOfSixtyBytesIsRefusedByItsHeaderAndNotByTheClock) {
-    for (const auto& [name, text, why] : {std::tuple("a.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\n", "its header does not end"),
-                                          {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\nend_header\n", "it announces 1000000000 vertex"},
-                                          {"c.smd", "version 1\nnodes\n0 \"root\" -1\n", "line 2: the section 'nodes' has no end"},
-                                          {"d.smd", "version 1\nnodes\n1000000000 \"root\" -1\nend\n", "line 3: this is no bone"},
-                                          {"e.md5mesh", "MD5Version 10\nmesh {\nnumverts 4000000000\n}\n", "line 3: numverts is more than the file has lines"}}) {
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\n";
+    const std::tuple<const char*, std::string, const char*> files[] = {
+        {"a.ply", ply, "its header does not end"},
+        {"b.ply", ply + "end_header\n", "it announces 1000000000 vertex"},
+        {"c.smd", "version 1\nnodes\n0 \"root\" -1\n", "line 2: the section 'nodes' has no end"},
+        {"d.smd", "version 1\nnodes\n1000000000 \"root\" -1\nend\n", "line 3: this is no bone"},
+        {"e.off", "OFF\n1000000000 1 0\n0 0 0\n", "line 2: it announces 1000000000 vertices"},
+        {"f.md5mesh", "MD5Version 10\nmesh {\nnumverts 4000000000\n}\n", "line 3: numverts is more than the file has lines"}};
+    for (const auto& [name, text, why] : files) {
         const Expected<ImportedScene> scene = read(name, text);
         ASSERT_FALSE(scene) << name;
         EXPECT_NE(scene.error().message.find(fmt::format("'{}' cannot be read: ", name)), std::string::npos) << scene.error().message;
@@ -82,7 +86,8 @@ struct Md5File {
     std::string verts = "numverts 3\nvert 0 ( 0 0 ) 0 1\nvert 1 ( 1 0 ) 1 1\nvert 2 ( 0 1 ) 2 1\n", tris = "numtris 1\ntri 0 0 1 2\n",
                 weights = "numweights 3\nweight 0 0 1 ( 0 0 0 )\nweight 1 0 1 ( 1 0 0 )\nweight 2 1 1 ( 0 1 0 )\n";
     [[nodiscard]] std::string text() const {
-        return "MD5Version 10\ncommandline \"\"\n\nnumJoints 2\nnumMeshes 1\n\njoints {\n\"root\" -1 ( 0 0 0 ) ( 0 0 0 ) // \n\"arm\" 0 ( 0 1 0 ) ( 0 0 0 ) // root\n}\n\nmesh {\n"
+        return "MD5Version 10\ncommandline \"\"\n\nnumJoints 2\nnumMeshes 1\n\njoints {\n\"root\" -1 ( 0 0 0 ) ( 0 0 0 ) // \n"
+               "\"arm\" 0 ( 0 1 0 ) ( 0 0 0 ) // root\n}\n\nmesh {\n"
                "shader \"a//b { c\"\n" +
                verts + tris + weights + "}\n";
     }
@@ -94,8 +99,10 @@ TEST(BeforeAssimp, WhoeverAnMd5NamesIsThere) {
     EXPECT_EQ(checked({}), "");
     EXPECT_EQ(checked({.tris = "numtris 1\ntri 0 0 1 3\n"}), "line 19: '3' names none of the 3 vertices");
     EXPECT_EQ(checked({.tris = "numtris 1\ntri 1 0 1 2\n"}), "line 19: '1' names none of the 1 triangles announced");
+    EXPECT_EQ(checked({.tris = "numtris 2\ntri 0 0 1 2\ntri 0 0 1 2\n"}), "line 18: of the 2 triangles announced number 1 is not there");
     EXPECT_EQ(checked({.tris = "numtris 4000000000\ntri 1 0 1 2\n"}), "line 18: numtris is more than the file has lines");
-    EXPECT_EQ(checked({.verts = "numverts 3\nvert 0 ( 0 0 ) 0 1\nvert 1 ( 1 0 ) 1 1\nvert 2 ( 0 1 ) 2 2\n"}), "line 17: weights 2 to 4 are not among the 3 there are");
+    EXPECT_EQ(checked({.verts = "numverts 3\nvert 0 ( 0 0 ) 0 1\nvert 1 ( 1 0 ) 1 1\nvert 2 ( 0 1 ) 2 2\n"}),
+              "line 17: its 2 weights from number 2 on are not among the 3 there are");
     EXPECT_EQ(checked({.verts = "numverts 3\nvert 0 ( 0 0 ) 0 1\nvert 7 ( 1 0 ) 1 1\n"}), "line 16: '7' names none of the 3 vertices announced");
     EXPECT_EQ(checked({.weights = "numweights 1\nweight 0 2 1 ( 0 0 0 )\n"}), "line 21: '2' names none of the 2 joints");
     EXPECT_EQ(checked({.weights = "numweights 1\nweight 0 -1 1 ( 0 0 0 )\n"}), "line 21: '-1' names none of the 2 joints");

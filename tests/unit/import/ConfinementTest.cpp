@@ -136,7 +136,8 @@ TEST_F(Confined, CannotRaiseItsLimits) {
         rlimit now{};
         if (::getrlimit(RLIMIT_CPU, &now) != 0) return 4;
         const rlimit longer{now.rlim_cur, now.rlim_max + 1};
-        return (::setrlimit(RLIMIT_CPU, &more) == 0 ? 1 : 0) | (::setrlimit(RLIMIT_FSIZE, &more) == 0 ? 2 : 0) | (::setrlimit(RLIMIT_CPU, &longer) == 0 ? 8 : 0);
+        return (::setrlimit(RLIMIT_CPU, &more) == 0 ? 1 : 0) | (::setrlimit(RLIMIT_FSIZE, &more) == 0 ? 2 : 0) |
+               (::setrlimit(RLIMIT_CPU, &longer) == 0 ? 8 : 0);
     });
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0);

@@ -27,12 +27,14 @@ bool has(const Named& named, std::string_view name) {
     return std::ranges::find(named.names, name) != named.names.end();
 }
 bool says(const Named& named) {
-    return 1 == std::ranges::count_if(named.notes, [](const std::string& note) { return note.find("names of nodes have line breaks or other control characters") != std::string::npos; });
+    constexpr const char* kNote = "names of nodes have line breaks or other control characters";
+    return 1 == std::ranges::count_if(named.notes, [&](const std::string& note) { return note.find(kNote) != std::string::npos; });
 }
 
 TEST(NodeNames, OfEveryKindOfFileAreOneLine) {
     const std::string mesh = R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":3,"type":"VEC3"}])";
-    const Named gltf = namesOf("a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,"name":"a\nb\u001b[2J\u0085\u2028z"},{"mesh":0,"name":"Kräne"}],)" + mesh + "}");
+    const std::string nodes = R"("nodes":[{"mesh":0,"name":"a\nb\u001b[2J\u0085\u2028z"},{"mesh":0,"name":"Kräne"}],)";
+    const Named gltf = namesOf("a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],)" + nodes + mesh + "}");
     EXPECT_TRUE(has(gltf, "a?b?[2J??z")) << fmt::format("{}", fmt::join(gltf.names, "|"));
     EXPECT_TRUE(has(gltf, "Kräne"));
     EXPECT_TRUE(says(gltf));
@@ -42,7 +44,8 @@ TEST(NodeNames, OfEveryKindOfFileAreOneLine) {
     const Named saved = namesOf("b.tsct", "saved { root: 1 object { number: 1 child: 2 node {} } object { number: 2 node { name: \"up\\nand down\" } } }\n");
     EXPECT_TRUE(has(saved, "up?and down")) << fmt::format("{}", fmt::join(saved.names, "|"));
     EXPECT_TRUE(says(saved));
-    const Named stl = namesOf("s.stl", "solid in\x1b[31mred\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n");
+    const std::string facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    const Named stl = namesOf("s.stl", "solid in\x1b[31mred\n" + facet + "endsolid\n");
     for (const Named* file : {&gltf, &dae, &saved, &stl})
         for (const std::string& name : file->names) EXPECT_TRUE(isOneLine(name)) << name;
     EXPECT_FALSE(says(namesOf("c.tsct", "node { name: \"plain\" box { size { x: 1 y: 1 z: 1 } } }\n")));

@@ -243,8 +243,11 @@ TEST(ImageShapes, SurroundingsOfAnotherShapeAreShownWithoutTheirPicture) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     // What lies all around cannot be a row, or a square; a surface can have either.
-    for (const auto& [said, why] : {std::pair(R"(uri: "one.tga" shape: LINE)", "it is neither flat nor a cube"), {R"(uri: "one.tga")", "1 × 1 pixels are not about twice as wide as high"}}) {
-        const std::string path = scratch.write("scene.tsct", std::string("image { name: \"i\" ") + said + " }\nmaterial { name: \"m\" base_color_image: \"i\" }\n" +
+    const std::pair<const char*, const char*> wrong[] = {{R"(uri: "one.tga" shape: LINE)", "it is neither flat nor a cube"},
+                                                         {R"(uri: "one.tga")", "1 × 1 pixels are not about twice as wide as high"}};
+    for (const auto& [said, why] : wrong) {
+        const std::string image = std::string("image { name: \"i\" ") + said + " }\n";
+        const std::string path = scratch.write("scene.tsct", image + "material { name: \"m\" base_color_image: \"i\" }\n" +
                                                                  "node { repeat { count: 3 } node { environment { image: \"i\" } } }\n" +
                                                                  "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n");
         Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());

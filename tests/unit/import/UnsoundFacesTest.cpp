@@ -48,7 +48,7 @@ TEST(UnsoundFaces, OfAnObjAreNamedByTheirLine) {
     expectLeftOut(shownOf("c.obj", square + "vt 0 0\nf 1/1 2/1 3/1\nf 2/1 4/1 3/1\nf 1/1 2/2 3/1\n"), 2,
                   "1 of 3 faces, lines and points is left out; the first, line 8: '2/2' names none of the 1 texture coordinates");
     // Small numbers are numbers; what is named before it comes is named.
-    const Shown sound = shownOf("d.obj", "f 1 2 3\nf -0 2 3\n" + square + "v 1e-99 0 0\nf -5 -4 -3 # nan\nf 2 4 3\nf 5 2 3\n");
+    const Shown sound = shownOf("d.obj", "f 1 2 3\nf -0 2 3\n" + square + "v 1e-99 0 0\nv 1e-999 1 0\nf -6 -5 -4 # nan\nf 2 4 3\nf 6 2 3\n");
     EXPECT_EQ(sound.triangles, 4u) << sound.error;
     EXPECT_TRUE(sound.says("1 of 5 faces, lines and points is left out; the first, line 2: '-0'"));
     // Of nothing but faces that are left out the vertices stay, as points.
@@ -62,17 +62,20 @@ TEST(UnsoundFaces, OfAnObjWhoseNumbersBeginWithAPointThereAreNone) {
 }
 
 TEST(UnsoundFaces, OfStlPlyAndOffAreCounted) {
-    const auto facet = [](const std::string& x) { return "facet normal 0 0 1\nouter loop\nvertex " + x + " 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"; };
+    const auto facet = [](const std::string& x) {
+        return "facet normal 0 0 1\nouter loop\nvertex " + x + " 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    };
     const auto upper = std::string("facet normal 0 0 1\nouter loop\nvertex 1 1 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\n");
     expectLeftOut(shownOf("a.stl", "solid s\n" + facet("0") + facet("nan") + upper + "endsolid s\n"), 2,
                   "mesh 0 s: 1 of 3 faces is left out; the first, number 1, has vertex 3, whose position is not finite");
     const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n1 1 0\ninf 0 9\n", faces = "3 0 1 2\n3 1 3 2\n3 1 4 2\n";
     const std::string head = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 3\n"
                              "property list uchar int vertex_indices\nend_header\n";
-    expectLeftOut(shownOf("a.ply", head + vertices + faces), 2, "mesh 0: 1 of 3 faces is left out; the first, number 2, has vertex 4, whose position is not finite");
+    const char* const fourth = "mesh 0: 1 of 3 faces is left out; the first, number 2, has vertex 4, whose position is not finite";
+    expectLeftOut(shownOf("a.ply", head + vertices + faces), 2, fourth);
     expectLeftOut(shownOf("b.ply", head + "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 0\n3 0 1 2\n3 1 3 2\n3 1 99 2\n"), 2,
                   "mesh 0: 1 of 3 faces is left out; the first, number 2, names vertex 99 of 5");
-    expectLeftOut(shownOf("a.off", "OFF\n5 3 0\n" + vertices + faces), 2, "mesh 0: 1 of 3 faces is left out; the first, number 2, has vertex 4, whose position is not finite");
+    expectLeftOut(shownOf("a.off", "OFF\n5 3 0\n" + vertices + faces), 2, fourth);
     EXPECT_NE(shownOf("all.stl", "solid s\n" + facet("nan") + "endsolid s\n").error.find("mesh 0 s: 1 of 1 faces is left out"), std::string::npos);
 }
 
@@ -82,7 +85,8 @@ std::string gltfOf(const std::string& mode, float last, const std::vector<std::u
     std::string bytes(reinterpret_cast<const char*>(positions.data()), positions.size() * 4);
     bytes.append(reinterpret_cast<const char*>(indices.data()), indices.size() * 2);
     std::string json = fmt::format(
-        R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1{}}}]}}],
+        R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1{}}}]}}],
 "accessors":[{{"bufferView":0,"componentType":5126,"count":5,"type":"VEC3"}},{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}],
 "bufferViews":[{{"buffer":0,"byteLength":60}},{{"buffer":0,"byteOffset":60,"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}})",
         mode, indices.size(), indices.size() * 2, bytes.size());
@@ -92,7 +96,8 @@ std::string gltfOf(const std::string& mode, float last, const std::vector<std::u
         const auto word = static_cast<std::uint32_t>(value);
         return std::string(reinterpret_cast<const char*>(&word), 4);
     };
-    return "glTF" + number(2) + number(28 + json.size() + bytes.size()) + number(json.size()) + "JSON" + json + number(bytes.size()) + std::string("BIN\0", 4) + bytes;
+    const std::string head = "glTF" + number(2) + number(28 + json.size() + bytes.size());
+    return head + number(json.size()) + "JSON" + json + number(bytes.size()) + std::string("BIN\0", 4) + bytes;
 }
 
 TEST(UnsoundFaces, OfGltfAreCountedWhateverThePrimitive) {

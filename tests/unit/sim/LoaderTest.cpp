@@ -25,8 +25,9 @@ protected:
     Loads() {
         EXPECT_EQ(::mkfifo(scratch.path("gate").c_str(), 0600), 0);
         gate_ = ::open(scratch.path("gate").c_str(), O_RDWR | O_CLOEXEC);  // held open for both ends: nobody's opening waits
-        const std::string program = scratch.write("importer", "#!/bin/sh\necho \"$2\" >> '" + scratch.path("begun") + "'\ncase \"$2\" in *slow*) read -r line < '" +
-                                                                  scratch.path("gate") + "';; esac\nexec '" + importOptions().importerProgram + "' \"$@\"\n");
+        const std::string says = "echo \"$2\" >> '" + scratch.path("begun") + "'\n";
+        const std::string waits = "case \"$2\" in *slow*) read -r line < '" + scratch.path("gate") + "';; esac\n";
+        const std::string program = scratch.write("importer", "#!/bin/sh\n" + says + waits + "exec '" + importOptions().importerProgram + "' \"$@\"\n");
         std::filesystem::permissions(program, std::filesystem::perms::owner_all);
         options_ = importOptions();
         options_.importerProgram = program;
