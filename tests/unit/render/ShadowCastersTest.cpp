@@ -119,7 +119,8 @@ TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
                 scene.apply();
                 RenderScene all;
                 all.update(scene.aspect, nullptr);
-                return RenderAction(CullerKind::kFrustum).run(all, TestCamera(320, 200, 2, 2).camera(), {.x = 0, .y = 0, .width = 320, .height = 200}, nullptr).casters;
+                const PixelRect whole{.x = 0, .y = 0, .width = 320, .height = 200};
+                return RenderAction(CullerKind::kFrustum).run(all, TestCamera(320, 200, 2, 2).camera(), whole, nullptr).casters;
             };
             const auto alone = castersOf(false), with = castersOf(true);
             ASSERT_TRUE(alone && with && !alone->middle);
@@ -148,7 +149,8 @@ TEST(ShadowCasters, WhatIsOfTheServerCastsNone) {
     RenderScene all;
     all.update(scene.aspect, nullptr);
     const auto casts = [&](ObjectId node, const RenderScene& by) {
-        const auto list = RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), {.x = 0, .y = 0, .width = 320, .height = 200}, nullptr);
+        const PixelRect whole{.x = 0, .y = 0, .width = 320, .height = 200};
+        const auto list = RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), whole, nullptr);
         return draws({.opaque = list.casters->views[0]->items}, node);
     };
     EXPECT_TRUE(casts(bearer, all));
