@@ -161,11 +161,13 @@ inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& 
         const Edit::Kind kind = edits[0].kind = kKinds[choose(5)];
         if (kind == Edit::Kind::kChange) edits[0].list = hostileEdit(simulation.scene(), choose);
         edits[0].gesture = {1, choose(3)};
-        // Nothing but edits and what moves by itself changes a scene: what was done can always be taken back, and done again.
+        // Nothing but edits and what moves by itself changes a scene: what was done can always be taken back, and done again, but where what moves by
+        // itself has come to stand there.
         const bool possible = kind == Edit::Kind::kChange || simulation.listOf(kind) != nullptr;
         const FrameResult frame = simulation.step(i == 0, std::move(edits), {});
         const bool done = frame.outcomes.front().result.has_value();
-        if (kind != Edit::Kind::kChange && done != possible) return "a step of the history is refused";
+        const bool stands = !done && frame.outcomes.front().result.error().message.find(" stands where ") != std::string::npos;
+        if (kind != Edit::Kind::kChange && done != possible && !stands) return "a step of the history is refused";
         ++(!done ? counts.refused : kind != Edit::Kind::kChange ? counts.undone : counts.taken);
         if (frame.commit.list) {
             if (const Expected<void> followed = replica.apply(*frame.commit.list); !followed) return "a replica refuses: " + followed.error().message;

@@ -212,6 +212,7 @@ std::optional<std::size_t> EditHistory::stepOf(const Gesture& gesture, const Cha
         if (step.gesture == gesture) return step.apart ? std::nullopt : std::optional(i);
         if (step.gesture.by == gesture.by) return std::nullopt;
         if (!inverse) continue;
+        if (!named && (!tellsWhereThingsStand(*inverse) || !inverse->destructions.empty())) return std::nullopt;
         if (!named) named.emplace(*inverse);
         if (step.apart && named->anyIn(step.made)) return std::nullopt;
         for (const Held& held : step.apart ? std::span<const Held>() : std::span<const Held>(step.lists))
