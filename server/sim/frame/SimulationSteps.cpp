@@ -50,10 +50,19 @@ void takePoses(const Aspect& scene, const ChangeList& list, std::map<ObjectId, P
     }
 }
 
-/// The first that did not touch then, or nothing.
-std::optional<Overlaps::value_type> newOverlap(const Overlaps& now, const Overlaps& then) {
+/// The first that did not touch then, or nothing. What comes back with its nodes is where it was: nobody could say then what touched it, while it was gone.
+std::optional<Overlaps::value_type> newOverlap(const Aspect& scene, const Overlaps& now, const Overlaps& then, const ChangeList& step) {
     if (std::ranges::binary_search(then, kAllOverlap)) return std::nullopt;
-    const auto fresh = std::ranges::find_if(now, [&](const auto& pair) { return !std::ranges::binary_search(then, pair); });
+    std::unordered_set<ObjectId> made;
+    for (const Creation& creation : step.creations) made.insert(creation.id);
+    const auto comesBack = [&](ObjectId node) {
+        for (; node && !made.empty(); node = scene.get<Node>(node)->parent)
+            if (made.contains(node)) return true;
+        return false;
+    };
+    const auto fresh = std::ranges::find_if(now, [&](const auto& pair) {
+        return !std::ranges::binary_search(then, pair) && !comesBack(pair.first) && !comesBack(pair.second);
+    });
     return fresh == now.end() ? std::nullopt : std::optional(*fresh);
 }
 
@@ -113,7 +122,7 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     }
     pipeline_.sceneChanged(scene(), applied->list.get());
     if (!moved.empty())
-        if (const auto blocked = newOverlap(pipeline_.overlaps(scene(), moved, CollisionPipeline::Deforming::kLeftOut), then)) {
+        if (const auto blocked = newOverlap(scene(), pipeline_.overlaps(scene(), moved, CollisionPipeline::Deforming::kLeftOut), then, *list)) {
             outcome.result = standsThere(edit.kind, *blocked, moved);
             committer_.takeBack(*applied);
             pipeline_.sceneChanged(scene(), &applied->inverse);
@@ -202,7 +211,7 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
     if (std::ranges::all_of(back, &CollisionPipeline::PosedTransforms::empty)) return true;
     const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kEverything);
     for (std::size_t i = 0; i < above.size(); ++i)
-        if (newOverlap(after[later.size() + i], *above[i].overlaps)) return false;
+        if (newOverlap(scene(), after[later.size() + i], *above[i].overlaps, {})) return false;
     overlaps = both(overlaps, after.back());
     return true;
 }
