@@ -97,10 +97,12 @@ bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, O
     if (!part(i).solid() || !part(other).solid() || !part(i).worldBox.overlaps(part(other).worldBox)) return false;
     const Relation relation = handler.relation(std::min(i, other), std::max(i, other));
     const bool isA = relation.firstIsObject == (i < other);
-    if (!relation.relevant || !obstacle(isA ? i : other, isA ? other : i, relation, transform)) return false;
+    const std::uint32_t a = isA ? i : other, b = isA ? other : i;
+    if (!relation.relevant || !obstacle(a, b, relation, transform)) return false;
     if (k != kNobody && memory.states()[k].touch.holds(part(memory.states()[k].a), part(memory.states()[k].b), false))
         return memory.states()[k].touch.touching;
-    return touchOf({*part(i).shape, part(i).world}, {*part(other).shape, part(other).world}, {work}).touch != Touch::kNo;
+    // In the same order as pairs are asked: of what is flush rounding decides, and it is another the other way round.
+    return touchOf({*part(a).shape, part(a).world}, {*part(b).shape, part(b).world}, {work}).touch != Touch::kNo;
 }
 
 std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
