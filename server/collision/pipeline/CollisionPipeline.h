@@ -51,7 +51,7 @@ public:
     /// Transforms and the local values that they would have.
     using PosedTransforms = std::vector<std::pair<ObjectId, Pose>>;
     /// The same if these had been put there one after the other: for each, what touches once it and those before it are there. Against everything, at
-    /// the cost of a look at the box of each part for each; or among the parts alone that any of them carry.
+    /// the cost of a look at the box of each part for each; or, where no two carry the same part, among the parts alone that any of them carry.
     enum class Against : std::uint8_t { kEverything, kThemselves };
     [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
                                                                                         Against against);

@@ -16,6 +16,7 @@ struct CollisionPipeline::Impl::Carriers {
     };
     std::unordered_map<std::uint32_t, Carrier> of;
     std::vector<std::uint32_t> parts;
+    bool nested = false;  ///< several carry one part
 
     [[nodiscard]] bool together(std::uint32_t a, std::uint32_t b) const {
         const auto atA = of.find(a), atB = of.find(b);
@@ -31,6 +32,7 @@ CollisionPipeline::Impl::Carriers CollisionPipeline::Impl::carriersOf(std::span<
         handler.forPartsCarried(number, [&](std::uint32_t i, std::uint32_t place) {
             const auto [known, fresh] = carriers.of.try_emplace(i, Carriers::Carrier{place, transform});
             if (fresh) carriers.parts.push_back(i);
+            carriers.nested = carriers.nested || !fresh;
             if (handler.holds(known->second.place, place)) known->second = {place, transform};
         });
     }
@@ -111,6 +113,8 @@ std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& co
     for (const PosedTransforms& move : moves)
         for (const auto& [transform, pose] : move) all.push_back(transform);
     const Carriers everybody = against == Against::kThemselves ? carriersOf(all) : Carriers();
+    // What two carry has been nowhere where the one has put it back and the other has not: anything may stand there.
+    const bool themselves = against == Against::kThemselves && !everybody.nested;
     std::vector<Overlapping> after;
     for (const PosedTransforms& move : moves) {
         std::vector<ObjectId> moved;
@@ -118,8 +122,7 @@ std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& co
             handler.overlay(transform, localOf(pose));
             moved.push_back(transform);
         }
-        after.push_back(against == Against::kThemselves ? overlapsNow(moved, Deforming::kAsBefore, everybody.parts)
-                                                        : overlapsNow(moved, Deforming::kAsBefore));
+        after.push_back(themselves ? overlapsNow(moved, Deforming::kAsBefore, everybody.parts) : overlapsNow(moved, Deforming::kAsBefore));
     }
     handler.dropOverlay(committed);
     return after;

@@ -270,7 +270,7 @@ TEST(UndoPlaces, WhereAGrabComesToStandWhereAnotherBeganItIsTwoSteps) {
 
 /// First states that overlap, touch, are thin; ways that are long; all responses; edits of a frame together, drags, nodes that go.
 TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast) {
-    forSeeds(120, [](Random& random) {
+    forSeeds(400, [](Random& random) {
         std::vector<Vec3d> places, sizes;
         const std::size_t many = 3 + below(random, 4);
         const bool exact = oneIn(random, 2);  // flush, with touching faces
@@ -284,13 +284,23 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
         }
         constexpr std::int64_t kResponses[] = {Interest::kStop, Interest::kSlide, Interest::kBounce, Interest::kRollback, Interest::kAsk};
         Boxes show(places, sizes, kResponses[below(random, std::size(kResponses))]);
+        const bool nested = oneIn(random, 2);
+        if (nested) {
+            test::ListMaker make;
+            const ObjectId arm = make.node("arm", findNode(show.simulation.scene(), "/a").value(), make.transform(Vec3d(0, 2, 0)));
+            make.node("box", arm, make.box(Vec3d::Ones()));
+            show.byItself(make.builder.take());
+            show.first = show.hash();
+        }
         for (int i = 0; i < 25; ++i) {
             std::vector<Edit> edits;
             for (std::size_t k = oneIn(random, 3) ? 1 + below(random, 3) : 1; k > 0; --k) {
                 test::ListMaker make;
                 for (std::size_t parts = 1 + below(random, 2); parts > 0; --parts) {
                     const auto& children = show.simulation.scene().root().children;
-                    const ObjectId node = children[below(random, children.size())];
+                    const Expected<ObjectId> arm = findNode(show.simulation.scene(), "/a/arm");
+                    const ObjectId node = arm && oneIn(random, 2) ? (oneIn(random, 2) ? *arm : show.simulation.scene().get<Node>(*arm)->parent)
+                                                                  : children[below(random, children.size())];
                     const ObjectId core = show.simulation.scene().get<Node>(node)->core;
                     const Transform* transform = show.simulation.scene().get<Transform>(core);
                     if (oneIn(random, 12)) {
