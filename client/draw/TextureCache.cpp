@@ -1,6 +1,8 @@
 #include "client/draw/TextureCache.h"
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -31,9 +33,25 @@ GLenum formatOf(std::int64_t encoding, ImageUse use) {
             return GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT;
         case Image::kBc7:
             return color ? GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM : GL_COMPRESSED_RGBA_BPTC_UNORM;
+        case Image::kRgbe:
+            return GL_RGBA16F;
         default:
             return color ? GL_SRGB8_ALPHA8 : GL_RGBA8;
     }
+}
+
+/// Red, green, blue and 1 of pixels whose exponent is shared; none above what halves hold.
+std::vector<float> floatsOf(ByteSpan pixels) {
+    constexpr float kGreatestHalf = 65504;
+    std::vector<float> floats;
+    floats.reserve(pixels.size());
+    for (std::size_t i = 0; i + 3 < pixels.size(); i += 4) {
+        const int exponent = std::to_integer<int>(pixels[i + 3]);
+        const float unit = exponent == 0 ? 0.0f : std::ldexp(1.0f, exponent - 136);
+        for (std::size_t c = 0; c < 3; ++c) floats.push_back(std::min(kGreatestHalf, unit * static_cast<float>(std::to_integer<int>(pixels[i + c]))));
+        floats.push_back(1);
+    }
+    return floats;
 }
 
 bool hasExtension(const GlFunctions& gl, std::string_view name) {
@@ -60,8 +78,7 @@ TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_
 }
 
 bool TextureCache::isShown(const Image& image) const {
-    // Shared exponents are for surroundings.
-    if (image.encoding == Image::kRgbe || !image.pixels.resident() || image.pixels.sizeBytes() == 0 || !checkImage(image)) return false;
+    if (!image.pixels.resident() || image.pixels.sizeBytes() == 0 || !checkImage(image)) return false;
     const GLint most = image.shape == Image::kSolid ? mostSolidPx_ : image.shape == Image::kCube ? mostCubePx_ : std::min(mostFlatPx_, kMaxTextureSidePx);
     return std::max({image.widthPx, image.heightPx, image.depthPx}) <= most;
 }
@@ -92,7 +109,7 @@ std::size_t TextureCache::bytesOf(const Image& image, ImageUse use) const {
         for (const ImageLevel& level : levelsOf(image)) bytes += static_cast<std::size_t>(level.widthPx * level.heightPx * level.depthPx) * 4;
     else
         bytes = image.shape == Image::kSolid ? image.pixels.sizeBytes() / 7 * 8 : image.pixels.sizeBytes() / 3 * 4;
-    return bytes;
+    return image.encoding == Image::kRgbe ? 2 * bytes : bytes;
 }
 
 TextureCache::~TextureCache() {
@@ -152,8 +169,8 @@ std::optional<std::size_t> TextureCache::prepare(const Image& image, ImageUse us
 
 TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) {
     const GLenum target = textureTarget(image);
-    const bool compressed = isCompressed(image.encoding), asBlocks = readsBlocks(image, key.use);
-    const GLenum format = asBlocks ? formatOf(image.encoding, key.use) : formatOf(Image::kSrgb, key.use);
+    const bool compressed = isCompressed(image.encoding), asBlocks = readsBlocks(image, key.use), asFloats = image.encoding == Image::kRgbe;
+    const GLenum format = formatOf(asBlocks || asFloats ? image.encoding : Image::kSrgb, key.use);
     const auto levels = static_cast<GLsizei>(compressed ? image.mipmaps : mostMipmaps(image));
     const auto widthPx = static_cast<GLsizei>(image.widthPx), heightPx = static_cast<GLsizei>(image.heightPx);
     Texture texture{.bytes = bytesOf(image, key.use), .uses = UseClock::recall(gone_, key)};
@@ -180,10 +197,13 @@ TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) 
             ByteSpan pixels = bytes.subspan(static_cast<std::size_t>(slice) * level.sliceBytes, level.sliceBytes);
             Bytes decoded;
             if (compressed) pixels = decoded = decodeBlocks(pixels, image.encoding, level.widthPx, level.heightPx);
+            std::vector<float> floats;
+            if (asFloats) pixels = std::as_bytes(std::span(floats = floatsOf(pixels)));
+            const GLenum type = asFloats ? GL_FLOAT : GL_UNSIGNED_BYTE;
             if (target == GL_TEXTURE_2D)
-                gl_.TextureSubImage2D(texture.name, at, 0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+                gl_.TextureSubImage2D(texture.name, at, 0, 0, w, h, GL_RGBA, type, pixels.data());
             else
-                gl_.TextureSubImage3D(texture.name, at, 0, 0, slice, w, h, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+                gl_.TextureSubImage3D(texture.name, at, 0, 0, slice, w, h, 1, GL_RGBA, type, pixels.data());
         }
     }
     if (!compressed) gl_.GenerateTextureMipmap(texture.name);

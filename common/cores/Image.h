@@ -27,7 +27,7 @@ struct Image {
     Vec2f offset = Vec2f::Zero(), scale = Vec2f::Ones();
     float rotation = 0;
     /// What `pixels` are. Of rgbe: red, green, blue and the exponent that they share, as Radiance's pictures have them: linear
-    /// (c / 256) · 2^(e - 128), 0 where e is 0. For surroundings alone: a material shows no such image.
+    /// (c / 256) · 2^(e - 128), 0 where e is 0. Of surroundings, and of materials: up to 65504 there.
     /// bc1 to bc7: blocks of 4×4 pixels, as DirectX and KTX2 name them (bc6h: unsigned), rows of blocks from the top.
     std::int64_t encoding = kSrgb;
     /// kLine: one row, looked up by u alone. kSolid: `depthPx` pictures one behind the other, looked up by a place. kCube: six squares, as OpenGL

@@ -128,7 +128,7 @@ Expected<void> checkImage(const Image& image) {
         return misfit(image.shape == Image::kSolid ? fmt::format("a solid of {} slices: 1 to {} there may be", image.depthPx, kMostSolid)
                                                    : fmt::format("of a {} image depthPx is 1, and here it is {}", kShapes[shape], image.depthPx));
     if (image.encoding == Image::kRgbe && (image.shape == Image::kLine || image.shape == Image::kSolid))
-        return misfit("pixels of encoding rgbe are for surroundings: flat images and cubes");
+        return misfit("pixels of encoding rgbe are flat images and cubes");
     if (!isCompressed(image.encoding) && image.mipmaps != 1)
         return misfit(fmt::format("mipmaps come with compressed pixels alone; of others they are made, and `mipmaps` is 1, not {}", image.mipmaps));
     if (image.mipmaps > mostMipmaps(image))

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -58,6 +59,30 @@ TEST(Gallery, HoldsEveryType) {
     for (const ObjectId id : gallery->ids()) held.insert(gallery->find(id).info().type);
     for (const TypeInfo& type : allTypes())
         EXPECT_TRUE(held.contains(type.type) || type.type == typeOf<ApplicationData>() || type.type == typeOf<Group>()) << type.name;
+}
+
+/// Whoever adds a word to a field shows it in a room; of materials every field is another than it is by default in some. How things collide is nothing
+/// to be seen; when a file comes, and what of it has, are the server's to say, as what a program is worth.
+TEST(Gallery, HoldsEveryWordOfLooks) {
+    const Expected<Aspect> gallery = loadShipped("gallery");
+    ASSERT_TRUE(gallery) << gallery.error().message;
+    std::map<const FieldEntry*, std::set<std::int64_t>> held;
+    std::set<const FieldEntry*> other;
+    for (const ObjectId id : gallery->ids()) {
+        const Object object = gallery->find(id);
+        for (const FieldEntry& field : object.info().fields) {
+            const FieldValue value = field.load(object);
+            if (value != field.load(object.info().freshObject())) other.insert(&field);
+            if (const auto* number = std::get_if<std::int64_t>(&value)) held[&field].insert(*number);
+        }
+    }
+    const std::set<ObjectType> unseen{typeOf<CollisionObject>(), typeOf<Interest>(), typeOf<Inline>(), typeOf<ProxyGroup>(), typeOf<SurfaceProgram>()};
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields) {
+            EXPECT_TRUE(other.contains(&field) || type.type != typeOf<Material>()) << "Material." << field.name;
+            for (const FieldWord& word : field.words())
+                EXPECT_TRUE(held[&field].contains(word.number) || unseen.contains(type.type)) << type.name << "." << field.name << " " << word.word;
+        }
 }
 
 TEST(Gallery, EachRoomIsTheSameOnEveryWallAndLooksAsItDid) {

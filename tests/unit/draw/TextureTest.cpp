@@ -141,7 +141,7 @@ TEST_F(TextureTest, WhatDoesNotFitIsNone) {
     Image image = imageOf(Image::kSrgb, 4, 4, bytes);
     EXPECT_NE(found(image), 0u);
     for (const auto change : {+[](Image& i) { i.encoding = Image::kBc1; }, +[](Image& i) { i.shape = Image::kCube; }, +[](Image& i) { i.shape = Image::kLine; },
-                              +[](Image& i) { i.mipmaps = 2; }, +[](Image& i) { i.encoding = Image::kRgbe; }, +[](Image& i) { i.widthPx = 0; },
+                              +[](Image& i) { i.mipmaps = 2; }, +[](Image& i) { i.widthPx = 0; },
                               +[](Image& i) { i.widthPx = 65536, i.heightPx = 65536; }, +[](Image& i) { i.depthPx = 2; }}) {
         Image other = image;
         change(other);
@@ -194,6 +194,21 @@ TEST_F(TextureTest, SurfacesShowThemAsTheyShowPixels) {
     const Rgb wanted = expectedOf(Vec3f(0.5f, 0, 0.5f));
     EXPECT_NEAR(glow.r, wanted.r, 2) << glow;
     EXPECT_NEAR(glow.g, wanted.g, 2) << glow;
+    // Floats, which share an exponent, mean light and not what is encoded: four times as bright as white, and darkened; as emission; far beyond what halves hold.
+    const auto floats = [](int r, int g, int b, int e) {
+        return imageOf(Image::kRgbe, 1, 1, std::vector<std::uint8_t>{static_cast<std::uint8_t>(r), static_cast<std::uint8_t>(g), static_cast<std::uint8_t>(b), static_cast<std::uint8_t>(e)});
+    };
+    Material darkened = lit;
+    darkened.baseColor = Vec4f(0.25f, 0.25f, 0.25f, 1);
+    for (const auto& [material, where, image] : {std::tuple(lit, &Material::baseColorImage, floats(128, 32, 0, 128)), std::tuple(darkened, &Material::baseColorImage, floats(128, 32, 0, 130)),
+                                                 std::tuple(unlit(Vec3f::Ones()), &Material::emissiveImage, floats(128, 32, 0, 128))}) {
+        const Rgb seen = shown(material, image, where), half = expectedOf(Vec3f(0.5f, 0.125f, 0));
+        EXPECT_NEAR(seen.r, half.r, 2) << seen;
+        EXPECT_NEAR(seen.g, half.g, 2) << seen;
+        EXPECT_EQ(seen.b, half.b) << seen;
+    }
+    expectNear(shown(lit, floats(255, 255, 255, 255), &Material::baseColorImage), {255, 255, 255});
+    expectNear(shown(lit, floats(255, 255, 255, 0), &Material::baseColorImage), {0, 0, 0});
     // A cube on a surface is as no image.
     Image cube = imageOf(Image::kSrgb, 1, 1, std::vector<std::uint8_t>(24, 0));
     cube.shape = Image::kCube;
