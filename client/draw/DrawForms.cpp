@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/geometry/Points.h"
+#include "common/math/Decompositions.h"
 
 namespace tessera {
 namespace {
@@ -211,7 +212,7 @@ constexpr DrawForm::Follows kStreaksFollow[] = {{0, 6 * sizeof(float), MeshStore
 /// Metres a unit of the item's own: where it is scaled unevenly the least, so that all stays in the box around the scaled balls.
 std::array<std::uint32_t, 2> scaleOfParticles(const DrawItem&, const Mat3d& eye_R_item) {
     if (!eye_R_item.allFinite()) return {};
-    const double least = Eigen::JacobiSVD<Mat3d>(eye_R_item).singularValues()[2];
+    const double least = singularStretchOf(eye_R_item).least;
     return {std::bit_cast<std::uint32_t>(static_cast<float>(least)), 0u};
 }
 

@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 /// What covers less, or so little by its triangles, hides too little for being drawn once more.
-constexpr double kLeastOccluderPx = 256;
+constexpr double kLeastPartOccluderPx = 256;
 constexpr double kLeastPxPerTriangle = 8;
 
 }  // namespace
@@ -73,7 +73,7 @@ bool PartView::worthHidingWith(std::uint32_t index, const BoxSight& sight) const
     if (!item.occludes) return false;
     // What stands around the eye covers nobody knows how much.
     const double area = sight.fate == BoxSight::Fate::kTooNear ? areaPx() : sight.plate.areaPx();
-    return area >= kLeastOccluderPx && area >= kLeastPxPerTriangle * static_cast<double>(item.mesh->triangles);
+    return area >= kLeastPartOccluderPx && area >= kLeastPxPerTriangle * static_cast<double>(item.mesh->triangles);
 }
 
 DrawItem PartView::drawItem(std::uint32_t index) const {

@@ -78,7 +78,7 @@ void RenderScene::Impl::turnBelow(std::uint32_t billboard) {
             if (place.role == SceneRole::kBillboard)
                 world_T_node.linear() = world_T_parent.linear() * turnTowards(head_, turn->second.axis, world_T_parent);
             else
-                turn->second.pose.placeBelow(world_T_parent, world_T_node);
+                placeBelow(turn->second.pose, world_T_parent, world_T_node);
         }
         if (place.item != kNone) {
             items[place.item].turned = static_cast<std::uint32_t>(turnedPoses.size());

@@ -13,7 +13,7 @@ namespace tessera {
 
 namespace {
 
-enum Part : std::size_t {
+enum ListPart : std::size_t {
     kCreationIds,
     kCreationTypes,
     kPlacementNodes,

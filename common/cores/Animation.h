@@ -20,15 +20,16 @@ struct KeyFrames {
     std::int64_t interpolation = kLinear;
 };
 template <>
-inline constexpr auto kDescription<KeyFrames> =
-    describe("KeyFrames", field<&KeyFrames::target>(1, "target").toAnything().affects(Effect::kTime),
-             field<&KeyFrames::field>(2, "field").affects(Effect::kTime),
-             field<&KeyFrames::times>(3, "times").doublesEach(1).affects(Effect::kTime),
-             field<&KeyFrames::values>(4, "values").doublesEach(1).affects(Effect::kTime),
-             field<&KeyFrames::interpolation>(5, "interpolation")
+inline constexpr auto kSaid<KeyFrames> = []<typename T>(Describing<T>) {
+    return describe("KeyFrames", field<&T::target>(1, "target").toAnything().affects(Effect::kTime),
+             field<&T::field>(2, "field").affects(Effect::kTime),
+             field<&T::times>(3, "times").doublesEach(1).affects(Effect::kTime),
+             field<&T::values>(4, "values").doublesEach(1).affects(Effect::kTime),
+             field<&T::interpolation>(5, "interpolation")
                  .oneOf({{KeyFrames::kStep, "step"}, {KeyFrames::kLinear, "linear"}, {KeyFrames::kSpline, "spline"}})
                  .affects(Effect::kTime))
         .notACore();
+};
 
 /// Plays channels together: one take of a film, one way of walking.
 struct Animation {
@@ -42,13 +43,14 @@ struct Animation {
     std::int64_t mode = kLoop;
 };
 template <>
-inline constexpr auto kDescription<Animation> =
-    describe("Animation", field<&Animation::channels>(1, "channels").to<KeyFrames>().affects(Effect::kTime),
-             field<&Animation::playing>(2, "playing").affects(Effect::kTime),
-             field<&Animation::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
-             field<&Animation::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),
-             field<&Animation::mode>(5, "mode")
+inline constexpr auto kSaid<Animation> = []<typename T>(Describing<T>) {
+    return describe("Animation", field<&T::channels>(1, "channels").to(KeyFrames::kType).affects(Effect::kTime),
+             field<&T::playing>(2, "playing").affects(Effect::kTime),
+             field<&T::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
+             field<&T::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),
+             field<&T::mode>(5, "mode")
                  .oneOf({{Animation::kOnce, "once"}, {Animation::kLoop, "loop"}, {Animation::kPingPong, "ping-pong"}})
                  .affects(Effect::kTime));
+};
 
 }  // namespace tessera

@@ -16,7 +16,8 @@ struct ApplicationData {
     Blob data;        ///< as the application has it
 };
 template <>
-inline constexpr auto kDescription<ApplicationData> =
-    describe("ApplicationData", field<&ApplicationData::key>(1, "key").affects(Effect::kName), field<&ApplicationData::data>(2, "data").affects(Effect::kNone));
+inline constexpr auto kSaid<ApplicationData> = []<typename T>(Describing<T>) {
+    return describe("ApplicationData", field<&T::key>(1, "key").affects(Effect::kName), field<&T::data>(2, "data").affects(Effect::kNone));
+};
 
 }  // namespace tessera

@@ -13,7 +13,8 @@ struct Billboard {
     Vec3d axis = Vec3d::UnitY();
 };
 template <>
-inline constexpr auto kDescription<Billboard> =
-    describe("Billboard", field<&Billboard::axis>(1, "axis").between(-1e30, 1e30).affects(Effect::kPose));
+inline constexpr auto kSaid<Billboard> = []<typename T>(Describing<T>) {
+    return describe("Billboard", field<&T::axis>(1, "axis").between(-1e30, 1e30).affects(Effect::kPose));
+};
 
 }  // namespace tessera

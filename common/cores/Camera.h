@@ -13,9 +13,10 @@ struct Camera {
     bool enabled = true;
 };
 template <>
-inline constexpr auto kDescription<Camera> =
-    describe("Camera",
-             field<&Camera::worldUnitsPerMetre>(1, "worldUnitsPerMetre").unit(Unit::kWorldPerMetre).between(1e-9, 1e9).affects(Effect::kView),
-             field<&Camera::enabled>(2, "enabled").affects(Effect::kView));
+inline constexpr auto kSaid<Camera> = []<typename T>(Describing<T>) {
+    return describe("Camera",
+             field<&T::worldUnitsPerMetre>(1, "worldUnitsPerMetre").unit(Unit::kWorldPerMetre).between(1e-9, 1e9).affects(Effect::kView),
+             field<&T::enabled>(2, "enabled").affects(Effect::kView));
+};
 
 }  // namespace tessera

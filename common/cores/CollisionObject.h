@@ -60,19 +60,19 @@ struct CollisionObject {
     static constexpr std::int64_t kFinestLevel = 12;
 };
 template <>
-inline constexpr auto kDescription<CollisionObject> =
-    describe("CollisionObject", field<&CollisionObject::node>(1, "node").to<Node>().affects(Effect::kRules),
-             field<&CollisionObject::kind>(2, "kind")
+inline constexpr auto kSaid<CollisionObject> = []<typename T>(Describing<T>) {
+    return describe("CollisionObject", field<&T::node>(1, "node").to(Node::kType).affects(Effect::kRules),
+             field<&T::kind>(2, "kind")
                  .oneOf({{CollisionObject::kStatic, "static"},
                          {CollisionObject::kRigid, "rigid"},
                          {CollisionObject::kDeforming, "deforming"}})
                  .affects(Effect::kRules),
-             field<&CollisionObject::division>(3, "division")
+             field<&T::division>(3, "division")
                  .oneOf({{CollisionObject::kWhole, "whole"},
                          {CollisionObject::kEachChild, "each-child"},
                          {CollisionObject::kEachGeometry, "each-geometry"}})
                  .affects(Effect::kRules),
-             field<&CollisionObject::shape>(4, "shape")
+             field<&T::shape>(4, "shape")
                  .oneOf({{CollisionObject::kTriangles, "triangles"},
                          {CollisionObject::kHull, "hull"},
                          {CollisionObject::kHeightField, "heightfield"},
@@ -82,19 +82,19 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kDistanceField, "distance-field"},
                          {CollisionObject::kFreeform, "freeform"}})
                  .affects(Effect::kRules),
-             field<&CollisionObject::layers>(5, "layers").affects(Effect::kRules),
-             field<&CollisionObject::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
-             field<&CollisionObject::restitution>(7, "restitution").between(0, 1).affects(Effect::kTerms),
-             field<&CollisionObject::friction>(8, "friction").between(0, 1e3).affects(Effect::kTerms),
-             field<&CollisionObject::velocity>(9, "velocity")
+             field<&T::layers>(5, "layers").affects(Effect::kRules),
+             field<&T::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
+             field<&T::restitution>(7, "restitution").between(0, 1).affects(Effect::kTerms),
+             field<&T::friction>(8, "friction").between(0, 1e3).affects(Effect::kTerms),
+             field<&T::velocity>(9, "velocity")
                  .unit(Unit::kWorldPerSecond)
                  .between(-CollisionObject::kFastest, CollisionObject::kFastest)
                  .affects(Effect::kTerms),
-             field<&CollisionObject::spin>(10, "spin")
+             field<&T::spin>(10, "spin")
                  .unit(Unit::kRadianPerSecond)
                  .between(-CollisionObject::kFastest, CollisionObject::kFastest)
                  .affects(Effect::kTerms),
-             field<&CollisionObject::volume>(11, "volume")
+             field<&T::volume>(11, "volume")
                  .oneOf({{CollisionObject::kAuto, "auto"},
                          {CollisionObject::kSphere, "sphere"},
                          {CollisionObject::kAabb, "aabb"},
@@ -104,12 +104,13 @@ inline constexpr auto kDescription<CollisionObject> =
                          {CollisionObject::kDop18, "18-dop"},
                          {CollisionObject::kDop26, "26-dop"}})
                  .affects(Effect::kRules),
-             field<&CollisionObject::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms),
-             field<&CollisionObject::level>(13, "level")
+             field<&T::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms),
+             field<&T::level>(13, "level")
                  .between(0, CollisionObject::kFinestLevel)
                  .affects(Effect::kRules),
-             field<&CollisionObject::error>(14, "error")
+             field<&T::error>(14, "error")
                  .between(0, CollisionObject::kLargestError)
                  .affects(Effect::kRules));
+};
 
 }  // namespace tessera

@@ -16,22 +16,16 @@ struct ComponentTransform {
     Quatd scaleOrientation = Quatd::Identity();  ///< axes of the scale; normalised on use, never zero
     Vec3d scale = Vec3d::Ones();
 
-    [[nodiscard]] NodePose pose() const {
-        const Mat3d axes = scaleOrientation.normalized().toRotationMatrix();
-        Affine3d matrix;
-        matrix.linear() = rotation.normalized().toRotationMatrix() * axes * scale.asDiagonal() * axes.transpose();
-        matrix.translation() = translation + center - matrix.linear() * center;
-        matrix.makeAffine();
-        return {.matrix = matrix};
-    }
+    [[nodiscard]] NodePose pose() const;
 };
 template <>
-inline constexpr auto kDescription<ComponentTransform> =
-    describe("ComponentTransform",
-             field<&ComponentTransform::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
-             field<&ComponentTransform::center>(2, "center").unit(Unit::kWorld).affects(Effect::kPose),
-             field<&ComponentTransform::rotation>(3, "rotation").affects(Effect::kPose),
-             field<&ComponentTransform::scaleOrientation>(4, "scaleOrientation").affects(Effect::kPose),
-             field<&ComponentTransform::scale>(5, "scale").affects(Effect::kPose));
+inline constexpr auto kSaid<ComponentTransform> = []<typename T>(Describing<T>) {
+    return describe("ComponentTransform",
+             field<&T::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&T::center>(2, "center").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&T::rotation>(3, "rotation").affects(Effect::kPose),
+             field<&T::scaleOrientation>(4, "scaleOrientation").affects(Effect::kPose),
+             field<&T::scale>(5, "scale").affects(Effect::kPose));
+};
 
 }  // namespace tessera

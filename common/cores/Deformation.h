@@ -27,22 +27,23 @@ struct Deformation {
     ObjectId material;  ///< a Material; none: the default material
 };
 template <>
-inline constexpr auto kDescription<Deformation> =
-    describe("Deformation", field<&Deformation::controlPoints>(1, "controlPoints").floats(3).affects(Effect::kShape),
-             field<&Deformation::pointsX>(2, "pointsX").between(2, 64).affects(Effect::kShape),
-             field<&Deformation::pointsY>(3, "pointsY").between(2, 64).affects(Effect::kShape),
-             field<&Deformation::pointsZ>(4, "pointsZ").between(2, 64).affects(Effect::kShape),
-             field<&Deformation::degreeX>(5, "degreeX").between(1, 10).affects(Effect::kShape),
-             field<&Deformation::degreeY>(6, "degreeY").between(1, 10).affects(Effect::kShape),
-             field<&Deformation::degreeZ>(7, "degreeZ").between(1, 10).affects(Effect::kShape),
-             field<&Deformation::lower>(8, "lower").between(-1e30, 1e30).affects(Effect::kShape),
-             field<&Deformation::upper>(9, "upper").between(-1e30, 1e30).affects(Effect::kShape),
-             field<&Deformation::positions>(10, "positions").floats(3).affects(Effect::kShape),
-             field<&Deformation::normals>(11, "normals").floats(3).affects(Effect::kLook),
-             field<&Deformation::colors>(12, "colors").affects(Effect::kLook),
-             field<&Deformation::texcoords>(13, "texcoords").affects(Effect::kLook),
-             field<&Deformation::indices>(14, "indices").affects(Effect::kShape),
-             field<&Deformation::texcoords1>(15, "texcoords1").affects(Effect::kLook),
-             field<&Deformation::material>(16, "material").to<Material>().affects(Effect::kLook));
+inline constexpr auto kSaid<Deformation> = []<typename T>(Describing<T>) {
+    return describe("Deformation", field<&T::controlPoints>(1, "controlPoints").floats(3).affects(Effect::kShape),
+             field<&T::pointsX>(2, "pointsX").between(2, 64).affects(Effect::kShape),
+             field<&T::pointsY>(3, "pointsY").between(2, 64).affects(Effect::kShape),
+             field<&T::pointsZ>(4, "pointsZ").between(2, 64).affects(Effect::kShape),
+             field<&T::degreeX>(5, "degreeX").between(1, 10).affects(Effect::kShape),
+             field<&T::degreeY>(6, "degreeY").between(1, 10).affects(Effect::kShape),
+             field<&T::degreeZ>(7, "degreeZ").between(1, 10).affects(Effect::kShape),
+             field<&T::lower>(8, "lower").between(-1e30, 1e30).affects(Effect::kShape),
+             field<&T::upper>(9, "upper").between(-1e30, 1e30).affects(Effect::kShape),
+             field<&T::positions>(10, "positions").floats(3).affects(Effect::kShape),
+             field<&T::normals>(11, "normals").floats(3).affects(Effect::kLook),
+             field<&T::colors>(12, "colors").affects(Effect::kLook),
+             field<&T::texcoords>(13, "texcoords").affects(Effect::kLook),
+             field<&T::indices>(14, "indices").affects(Effect::kShape),
+             field<&T::texcoords1>(15, "texcoords1").affects(Effect::kLook),
+             field<&T::material>(16, "material").to(Material::kType).affects(Effect::kLook));
+};
 
 }  // namespace tessera

@@ -25,14 +25,15 @@ struct DirectionalLight {
     }
 };
 template <>
-inline constexpr auto kDescription<DirectionalLight> =
-    describe("DirectionalLight",
-             field<&DirectionalLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
-             field<&DirectionalLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
-             field<&DirectionalLight::shadows>(3, "shadows").affects(Effect::kLight),
-             field<&DirectionalLight::on>(4, "on").affects(Effect::kLight),
-             field<&DirectionalLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight),
-             field<&DirectionalLight::scope>(6, "scope").to<Node>().affects(Effect::kLight),
-             field<&DirectionalLight::outside>(7, "outside").affects(Effect::kLight));
+inline constexpr auto kSaid<DirectionalLight> = []<typename T>(Describing<T>) {
+    return describe("DirectionalLight",
+             field<&T::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&T::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
+             field<&T::shadows>(3, "shadows").affects(Effect::kLight),
+             field<&T::on>(4, "on").affects(Effect::kLight),
+             field<&T::beacon>(5, "beacon").to(Node::kType).affects(Effect::kLight),
+             field<&T::scope>(6, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::outside>(7, "outside").affects(Effect::kLight));
+};
 
 }  // namespace tessera

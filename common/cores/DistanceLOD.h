@@ -23,13 +23,14 @@ struct DistanceLOD {
     double hysteresis = 0.1;
 };
 template <>
-inline constexpr auto kDescription<DistanceLOD> =
-    describe("DistanceLOD", field<&DistanceLOD::ranges>(1, "ranges").doublesEach(1).affects(Effect::kVisibility | Effect::kView),
-             field<&DistanceLOD::measure>(2, "measure")
+inline constexpr auto kSaid<DistanceLOD> = []<typename T>(Describing<T>) {
+    return describe("DistanceLOD", field<&T::ranges>(1, "ranges").doublesEach(1).affects(Effect::kVisibility | Effect::kView),
+             field<&T::measure>(2, "measure")
                  .oneOf({{DistanceLOD::kDistance, "distance"}, {DistanceLOD::kSize, "size"}})
                  .affects(Effect::kVisibility | Effect::kView),
-             field<&DistanceLOD::center>(3, "center").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kVisibility | Effect::kView),
-             field<&DistanceLOD::radius>(4, "radius").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kVisibility | Effect::kView),
-             field<&DistanceLOD::hysteresis>(5, "hysteresis").between(0, 0.9).affects(Effect::kVisibility | Effect::kView));
+             field<&T::center>(3, "center").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kVisibility | Effect::kView),
+             field<&T::radius>(4, "radius").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kVisibility | Effect::kView),
+             field<&T::hysteresis>(5, "hysteresis").between(0, 0.9).affects(Effect::kVisibility | Effect::kView));
+};
 
 }  // namespace tessera

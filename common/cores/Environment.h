@@ -22,15 +22,16 @@ struct Environment {
     bool showImage = false;  ///< where nothing is the image is seen, not `background`
 };
 template <>
-inline constexpr auto kDescription<Environment> =
-    describe("Environment",
-             field<&Environment::sky>(1, "sky").atLeast(0).affects(Effect::kLight),
-             field<&Environment::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
-             field<&Environment::background>(3, "background").atLeast(0).affects(Effect::kLight),
-             field<&Environment::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
-             field<&Environment::image>(5, "image").to<Image>().affects(Effect::kLight),
-             field<&Environment::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
-             field<&Environment::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
-             field<&Environment::showImage>(8, "showImage").affects(Effect::kLight));
+inline constexpr auto kSaid<Environment> = []<typename T>(Describing<T>) {
+    return describe("Environment",
+             field<&T::sky>(1, "sky").atLeast(0).affects(Effect::kLight),
+             field<&T::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
+             field<&T::background>(3, "background").atLeast(0).affects(Effect::kLight),
+             field<&T::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
+             field<&T::image>(5, "image").to(Image::kType).affects(Effect::kLight),
+             field<&T::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
+             field<&T::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
+             field<&T::showImage>(8, "showImage").affects(Effect::kLight));
+};
 
 }  // namespace tessera

@@ -33,15 +33,15 @@ struct Geometry {
     Blob lengths;
 };
 template <>
-inline constexpr auto kDescription<Geometry> =
-    describe("Geometry",
-             field<&Geometry::positions>(1, "positions").floats(3).affects(Effect::kShape),
-             field<&Geometry::normals>(2, "normals").floats(3).affects(Effect::kLook),
-             field<&Geometry::colors>(3, "colors").affects(Effect::kLook),
-             field<&Geometry::texcoords>(4, "texcoords").floats(2).affects(Effect::kLook),
-             field<&Geometry::indices>(5, "indices").affects(Effect::kShape),
-             field<&Geometry::material>(6, "material").to<Material>().affects(Effect::kLook),
-             field<&Geometry::primitive>(7, "primitive")
+inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
+    return describe("Geometry",
+             field<&T::positions>(1, "positions").floats(3).affects(Effect::kShape),
+             field<&T::normals>(2, "normals").floats(3).affects(Effect::kLook),
+             field<&T::colors>(3, "colors").affects(Effect::kLook),
+             field<&T::texcoords>(4, "texcoords").floats(2).affects(Effect::kLook),
+             field<&T::indices>(5, "indices").affects(Effect::kShape),
+             field<&T::material>(6, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::primitive>(7, "primitive")
                  .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"},
                          {Geometry::kLineStrip, "line-strips"},
                          {Geometry::kLineLoop, "line-loops"},
@@ -51,9 +51,10 @@ inline constexpr auto kDescription<Geometry> =
                          {Geometry::kQuadStrip, "quad-strips"},
                          {Geometry::kPolygons, "polygons"}})
                  .affects(Effect::kShape),
-             field<&Geometry::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
-             field<&Geometry::texcoords1>(9, "texcoords1").floats(2).affects(Effect::kLook),
-             field<&Geometry::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook),
-             field<&Geometry::lengths>(11, "lengths").affects(Effect::kShape));
+             field<&T::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
+             field<&T::texcoords1>(9, "texcoords1").floats(2).affects(Effect::kLook),
+             field<&T::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook),
+             field<&T::lengths>(11, "lengths").affects(Effect::kShape));
+};
 
 }  // namespace tessera

@@ -10,6 +10,8 @@ struct Group {
     static constexpr ObjectType kType{2};
 };
 template <>
-inline constexpr auto kDescription<Group> = describe("Group");
+inline constexpr auto kSaid<Group> = []<typename T>(Describing<T>) {
+    return describe("Group");
+};
 
 }  // namespace tessera

@@ -42,21 +42,21 @@ struct Image {
     static constexpr double kMaxSidePx = 65536;
 };
 template <>
-inline constexpr auto kDescription<Image> =
-    describe("Image",
-             field<&Image::pixels>(1, "pixels").affects(Effect::kLook),
-             field<&Image::widthPx>(2, "widthPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
-             field<&Image::heightPx>(3, "heightPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
-             field<&Image::wrapU>(4, "wrapU")
+inline constexpr auto kSaid<Image> = []<typename T>(Describing<T>) {
+    return describe("Image",
+             field<&T::pixels>(1, "pixels").affects(Effect::kLook),
+             field<&T::widthPx>(2, "widthPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
+             field<&T::heightPx>(3, "heightPx").unit(Unit::kPixel).between(0, Image::kMaxSidePx).affects(Effect::kLook),
+             field<&T::wrapU>(4, "wrapU")
                  .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
                  .affects(Effect::kLook),
-             field<&Image::wrapV>(5, "wrapV")
+             field<&T::wrapV>(5, "wrapV")
                  .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
                  .affects(Effect::kLook),
-             field<&Image::magnification>(6, "magnification")
+             field<&T::magnification>(6, "magnification")
                  .oneOf({{Image::kLinear, "linear"}, {Image::kNearest, "nearest"}})
                  .affects(Effect::kLook),
-             field<&Image::minification>(7, "minification")
+             field<&T::minification>(7, "minification")
                  .oneOf({{Image::kTrilinear, "trilinear"},
                          {Image::kNearestAlone, "nearest"},
                          {Image::kLinearAlone, "linear"},
@@ -64,11 +64,11 @@ inline constexpr auto kDescription<Image> =
                          {Image::kLinearOfNearest, "linear-mipmap-nearest"},
                          {Image::kNearestOfTwo, "nearest-mipmap-linear"}})
                  .affects(Effect::kLook),
-             field<&Image::texcoordSet>(8, "texcoordSet").between(0, 1).affects(Effect::kLook),
-             field<&Image::offset>(9, "offset").between(-1e6, 1e6).affects(Effect::kLook),
-             field<&Image::scale>(10, "scale").between(-1e6, 1e6).affects(Effect::kLook),
-             field<&Image::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook),
-             field<&Image::encoding>(12, "encoding")
+             field<&T::texcoordSet>(8, "texcoordSet").between(0, 1).affects(Effect::kLook),
+             field<&T::offset>(9, "offset").between(-1e6, 1e6).affects(Effect::kLook),
+             field<&T::scale>(10, "scale").between(-1e6, 1e6).affects(Effect::kLook),
+             field<&T::rotation>(11, "rotation").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLook),
+             field<&T::encoding>(12, "encoding")
                  .oneOf({{Image::kSrgb, "srgb"},
                          {Image::kRgbe, "rgbe"},
                          {Image::kBc1, "bc1"},
@@ -79,14 +79,15 @@ inline constexpr auto kDescription<Image> =
                          {Image::kBc6h, "bc6h"},
                          {Image::kBc7, "bc7"}})
                  .affects(Effect::kLook),
-             field<&Image::shape>(13, "shape")
+             field<&T::shape>(13, "shape")
                  .oneOf({{Image::kFlat, "flat"}, {Image::kLine, "line"}, {Image::kSolid, "solid"}, {Image::kCube, "cube"}})
                  .affects(Effect::kLook),
-             field<&Image::depthPx>(14, "depthPx").unit(Unit::kPixel).between(1, 4096).affects(Effect::kLook),
-             field<&Image::mipmaps>(15, "mipmaps").between(1, 17).affects(Effect::kLook),
-             field<&Image::wrapW>(16, "wrapW")
+             field<&T::depthPx>(14, "depthPx").unit(Unit::kPixel).between(1, 4096).affects(Effect::kLook),
+             field<&T::mipmaps>(15, "mipmaps").between(1, 17).affects(Effect::kLook),
+             field<&T::wrapW>(16, "wrapW")
                  .oneOf({{Image::kRepeat, "repeat"}, {Image::kClamp, "clamp"}, {Image::kMirror, "mirror"}})
                  .affects(Effect::kLook))
         .notACore();
+};
 
 }  // namespace tessera

@@ -24,19 +24,20 @@ struct Inline : LoadWords {
     std::string problem;  ///< of kFailed: why
 };
 template <>
-inline constexpr auto kDescription<Inline> =
-    describe("Inline", field<&Inline::file>(1, "file").affects(Effect::kTime),
-             field<&Inline::load>(2, "load")
+inline constexpr auto kSaid<Inline> = []<typename T>(Describing<T>) {
+    return describe("Inline", field<&T::file>(1, "file").affects(Effect::kTime),
+             field<&T::load>(2, "load")
                  .oneOf({{LoadWords::kAtOnce, "at-once"}, {LoadWords::kNear, "near"}, {LoadWords::kByHand, "by-hand"}})
                  .affects(Effect::kTime),
-             field<&Inline::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
-             field<&Inline::wanted>(4, "wanted").affects(Effect::kTime),
-             field<&Inline::state>(5, "state")
+             field<&T::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
+             field<&T::wanted>(4, "wanted").affects(Effect::kTime),
+             field<&T::state>(5, "state")
                  .oneOf({{LoadWords::kWaiting, "waiting"},
                          {LoadWords::kLoading, "loading"},
                          {LoadWords::kThere, "there"},
                          {LoadWords::kFailed, "failed"}})
                  .affects(Effect::kTime),
-             field<&Inline::problem>(6, "problem").affects(Effect::kTime));
+             field<&T::problem>(6, "problem").affects(Effect::kTime));
+};
 
 }  // namespace tessera

@@ -35,11 +35,11 @@ struct Interest {
     std::int64_t patience = 12;  ///< of kAsk: frames until the question goes unanswered
 };
 template <>
-inline constexpr auto kDescription<Interest> =
-    describe("Interest",
-             field<&Interest::object>(1, "object").to<Node>().affects(Effect::kRules),
-             field<&Interest::against>(2, "against").to<Node>().affects(Effect::kRules),
-             field<&Interest::response>(3, "response")
+inline constexpr auto kSaid<Interest> = []<typename T>(Describing<T>) {
+    return describe("Interest",
+             field<&T::object>(1, "object").to(Node::kType).affects(Effect::kRules),
+             field<&T::against>(2, "against").to(Node::kType).affects(Effect::kRules),
+             field<&T::response>(3, "response")
                  .oneOf({{Interest::kReport, "report"},
                          {Interest::kStop, "stop"},
                          {Interest::kSlide, "slide"},
@@ -47,8 +47,8 @@ inline constexpr auto kDescription<Interest> =
                          {Interest::kRollback, "rollback"},
                          {Interest::kAsk, "ask"}})
                  .affects(Effect::kTerms),
-             field<&Interest::enabled>(4, "enabled").affects(Effect::kRules),
-             field<&Interest::mode>(5, "mode")
+             field<&T::enabled>(4, "enabled").affects(Effect::kRules),
+             field<&T::mode>(5, "mode")
                  .oneOf({{Interest::kPseudoDynamic, "pseudo-dynamic"},
                          {Interest::kStatic, "static"},
                          {Interest::kDynamic, "dynamic"},
@@ -56,18 +56,19 @@ inline constexpr auto kDescription<Interest> =
                          {Interest::kIgnore, "ignore"},
                          {Interest::kSelf, "self"}})
                  .affects(Effect::kRules),
-             field<&Interest::detail>(6, "detail")
+             field<&T::detail>(6, "detail")
                  .between(Interest::kYesOrNo, 1e6)
                  .named({{Interest::kYesOrNo, "yes-or-no"}, {Interest::kAllFaces, "all"}})
                  .affects(Effect::kTerms),
-             field<&Interest::objectLayers>(7, "objectLayers").affects(Effect::kRules),
-             field<&Interest::againstLayers>(8, "againstLayers").affects(Effect::kRules),
-             field<&Interest::threshold>(9, "threshold").unit(Unit::kWorld).between(0, 1e12).affects(Effect::kTerms),
-             field<&Interest::show>(10, "show")
+             field<&T::objectLayers>(7, "objectLayers").affects(Effect::kRules),
+             field<&T::againstLayers>(8, "againstLayers").affects(Effect::kRules),
+             field<&T::threshold>(9, "threshold").unit(Unit::kWorld).between(0, 1e12).affects(Effect::kTerms),
+             field<&T::show>(10, "show")
                  .flags({{Interest::kShowPoints, "points"},
                          {Interest::kShowNormals, "normals"},
                          {Interest::kShowFaces, "faces"}})
                  .affects(Effect::kTerms),
-             field<&Interest::patience>(11, "patience").unit(Unit::kFrame).between(0, 1e6).affects(Effect::kTerms));
+             field<&T::patience>(11, "patience").unit(Unit::kFrame).between(0, 1e6).affects(Effect::kTerms));
+};
 
 }  // namespace tessera

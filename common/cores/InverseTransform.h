@@ -10,9 +10,11 @@ namespace tessera {
 struct InverseTransform {
     static constexpr ObjectType kType{17};
 
-    [[nodiscard]] NodePose pose() const { return {.absolute = true}; }
+    [[nodiscard]] NodePose pose() const;
 };
 template <>
-inline constexpr auto kDescription<InverseTransform> = describe("InverseTransform");
+inline constexpr auto kSaid<InverseTransform> = []<typename T>(Describing<T>) {
+    return describe("InverseTransform");
+};
 
 }  // namespace tessera

@@ -19,9 +19,9 @@ struct Manipulator {
     std::int64_t held = 0;  ///< written by the server: which handle somebody drags; 0: none
 };
 template <>
-inline constexpr auto kDescription<Manipulator> =
-    describe("Manipulator", field<&Manipulator::target>(1, "target").to<Node>().affects(Effect::kTime),
-             field<&Manipulator::kind>(2, "kind")
+inline constexpr auto kSaid<Manipulator> = []<typename T>(Describing<T>) {
+    return describe("Manipulator", field<&T::target>(1, "target").to(Node::kType).affects(Effect::kTime),
+             field<&T::kind>(2, "kind")
                  .oneOf({{Manipulator::kMove, "move"},
                          {Manipulator::kRotate, "rotate"},
                          {Manipulator::kScale, "scale"},
@@ -34,9 +34,10 @@ inline constexpr auto kDescription<Manipulator> =
                          {Manipulator::kDirectionalLight, "directional-light"},
                          {Manipulator::kSpotLight, "spot-light"}})
                  .affects(Effect::kTime),
-             field<&Manipulator::size>(3, "size").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
-             field<&Manipulator::snap>(4, "snap").between(0, 1e30).affects(Effect::kTime),
-             field<&Manipulator::world>(5, "world").affects(Effect::kTime),
-             field<&Manipulator::held>(6, "held").between(0, 255).affects(Effect::kTime));
+             field<&T::size>(3, "size").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
+             field<&T::snap>(4, "snap").between(0, 1e30).affects(Effect::kTime),
+             field<&T::world>(5, "world").affects(Effect::kTime),
+             field<&T::held>(6, "held").between(0, 255).affects(Effect::kTime));
+};
 
 }  // namespace tessera

@@ -58,49 +58,50 @@ struct Material {
     static constexpr std::size_t kMostLayers = 4, kMostPasses = 4, kMostUniforms = 16;
 };
 template <>
-inline constexpr auto kDescription<Material> =
-    describe("Material",
-             field<&Material::baseColor>(1, "baseColor").affects(Effect::kLook),
-             field<&Material::metallic>(2, "metallic").affects(Effect::kLook),
-             field<&Material::roughness>(3, "roughness").affects(Effect::kLook),
-             field<&Material::emissive>(4, "emissive").affects(Effect::kLook),
-             field<&Material::baseColorImage>(5, "baseColorImage").to<Image>().affects(Effect::kLook),
-             field<&Material::doubleSided>(6, "doubleSided").affects(Effect::kLook),
-             field<&Material::alphaMode>(7, "alphaMode")
+inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
+    return describe("Material",
+             field<&T::baseColor>(1, "baseColor").affects(Effect::kLook),
+             field<&T::metallic>(2, "metallic").affects(Effect::kLook),
+             field<&T::roughness>(3, "roughness").affects(Effect::kLook),
+             field<&T::emissive>(4, "emissive").affects(Effect::kLook),
+             field<&T::baseColorImage>(5, "baseColorImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::doubleSided>(6, "doubleSided").affects(Effect::kLook),
+             field<&T::alphaMode>(7, "alphaMode")
                  .oneOf({{Material::kAutoAlpha, "auto"},
                          {Material::kOpaque, "opaque"},
                          {Material::kMask, "mask"},
                          {Material::kBlend, "blend"}})
                  .affects(Effect::kLook),
-             field<&Material::alphaCutoff>(8, "alphaCutoff").between(0, 1e6).affects(Effect::kLook),
-             field<&Material::metallicRoughnessImage>(9, "metallicRoughnessImage").to<Image>().affects(Effect::kLook),
-             field<&Material::normalImage>(10, "normalImage").to<Image>().affects(Effect::kLook),
-             field<&Material::normalScale>(11, "normalScale").between(-1e3, 1e3).affects(Effect::kLook),
-             field<&Material::occlusionImage>(12, "occlusionImage").to<Image>().affects(Effect::kLook),
-             field<&Material::occlusionStrength>(13, "occlusionStrength").between(0, 1).affects(Effect::kLook),
-             field<&Material::emissiveImage>(14, "emissiveImage").to<Image>().affects(Effect::kLook),
-             field<&Material::unlit>(15, "unlit").affects(Effect::kLook),
-             field<&Material::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
-             field<&Material::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
-             field<&Material::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook),
-             field<&Material::shading>(19, "shading")
+             field<&T::alphaCutoff>(8, "alphaCutoff").between(0, 1e6).affects(Effect::kLook),
+             field<&T::metallicRoughnessImage>(9, "metallicRoughnessImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::normalImage>(10, "normalImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::normalScale>(11, "normalScale").between(-1e3, 1e3).affects(Effect::kLook),
+             field<&T::occlusionImage>(12, "occlusionImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::occlusionStrength>(13, "occlusionStrength").between(0, 1).affects(Effect::kLook),
+             field<&T::emissiveImage>(14, "emissiveImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::unlit>(15, "unlit").affects(Effect::kLook),
+             field<&T::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
+             field<&T::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
+             field<&T::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook),
+             field<&T::shading>(19, "shading")
                  .oneOf({{Material::kMetalRoughness, "metal-roughness"}, {Material::kPhong, "phong"}})
                  .affects(Effect::kLook),
-             field<&Material::specular>(20, "specular").between(0, 1e3).affects(Effect::kLook),
-             field<&Material::specularColor>(21, "specularColor").between(0, 1e3).affects(Effect::kLook),
-             field<&Material::shininess>(22, "shininess").between(0, 1e4).affects(Effect::kLook),
-             field<&Material::ior>(23, "ior").between(1, 100).affects(Effect::kLook),
-             field<&Material::fill>(24, "fill")
+             field<&T::specular>(20, "specular").between(0, 1e3).affects(Effect::kLook),
+             field<&T::specularColor>(21, "specularColor").between(0, 1e3).affects(Effect::kLook),
+             field<&T::shininess>(22, "shininess").between(0, 1e4).affects(Effect::kLook),
+             field<&T::ior>(23, "ior").between(1, 100).affects(Effect::kLook),
+             field<&T::fill>(24, "fill")
                  .oneOf({{Material::kFilled, "filled"}, {Material::kEdges, "edges"}, {Material::kCorners, "corners"}})
                  .affects(Effect::kLook),
-             field<&Material::lineWidth>(25, "lineWidth").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
-             field<&Material::pointSize>(26, "pointSize").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
-             field<&Material::layers>(27, "layers").to<TextureLayer>().affects(Effect::kLook),
-             field<&Material::passes>(28, "passes").to<Material>().affects(Effect::kLook),
-             field<&Material::program>(29, "program").to<SurfaceProgram>().affects(Effect::kLook),
-             field<&Material::uniforms>(30, "uniforms").to<Uniform>().affects(Effect::kLook),
-             field<&Material::coarser>(31, "coarser").to<Material>().affects(Effect::kLook),
-             field<&Material::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook))
+             field<&T::lineWidth>(25, "lineWidth").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&T::pointSize>(26, "pointSize").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&T::layers>(27, "layers").to(TextureLayer::kType).affects(Effect::kLook),
+             field<&T::passes>(28, "passes").to(Material::kType).affects(Effect::kLook),
+             field<&T::program>(29, "program").to(SurfaceProgram::kType).affects(Effect::kLook),
+             field<&T::uniforms>(30, "uniforms").to(Uniform::kType).affects(Effect::kLook),
+             field<&T::coarser>(31, "coarser").to(Material::kType).affects(Effect::kLook),
+             field<&T::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook))
         .notACore();
+};
 
 }  // namespace tessera

@@ -16,9 +16,10 @@ struct MaterialGroup {
     bool protects = false;     ///< nobody above overrides what is below
 };
 template <>
-inline constexpr auto kDescription<MaterialGroup> =
-    describe("MaterialGroup", field<&MaterialGroup::material>(1, "material").to<Material>().affects(Effect::kLook),
-             field<&MaterialGroup::overrides>(2, "override").affects(Effect::kLook),
-             field<&MaterialGroup::protects>(3, "protect").affects(Effect::kLook));
+inline constexpr auto kSaid<MaterialGroup> = []<typename T>(Describing<T>) {
+    return describe("MaterialGroup", field<&T::material>(1, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::overrides>(2, "override").affects(Effect::kLook),
+             field<&T::protects>(3, "protect").affects(Effect::kLook));
+};
 
 }  // namespace tessera

@@ -20,14 +20,15 @@ struct Motion {
     double time = 0.0;
 };
 template <>
-inline constexpr auto kDescription<Motion> =
-    describe("Motion",
-             field<&Motion::target>(1, "target").to<Transform>().affects(Effect::kTime),
-             field<&Motion::keys>(2, "keys").affects(Effect::kTime),
-             field<&Motion::mode>(3, "mode")
+inline constexpr auto kSaid<Motion> = []<typename T>(Describing<T>) {
+    return describe("Motion",
+             field<&T::target>(1, "target").to(Transform::kType).affects(Effect::kTime),
+             field<&T::keys>(2, "keys").affects(Effect::kTime),
+             field<&T::mode>(3, "mode")
                  .oneOf({{Motion::kOnce, "once"}, {Motion::kLoop, "loop"}, {Motion::kPingPong, "ping-pong"}})
                  .affects(Effect::kTime),
-             field<&Motion::playing>(4, "playing").affects(Effect::kTime),
-             field<&Motion::time>(5, "time").unit(Unit::kSecond).affects(Effect::kTime));
+             field<&T::playing>(4, "playing").affects(Effect::kTime),
+             field<&T::time>(5, "time").unit(Unit::kSecond).affects(Effect::kTime));
+};
 
 }  // namespace tessera

@@ -20,12 +20,13 @@ struct Movie {
     std::string problem;  ///< written by the server: why nothing is shown; empty: all is well
 };
 template <>
-inline constexpr auto kDescription<Movie> =
-    describe("Movie", field<&Movie::image>(1, "image").to<Image>().affects(Effect::kTime), field<&Movie::file>(2, "file").affects(Effect::kTime),
-             field<&Movie::playing>(3, "playing").affects(Effect::kTime),
-             field<&Movie::time>(4, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
-             field<&Movie::speed>(5, "speed").between(-1e6, 1e6).affects(Effect::kTime),
-             field<&Movie::mode>(6, "mode").oneOf({{Movie::kOnce, "once"}, {Movie::kLoop, "loop"}}).affects(Effect::kTime),
-             field<&Movie::problem>(7, "problem").affects(Effect::kTime));
+inline constexpr auto kSaid<Movie> = []<typename T>(Describing<T>) {
+    return describe("Movie", field<&T::image>(1, "image").to(Image::kType).affects(Effect::kTime), field<&T::file>(2, "file").affects(Effect::kTime),
+             field<&T::playing>(3, "playing").affects(Effect::kTime),
+             field<&T::time>(4, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
+             field<&T::speed>(5, "speed").between(-1e6, 1e6).affects(Effect::kTime),
+             field<&T::mode>(6, "mode").oneOf({{Movie::kOnce, "once"}, {Movie::kLoop, "loop"}}).affects(Effect::kTime),
+             field<&T::problem>(7, "problem").affects(Effect::kTime));
+};
 
 }  // namespace tessera

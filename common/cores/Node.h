@@ -21,12 +21,13 @@ struct Node {
     ChildList children;
 };
 template <>
-inline constexpr auto kDescription<Node> =
-    describe("Node",
-             field<&Node::name>(1, "name").affects(Effect::kName),
-             field<&Node::core>(2, "core").affects(Effect::kStructure),
-             field<&Node::levels>(3, "levels").affects(Effect::kVisibility),
-             field<&Node::ofServer>(4, "ofServer").affects(Effect::kStructure))
+inline constexpr auto kSaid<Node> = []<typename T>(Describing<T>) {
+    return describe("Node",
+             field<&T::name>(1, "name").affects(Effect::kName),
+             field<&T::core>(2, "core").affects(Effect::kStructure),
+             field<&T::levels>(3, "levels").affects(Effect::kVisibility),
+             field<&T::ofServer>(4, "ofServer").affects(Effect::kStructure))
         .notACore();
+};
 
 }  // namespace tessera

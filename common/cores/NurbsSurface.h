@@ -31,21 +31,22 @@ struct NurbsSurfaceCore {
     double screenError = 0.5;
 };
 template <>
-inline constexpr auto kDescription<NurbsSurfaceCore> =
-    describe("NurbsSurface", field<&NurbsSurfaceCore::degreeU>(1, "degreeU").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::degreeV>(2, "degreeV").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::knotsU>(3, "knotsU").doublesEach(1).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::knotsV>(4, "knotsV").doublesEach(1).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::points>(5, "points").doublesEach(3).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::weights>(6, "weights").doublesEach(1).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::range>(7, "range").doublesEach(1).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::loops>(8, "loops").affects(Effect::kShape),
-             field<&NurbsSurfaceCore::curves>(9, "curves").affects(Effect::kShape),
-             field<&NurbsSurfaceCore::curveKnots>(10, "curveKnots").doublesEach(1).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::curvePoints>(11, "curvePoints").doublesEach(3).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::curveRanges>(12, "curveRanges").doublesEach(2).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::tolerance>(13, "tolerance").between(0, 1e12).affects(Effect::kShape),
-             field<&NurbsSurfaceCore::material>(14, "material").to<Material>().affects(Effect::kLook),
-             field<&NurbsSurfaceCore::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
+inline constexpr auto kSaid<NurbsSurfaceCore> = []<typename T>(Describing<T>) {
+    return describe("NurbsSurface", field<&T::degreeU>(1, "degreeU").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
+             field<&T::degreeV>(2, "degreeV").between(1, NurbsSurfaceCore::kHighestDegree).affects(Effect::kShape),
+             field<&T::knotsU>(3, "knotsU").doublesEach(1).affects(Effect::kShape),
+             field<&T::knotsV>(4, "knotsV").doublesEach(1).affects(Effect::kShape),
+             field<&T::points>(5, "points").doublesEach(3).affects(Effect::kShape),
+             field<&T::weights>(6, "weights").doublesEach(1).affects(Effect::kShape),
+             field<&T::range>(7, "range").doublesEach(1).affects(Effect::kShape),
+             field<&T::loops>(8, "loops").affects(Effect::kShape),
+             field<&T::curves>(9, "curves").affects(Effect::kShape),
+             field<&T::curveKnots>(10, "curveKnots").doublesEach(1).affects(Effect::kShape),
+             field<&T::curvePoints>(11, "curvePoints").doublesEach(3).affects(Effect::kShape),
+             field<&T::curveRanges>(12, "curveRanges").doublesEach(2).affects(Effect::kShape),
+             field<&T::tolerance>(13, "tolerance").between(0, 1e12).affects(Effect::kShape),
+             field<&T::material>(14, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
+};
 
 }  // namespace tessera

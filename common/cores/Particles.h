@@ -28,20 +28,21 @@ struct Particles {
     ObjectId material;
 };
 template <>
-inline constexpr auto kDescription<Particles> =
-    describe("Particles", field<&Particles::positions>(1, "positions").floats(3).affects(Effect::kShape),
-             field<&Particles::tails>(2, "tails").floats(3).affects(Effect::kShape),
-             field<&Particles::colors>(3, "colors").affects(Effect::kLook),
-             field<&Particles::sizes>(4, "sizes").floats(1).affects(Effect::kShape),
-             field<&Particles::ages>(5, "ages").floats(1).affects(Effect::kShape),
-             field<&Particles::turns>(6, "turns").floats(1).affects(Effect::kShape),
-             field<&Particles::ageColors>(7, "ageColors").affects(Effect::kLook),
-             field<&Particles::ageSizes>(8, "ageSizes").floats(1).affects(Effect::kShape),
-             field<&Particles::mode>(9, "mode")
+inline constexpr auto kSaid<Particles> = []<typename T>(Describing<T>) {
+    return describe("Particles", field<&T::positions>(1, "positions").floats(3).affects(Effect::kShape),
+             field<&T::tails>(2, "tails").floats(3).affects(Effect::kShape),
+             field<&T::colors>(3, "colors").affects(Effect::kLook),
+             field<&T::sizes>(4, "sizes").floats(1).affects(Effect::kShape),
+             field<&T::ages>(5, "ages").floats(1).affects(Effect::kShape),
+             field<&T::turns>(6, "turns").floats(1).affects(Effect::kShape),
+             field<&T::ageColors>(7, "ageColors").affects(Effect::kLook),
+             field<&T::ageSizes>(8, "ageSizes").floats(1).affects(Effect::kShape),
+             field<&T::mode>(9, "mode")
                  .oneOf({{Particles::kPoints, "points"}, {Particles::kLines, "lines"}, {Particles::kQuads, "quads"}})
                  .affects(Effect::kShape),
-             field<&Particles::size>(10, "size").between(0, 1e12).affects(Effect::kShape),
-             field<&Particles::sorted>(11, "sorted").affects(Effect::kLook),
-             field<&Particles::material>(12, "material").to<Material>().affects(Effect::kLook));
+             field<&T::size>(10, "size").between(0, 1e12).affects(Effect::kShape),
+             field<&T::sorted>(11, "sorted").affects(Effect::kLook),
+             field<&T::material>(12, "material").to(Material::kType).affects(Effect::kLook));
+};
 
 }  // namespace tessera

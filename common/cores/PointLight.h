@@ -26,15 +26,16 @@ struct PointLight {
     }
 };
 template <>
-inline constexpr auto kDescription<PointLight> =
-    describe("PointLight",
-             field<&PointLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
-             field<&PointLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
-             field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
-             field<&PointLight::on>(4, "on").affects(Effect::kLight),
-             field<&PointLight::beacon>(5, "beacon").to<Node>().affects(Effect::kLight),
-             field<&PointLight::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight),
-             field<&PointLight::scope>(7, "scope").to<Node>().affects(Effect::kLight),
-             field<&PointLight::outside>(8, "outside").affects(Effect::kLight));
+inline constexpr auto kSaid<PointLight> = []<typename T>(Describing<T>) {
+    return describe("PointLight",
+             field<&T::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&T::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
+             field<&T::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
+             field<&T::on>(4, "on").affects(Effect::kLight),
+             field<&T::beacon>(5, "beacon").to(Node::kType).affects(Effect::kLight),
+             field<&T::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight),
+             field<&T::scope>(7, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::outside>(8, "outside").affects(Effect::kLight));
+};
 
 }  // namespace tessera

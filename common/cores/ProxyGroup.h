@@ -20,23 +20,24 @@ struct ProxyGroup : LoadWords {
     std::string problem;
 };
 template <>
-inline constexpr auto kDescription<ProxyGroup> =
-    describe("ProxyGroup", field<&ProxyGroup::file>(1, "file").affects(Effect::kTime),
-             field<&ProxyGroup::load>(2, "load")
+inline constexpr auto kSaid<ProxyGroup> = []<typename T>(Describing<T>) {
+    return describe("ProxyGroup", field<&T::file>(1, "file").affects(Effect::kTime),
+             field<&T::load>(2, "load")
                  .oneOf({{LoadWords::kAtOnce, "at-once"}, {LoadWords::kNear, "near"}, {LoadWords::kByHand, "by-hand"}})
                  .affects(Effect::kTime),
-             field<&ProxyGroup::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
-             field<&ProxyGroup::wanted>(4, "wanted").affects(Effect::kTime),
-             field<&ProxyGroup::lower>(5, "lower").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape | Effect::kView),
-             field<&ProxyGroup::upper>(6, "upper").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape | Effect::kView),
-             field<&ProxyGroup::nodes>(7, "nodes").between(0, 1e15).affects(Effect::kView),
-             field<&ProxyGroup::triangles>(8, "triangles").between(0, 1e15).affects(Effect::kView),
-             field<&ProxyGroup::state>(9, "state")
+             field<&T::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
+             field<&T::wanted>(4, "wanted").affects(Effect::kTime),
+             field<&T::lower>(5, "lower").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape | Effect::kView),
+             field<&T::upper>(6, "upper").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape | Effect::kView),
+             field<&T::nodes>(7, "nodes").between(0, 1e15).affects(Effect::kView),
+             field<&T::triangles>(8, "triangles").between(0, 1e15).affects(Effect::kView),
+             field<&T::state>(9, "state")
                  .oneOf({{LoadWords::kWaiting, "waiting"},
                          {LoadWords::kLoading, "loading"},
                          {LoadWords::kThere, "there"},
                          {LoadWords::kFailed, "failed"}})
                  .affects(Effect::kTime | Effect::kShape),
-             field<&ProxyGroup::problem>(10, "problem").affects(Effect::kTime));
+             field<&T::problem>(10, "problem").affects(Effect::kTime));
+};
 
 }  // namespace tessera

@@ -31,21 +31,22 @@ struct Skin {
     ObjectId material;    ///< a Material; none: the default material
 };
 template <>
-inline constexpr auto kDescription<Skin> =
-    describe("Skin", field<&Skin::pose>(1, "pose").floats(12).affects(Effect::kShape),
-             field<&Skin::weights>(2, "weights").floats(1).affects(Effect::kShape),
-             field<&Skin::positions>(3, "positions").floats(3).affects(Effect::kShape),
-             field<&Skin::normals>(4, "normals").floats(3).affects(Effect::kLook),
-             field<&Skin::colors>(5, "colors").affects(Effect::kLook),
-             field<&Skin::texcoords>(6, "texcoords").floats(2).affects(Effect::kLook),
-             field<&Skin::indices>(7, "indices").affects(Effect::kShape),
-             field<&Skin::texcoords1>(8, "texcoords1").floats(2).affects(Effect::kLook),
-             field<&Skin::jointIndices>(9, "jointIndices").affects(Effect::kShape),
-             field<&Skin::jointWeights>(10, "jointWeights").floats(4).affects(Effect::kShape),
-             field<&Skin::morphPositions>(11, "morphPositions").floats(3).affects(Effect::kShape),
-             field<&Skin::morphNormals>(12, "morphNormals").floats(3).affects(Effect::kShape),
-             field<&Skin::joints>(13, "joints").to<Node>().affects(Effect::kTime),
-             field<&Skin::inverseBinds>(14, "inverseBinds").floats(12).affects(Effect::kTime),
-             field<&Skin::material>(15, "material").to<Material>().affects(Effect::kLook));
+inline constexpr auto kSaid<Skin> = []<typename T>(Describing<T>) {
+    return describe("Skin", field<&T::pose>(1, "pose").floats(12).affects(Effect::kShape),
+             field<&T::weights>(2, "weights").floats(1).affects(Effect::kShape),
+             field<&T::positions>(3, "positions").floats(3).affects(Effect::kShape),
+             field<&T::normals>(4, "normals").floats(3).affects(Effect::kLook),
+             field<&T::colors>(5, "colors").affects(Effect::kLook),
+             field<&T::texcoords>(6, "texcoords").floats(2).affects(Effect::kLook),
+             field<&T::indices>(7, "indices").affects(Effect::kShape),
+             field<&T::texcoords1>(8, "texcoords1").floats(2).affects(Effect::kLook),
+             field<&T::jointIndices>(9, "jointIndices").affects(Effect::kShape),
+             field<&T::jointWeights>(10, "jointWeights").floats(4).affects(Effect::kShape),
+             field<&T::morphPositions>(11, "morphPositions").floats(3).affects(Effect::kShape),
+             field<&T::morphNormals>(12, "morphNormals").floats(3).affects(Effect::kShape),
+             field<&T::joints>(13, "joints").to(Node::kType).affects(Effect::kTime),
+             field<&T::inverseBinds>(14, "inverseBinds").floats(12).affects(Effect::kTime),
+             field<&T::material>(15, "material").to(Material::kType).affects(Effect::kLook));
+};
 
 }  // namespace tessera

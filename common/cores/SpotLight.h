@@ -39,18 +39,19 @@ struct SpotLight {
     }
 };
 template <>
-inline constexpr auto kDescription<SpotLight> =
-    describe("SpotLight",
-             field<&SpotLight::color>(1, "color").atLeast(0).affects(Effect::kLight),
-             field<&SpotLight::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
-             field<&SpotLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
-             field<&SpotLight::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
-             field<&SpotLight::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
-             field<&SpotLight::shadows>(6, "shadows").affects(Effect::kLight),
-             field<&SpotLight::on>(7, "on").affects(Effect::kLight),
-             field<&SpotLight::beacon>(8, "beacon").to<Node>().affects(Effect::kLight),
-             field<&SpotLight::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight),
-             field<&SpotLight::scope>(10, "scope").to<Node>().affects(Effect::kLight),
-             field<&SpotLight::outside>(11, "outside").affects(Effect::kLight));
+inline constexpr auto kSaid<SpotLight> = []<typename T>(Describing<T>) {
+    return describe("SpotLight",
+             field<&T::color>(1, "color").atLeast(0).affects(Effect::kLight),
+             field<&T::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
+             field<&T::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
+             field<&T::innerAngle>(4, "innerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
+             field<&T::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
+             field<&T::shadows>(6, "shadows").affects(Effect::kLight),
+             field<&T::on>(7, "on").affects(Effect::kLight),
+             field<&T::beacon>(8, "beacon").to(Node::kType).affects(Effect::kLight),
+             field<&T::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight),
+             field<&T::scope>(10, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::outside>(11, "outside").affects(Effect::kLight));
+};
 
 }  // namespace tessera

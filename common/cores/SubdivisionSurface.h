@@ -35,29 +35,30 @@ struct SubdivisionSurface {
     double screenError = 0.5;
 };
 template <>
-inline constexpr auto kDescription<SubdivisionSurface> =
-    describe("SubdivisionSurface", field<&SubdivisionSurface::points>(1, "points").floats(3).affects(Effect::kShape),
-             field<&SubdivisionSurface::faceSizes>(2, "faceSizes").affects(Effect::kShape),
-             field<&SubdivisionSurface::faceVertices>(3, "faceVertices").affects(Effect::kShape),
-             field<&SubdivisionSurface::creases>(4, "creases").affects(Effect::kShape),
-             field<&SubdivisionSurface::creaseSharpness>(5, "creaseSharpness").floats(1).affects(Effect::kShape),
-             field<&SubdivisionSurface::corners>(6, "corners").affects(Effect::kShape),
-             field<&SubdivisionSurface::cornerSharpness>(7, "cornerSharpness").floats(1).affects(Effect::kShape),
-             field<&SubdivisionSurface::holes>(8, "holes").affects(Effect::kShape),
-             field<&SubdivisionSurface::scheme>(9, "scheme")
+inline constexpr auto kSaid<SubdivisionSurface> = []<typename T>(Describing<T>) {
+    return describe("SubdivisionSurface", field<&T::points>(1, "points").floats(3).affects(Effect::kShape),
+             field<&T::faceSizes>(2, "faceSizes").affects(Effect::kShape),
+             field<&T::faceVertices>(3, "faceVertices").affects(Effect::kShape),
+             field<&T::creases>(4, "creases").affects(Effect::kShape),
+             field<&T::creaseSharpness>(5, "creaseSharpness").floats(1).affects(Effect::kShape),
+             field<&T::corners>(6, "corners").affects(Effect::kShape),
+             field<&T::cornerSharpness>(7, "cornerSharpness").floats(1).affects(Effect::kShape),
+             field<&T::holes>(8, "holes").affects(Effect::kShape),
+             field<&T::scheme>(9, "scheme")
                  .oneOf({{SubdivisionSurface::kCatmullClark, "catmull-clark"}, {SubdivisionSurface::kLoop, "loop"}, {SubdivisionSurface::kBilinear, "bilinear"}})
                  .affects(Effect::kShape),
-             field<&SubdivisionSurface::boundary>(10, "boundary")
+             field<&T::boundary>(10, "boundary")
                  .oneOf({{SubdivisionSurface::kNoBoundary, "none"}, {SubdivisionSurface::kEdgeOnly, "edge-only"}, {SubdivisionSurface::kEdgeAndCorner, "edge-and-corner"}})
                  .affects(Effect::kShape),
-             field<&SubdivisionSurface::creaseMethod>(11, "creaseMethod")
+             field<&T::creaseMethod>(11, "creaseMethod")
                  .oneOf({{SubdivisionSurface::kUniform, "uniform"}, {SubdivisionSurface::kChaikin, "chaikin"}})
                  .affects(Effect::kShape),
-             field<&SubdivisionSurface::triangles>(12, "triangles")
+             field<&T::triangles>(12, "triangles")
                  .oneOf({{SubdivisionSurface::kPolygon, "polygon"}, {SubdivisionSurface::kSmooth, "smooth"}})
                  .affects(Effect::kShape),
-             field<&SubdivisionSurface::level>(13, "level").between(0, SubdivisionSurface::kFinestLevel).affects(Effect::kShape),
-             field<&SubdivisionSurface::material>(14, "material").to<Material>().affects(Effect::kLook),
-             field<&SubdivisionSurface::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
+             field<&T::level>(13, "level").between(0, SubdivisionSurface::kFinestLevel).affects(Effect::kShape),
+             field<&T::material>(14, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
+};
 
 }  // namespace tessera

@@ -19,19 +19,20 @@ struct TextureLayer {
     std::int64_t source = kTexcoords;
 };
 template <>
-inline constexpr auto kDescription<TextureLayer> =
-    describe("TextureLayer", field<&TextureLayer::image>(1, "image").to<Image>().affects(Effect::kLook),
-             field<&TextureLayer::mode>(2, "mode")
+inline constexpr auto kSaid<TextureLayer> = []<typename T>(Describing<T>) {
+    return describe("TextureLayer", field<&T::image>(1, "image").to(Image::kType).affects(Effect::kLook),
+             field<&T::mode>(2, "mode")
                  .oneOf({{TextureLayer::kModulate, "modulate"}, {TextureLayer::kAdd, "add"}, {TextureLayer::kDecal, "decal"}, {TextureLayer::kReplace, "replace"}})
                  .affects(Effect::kLook),
-             field<&TextureLayer::strength>(3, "strength").between(0, 1).affects(Effect::kLook),
-             field<&TextureLayer::source>(4, "source")
+             field<&T::strength>(3, "strength").between(0, 1).affects(Effect::kLook),
+             field<&T::source>(4, "source")
                  .oneOf({{TextureLayer::kTexcoords, "texcoords"},
                          {TextureLayer::kSphere, "sphere"},
                          {TextureLayer::kReflection, "reflection"},
                          {TextureLayer::kPosition, "position"}})
                  .affects(Effect::kLook))
         .notACore();
+};
 
 /// GLSL of a person. The server tries it in a process of its own before any host compiles it.
 struct SurfaceProgram {
@@ -45,15 +46,16 @@ struct SurfaceProgram {
     std::string problem;  ///< of kBad: which line, and what is wrong with it
 };
 template <>
-inline constexpr auto kDescription<SurfaceProgram> =
-    describe("SurfaceProgram", field<&SurfaceProgram::surface>(1, "surface").affects(Effect::kLook | Effect::kTime),
-             field<&SurfaceProgram::vertex>(2, "vertex").affects(Effect::kLook | Effect::kTime),
-             field<&SurfaceProgram::reach>(3, "reach").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kLook),
-             field<&SurfaceProgram::verdict>(4, "verdict")
+inline constexpr auto kSaid<SurfaceProgram> = []<typename T>(Describing<T>) {
+    return describe("SurfaceProgram", field<&T::surface>(1, "surface").affects(Effect::kLook | Effect::kTime),
+             field<&T::vertex>(2, "vertex").affects(Effect::kLook | Effect::kTime),
+             field<&T::reach>(3, "reach").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kLook),
+             field<&T::verdict>(4, "verdict")
                  .oneOf({{SurfaceProgram::kUntried, "untried"}, {SurfaceProgram::kGood, "good"}, {SurfaceProgram::kBad, "bad"}})
                  .affects(Effect::kLook),
-             field<&SurfaceProgram::problem>(5, "problem").affects(Effect::kTime))
+             field<&T::problem>(5, "problem").affects(Effect::kTime))
         .notACore();
+};
 
 /// A number, or an image, that a program asks for by name.
 struct Uniform {
@@ -63,9 +65,10 @@ struct Uniform {
     ObjectId image;               ///< of a sampler2D
 };
 template <>
-inline constexpr auto kDescription<Uniform> =
-    describe("Uniform", field<&Uniform::name>(1, "name").affects(Effect::kLook), field<&Uniform::value>(2, "value").affects(Effect::kLook),
-             field<&Uniform::image>(3, "image").to<Image>().affects(Effect::kLook))
+inline constexpr auto kSaid<Uniform> = []<typename T>(Describing<T>) {
+    return describe("Uniform", field<&T::name>(1, "name").affects(Effect::kLook), field<&T::value>(2, "value").affects(Effect::kLook),
+             field<&T::image>(3, "image").to(Image::kType).affects(Effect::kLook))
         .notACore();
+};
 
 }  // namespace tessera

@@ -15,12 +15,13 @@ struct Switch {
     std::int64_t mask = 0;        ///< of kMask: a bit for each child, the first one's lowest; from the 64th on none is shown
 };
 template <>
-inline constexpr auto kDescription<Switch> =
-    describe("Switch",
-             field<&Switch::choice>(1, "choice")
+inline constexpr auto kSaid<Switch> = []<typename T>(Describing<T>) {
+    return describe("Switch",
+             field<&T::choice>(1, "choice")
                  .between(Switch::kMask, 1e9)
                  .named({{Switch::kMask, "mask"}, {Switch::kNone, "none"}, {Switch::kAll, "all"}})
                  .affects(Effect::kVisibility),
-             field<&Switch::mask>(2, "mask").atLeast(0).affects(Effect::kVisibility));
+             field<&T::mask>(2, "mask").atLeast(0).affects(Effect::kVisibility));
+};
 
 }  // namespace tessera

@@ -23,16 +23,17 @@ struct Text {
     double screenError = 0.5;  ///< pixels that curves may be off on a screen
 };
 template <>
-inline constexpr auto kDescription<Text> =
-    describe("Text", field<&Text::text>(1, "text").affects(Effect::kTime), field<&Text::font>(2, "font").affects(Effect::kTime),
-             field<&Text::size>(3, "size").between(1e-30, 1e30).affects(Effect::kShape),
-             field<&Text::depth>(4, "depth").between(0, 1e30).affects(Effect::kShape),
-             field<&Text::lineSpacing>(5, "lineSpacing").between(-1e3, 1e3).affects(Effect::kTime),
-             field<&Text::alignment>(6, "alignment")
+inline constexpr auto kSaid<Text> = []<typename T>(Describing<T>) {
+    return describe("Text", field<&T::text>(1, "text").affects(Effect::kTime), field<&T::font>(2, "font").affects(Effect::kTime),
+             field<&T::size>(3, "size").between(1e-30, 1e30).affects(Effect::kShape),
+             field<&T::depth>(4, "depth").between(0, 1e30).affects(Effect::kShape),
+             field<&T::lineSpacing>(5, "lineSpacing").between(-1e3, 1e3).affects(Effect::kTime),
+             field<&T::alignment>(6, "alignment")
                  .oneOf({{Text::kLeft, "left"}, {Text::kCenter, "center"}, {Text::kRight, "right"}})
                  .affects(Effect::kTime),
-             field<&Text::material>(7, "material").to<Material>().affects(Effect::kLook),
-             field<&Text::outlines>(8, "outlines").affects(Effect::kShape),
-             field<&Text::screenError>(9, "screenError").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook));
+             field<&T::material>(7, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::outlines>(8, "outlines").affects(Effect::kShape),
+             field<&T::screenError>(9, "screenError").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook));
+};
 
 }  // namespace tessera

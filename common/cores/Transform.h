@@ -13,13 +13,14 @@ struct Transform {
     Quatd rotation = Quatd::Identity();  ///< normalised on use, never zero
     Vec3d scale = Vec3d::Ones();
 
-    [[nodiscard]] NodePose pose() const { return {.matrix = composeTransform(translation, rotation, scale)}; }
+    [[nodiscard]] NodePose pose() const;
 };
 template <>
-inline constexpr auto kDescription<Transform> =
-    describe("Transform",
-             field<&Transform::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
-             field<&Transform::rotation>(2, "rotation").affects(Effect::kPose),
-             field<&Transform::scale>(3, "scale").affects(Effect::kPose));
+inline constexpr auto kSaid<Transform> = []<typename T>(Describing<T>) {
+    return describe("Transform",
+             field<&T::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
+             field<&T::rotation>(2, "rotation").affects(Effect::kPose),
+             field<&T::scale>(3, "scale").affects(Effect::kPose));
+};
 
 }  // namespace tessera

@@ -33,28 +33,29 @@ struct Volume {
     ObjectId material;   ///< of the surface
 };
 template <>
-inline constexpr auto kDescription<Volume> =
-    describe("Volume", field<&Volume::voxels>(1, "voxels").affects(Effect::kShape),
-             field<&Volume::format>(2, "format")
+inline constexpr auto kSaid<Volume> = []<typename T>(Describing<T>) {
+    return describe("Volume", field<&T::voxels>(1, "voxels").affects(Effect::kShape),
+             field<&T::format>(2, "format")
                  .oneOf({{Volume::kUint8, "uint8"}, {Volume::kUint16, "uint16"}, {Volume::kInt16, "int16"}, {Volume::kFloat, "float"}})
                  .affects(Effect::kShape),
-             field<&Volume::sizeX>(3, "sizeX").between(0, 4096).affects(Effect::kShape),
-             field<&Volume::sizeY>(4, "sizeY").between(0, 4096).affects(Effect::kShape),
-             field<&Volume::sizeZ>(5, "sizeZ").between(0, 4096).affects(Effect::kShape),
-             field<&Volume::origin>(6, "origin").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape),
-             field<&Volume::spacing>(7, "spacing").unit(Unit::kWorld).between(1e-30, 1e30).affects(Effect::kShape),
-             field<&Volume::transfer>(8, "transfer").affects(Effect::kLook),
-             field<&Volume::low>(9, "low").between(-1e30, 1e30).affects(Effect::kLook),
-             field<&Volume::high>(10, "high").between(-1e30, 1e30).affects(Effect::kLook),
-             field<&Volume::thickness>(11, "thickness").unit(Unit::kWorld).between(1e-30, 1e30).affects(Effect::kLook),
-             field<&Volume::mode>(12, "mode")
+             field<&T::sizeX>(3, "sizeX").between(0, 4096).affects(Effect::kShape),
+             field<&T::sizeY>(4, "sizeY").between(0, 4096).affects(Effect::kShape),
+             field<&T::sizeZ>(5, "sizeZ").between(0, 4096).affects(Effect::kShape),
+             field<&T::origin>(6, "origin").unit(Unit::kWorld).between(-1e30, 1e30).affects(Effect::kShape),
+             field<&T::spacing>(7, "spacing").unit(Unit::kWorld).between(1e-30, 1e30).affects(Effect::kShape),
+             field<&T::transfer>(8, "transfer").affects(Effect::kLook),
+             field<&T::low>(9, "low").between(-1e30, 1e30).affects(Effect::kLook),
+             field<&T::high>(10, "high").between(-1e30, 1e30).affects(Effect::kLook),
+             field<&T::thickness>(11, "thickness").unit(Unit::kWorld).between(1e-30, 1e30).affects(Effect::kLook),
+             field<&T::mode>(12, "mode")
                  .oneOf({{Volume::kCloud, "cloud"}, {Volume::kMaximum, "maximum"}, {Volume::kSurface, "surface"}, {Volume::kSlices, "slices"}})
                  .affects(Effect::kShape),
-             field<&Volume::surfaceValue>(13, "surfaceValue").between(-1e30, 1e30).affects(Effect::kShape),
-             field<&Volume::slices>(14, "slices").doublesEach(4).affects(Effect::kLook),
-             field<&Volume::clipPlanes>(15, "clipPlanes").doublesEach(4).affects(Effect::kShape),
-             field<&Volume::step>(16, "step").between(0.05, 4).affects(Effect::kLook),
-             field<&Volume::shaded>(17, "shaded").affects(Effect::kLook),
-             field<&Volume::material>(18, "material").to<Material>().affects(Effect::kLook));
+             field<&T::surfaceValue>(13, "surfaceValue").between(-1e30, 1e30).affects(Effect::kShape),
+             field<&T::slices>(14, "slices").doublesEach(4).affects(Effect::kLook),
+             field<&T::clipPlanes>(15, "clipPlanes").doublesEach(4).affects(Effect::kShape),
+             field<&T::step>(16, "step").between(0.05, 4).affects(Effect::kLook),
+             field<&T::shaded>(17, "shaded").affects(Effect::kLook),
+             field<&T::material>(18, "material").to(Material::kType).affects(Effect::kLook));
+};
 
 }  // namespace tessera

@@ -3,9 +3,11 @@
 ///
 ///     struct PointLight { static constexpr ObjectType kType{9}; Vec3f color…; float range…; };
 ///     template <>
-///     inline constexpr auto kDescription<PointLight> = describe("PointLight",
-///         field<&PointLight::color>(1, "color").affects(Effect::kLight),
-///         field<&PointLight::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight));
+///     inline constexpr auto kSaid<PointLight> = []<typename T>(Describing<T>) {
+///         return describe("PointLight",
+///             field<&T::color>(1, "color").affects(Effect::kLight),
+///             field<&T::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight));
+///     };
 ///
 /// Numbers of types and fields are on the wire and in files: they are never reused.
 #pragma once
@@ -141,10 +143,9 @@ struct FieldInfo {
         return info;
     }
     /// What a reference leads to; without this, to any core.
-    template <typename Target>
-    [[nodiscard]] constexpr FieldInfo to() const {
+    [[nodiscard]] constexpr FieldInfo to(ObjectType target) const {
         FieldInfo info = *this;
-        info.refType = Target::kType;
+        info.refType = target;
         return info;
     }
     [[nodiscard]] constexpr FieldInfo oneOf(std::initializer_list<FieldWord> words) const {
@@ -325,9 +326,15 @@ template <typename... Fields>
     return {name, true, {fields...}};
 }
 
-/// Every type's own description; specialised beside its struct.
+/// How every type describes itself; specialised beside its struct. A template of the type (`&T::color`): where a file has the
+/// struct alone, nothing of this is compiled.
 template <typename T>
-inline constexpr int kDescription = 0;
+inline constexpr int kSaid = 0;
+template <typename T>
+struct Describing {};
+/// Every type's own description.
+template <typename T>
+inline constexpr auto kDescription = kSaid<T>(Describing<T>());
 
 /// The number of a member among its type's fields.
 template <auto kMember>

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "common/geometry/Mesh.h"
+#include "common/math/Decompositions.h"
 
 namespace tessera {
 
@@ -207,7 +208,7 @@ MeshData makePipe(std::span<const Vec3d> path, double radius, int segments) {
     for (std::size_t s = 0; s < directions.size(); ++s) {
         const Vec3d& direction = directions[s];
         if (s > 0) {
-            u = Quatd::FromTwoVectors(directions[s - 1], direction) * u;
+            u = turnBetween(directions[s - 1], direction) * u;
             u = (u - direction * direction.dot(u)).normalized();
         }
         const std::uint32_t rings[2] = {

@@ -30,15 +30,7 @@ struct Box {
         return (lower.array() <= p.array()).all() && (p.array() <= upper.array()).all();
     }
     /// The box around this box seen in another frame (Arvo, Graphics Gems I).
-    [[nodiscard]] Box transformed(const Affine3d& m) const {
-        if (empty()) return {};
-        const Vec3d c = m * center();
-        const Vec3d h = m.linear().cwiseAbs() * (0.5 * size());
-        Box out;
-        out.lower = c - h;
-        out.upper = c + h;
-        return out;
-    }
+    [[nodiscard]] Box transformed(const Affine3d& m) const;
 };
 
 }  // namespace tessera

@@ -10,11 +10,9 @@ struct Pose {
     Vec3d translation = Vec3d::Zero();
     Quatd rotation = Quatd::Identity();
     Vec3d scale = Vec3d::Ones();
-    [[nodiscard]] Affine3d matrix() const { return composeTransform(translation, rotation, scale); }
+    [[nodiscard]] Affine3d matrix() const;
     /// Whether a Transform can say it: finite numbers, a rotation that can be normalised.
-    [[nodiscard]] bool sound() const {
-        return translation.allFinite() && scale.allFinite() && tellsRotation(rotation.squaredNorm());
-    }
+    [[nodiscard]] bool sound() const;
 };
 
 }  // namespace tessera

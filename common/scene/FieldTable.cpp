@@ -143,9 +143,8 @@ struct Derived {
         if constexpr (HasPose<T>) return static_cast<const T*>(object)->pose();
         return {};
     }
-    /// In one piece, without a matrix in between: a traversal does little else.
-    [[gnu::flatten]] static void place(const void* object, const Affine3d& world_T_parent, Affine3d& world_T_node) {
-        if constexpr (HasPose<T>) static_cast<const T*>(object)->pose().placeBelow(world_T_parent, world_T_node);
+    static void place(const void* object, const Affine3d& world_T_parent, Affine3d& world_T_node) {
+        if constexpr (HasPose<T>) placeBelow(*static_cast<const T*>(object), world_T_parent, world_T_node);
     }
     static LightSource light(const void* object) {
         if constexpr (HasLight<T>) return static_cast<const T*>(object)->light();

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/Compose.h"
+
 namespace tessera {
 
 namespace {

@@ -8,6 +8,8 @@ list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_t
 set(ray_layers geometry freeform drawable rays)
 list(APPEND application_targets tessera_geometry tessera_freeform tessera_freeform_subdivision tessera_freeform_nurbs
   tessera_freeform_nurbs_tessellation tessera_lattice tessera_drawable tessera_rays)
+# What holds their code (tessera_group).
+list(APPEND application_targets tessera_foundation tessera_surfaces tessera_placed tessera_protocol tessera_rays_kernels)
 set(package_folder lib/cmake/Tessera)
 
 install(TARGETS ${application_targets} tessera_proto EXPORT TesseraTargets

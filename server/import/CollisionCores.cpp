@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-using Message = proto::scene::Interest;
+using InterestMessage = proto::scene::Interest;
 using ObjectMessage = proto::scene::CollisionObject;
 
 /// Every value within the bounds that the scene will hold it to. The fields have the same names in files.
@@ -26,12 +26,12 @@ Vec3d vectorOf(const proto::scene::Vector& message) {
 }
 
 // One number in code, on the wire and in files.
-static_assert(Message::REPORT == Interest::kReport && Message::STOP == Interest::kStop && Message::SLIDE == Interest::kSlide &&
-              Message::BOUNCE == Interest::kBounce && Message::ROLLBACK == Interest::kRollback &&
-              Message::ASK == Interest::kAsk);
-static_assert(Message::PSEUDO_DYNAMIC == Interest::kPseudoDynamic && Message::STATIC == Interest::kStatic &&
-              Message::DYNAMIC == Interest::kDynamic && Message::DISTANCE == Interest::kDistance &&
-              Message::IGNORE == Interest::kIgnore && Message::SELF == Interest::kSelf);
+static_assert(InterestMessage::REPORT == Interest::kReport && InterestMessage::STOP == Interest::kStop && InterestMessage::SLIDE == Interest::kSlide &&
+              InterestMessage::BOUNCE == Interest::kBounce && InterestMessage::ROLLBACK == Interest::kRollback &&
+              InterestMessage::ASK == Interest::kAsk);
+static_assert(InterestMessage::PSEUDO_DYNAMIC == Interest::kPseudoDynamic && InterestMessage::STATIC == Interest::kStatic &&
+              InterestMessage::DYNAMIC == Interest::kDynamic && InterestMessage::DISTANCE == Interest::kDistance &&
+              InterestMessage::IGNORE == Interest::kIgnore && InterestMessage::SELF == Interest::kSelf);
 static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage::RIGID == CollisionObject::kRigid &&
               ObjectMessage::DEFORMING == CollisionObject::kDeforming);
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
@@ -50,7 +50,7 @@ constexpr std::uint32_t kMostFaces = 1'000'000;
 
 }  // namespace
 
-Expected<Interest> readInterest(const Message& message) {
+Expected<Interest> readInterest(const InterestMessage& message) {
     Interest interest;
     if (message.has_response()) interest.response = message.response();
     interest.enabled = !message.disabled();

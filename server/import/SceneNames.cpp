@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/math/Decompositions.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/View.h"
 #include "server/import/SceneAssembly.h"
@@ -149,7 +150,7 @@ Expected<void> SceneAssembly::checkCamera(const Placed& node, const proto::scene
     if (!world_T_node.matrix().allFinite()) return fail(ErrorCode::kBadInput, "the camera's place in the world is not finite");
     View view;
     view.position = world_T_node.translation();
-    view.orientation = Quatd(world_T_node.rotation()).normalized();
+    view.orientation = Quatd(rotationOf(world_T_node)).normalized();
     if (camera.has_world_units_per_metre()) view.worldUnitsPerMetre = camera.world_units_per_metre();
     return checkStand(view);
 }

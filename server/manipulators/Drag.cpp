@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/cores/SpotLight.h"
+#include "common/math/Decompositions.h"
 
 namespace tessera {
 namespace {
@@ -138,7 +139,7 @@ std::optional<Dragged> turnBall(const Grab& grab, const FrameRay& ray) {
     const FrameRay first{grab.at - 1e3 * radius * grab.towards, grab.towards};  // any point of it before the ball
     const std::optional<Vec3d> then = onBall(radius, grab.farSide, first);
     if (!now || !then) return std::nullopt;
-    const Eigen::AngleAxisd turn(Quatd::FromTwoVectors(*then, *now));
+    const Eigen::AngleAxisd turn(turnBetween(*then, *now));
     return turnedBy(grab, turn.axis(), turn.angle());
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/Decompositions.h"
+
 namespace tessera {
 namespace {
 
@@ -18,7 +20,7 @@ MeshData turned(const MeshData& mesh, const Affine3d& place) {
 
 /// From what stands along +Y to what stands along +Z.
 Affine3d yToZ() {
-    return Affine3d(Quatd::FromTwoVectors(Vec3d::UnitY(), Vec3d::UnitZ()));
+    return Affine3d(turnBetween(Vec3d::UnitY(), Vec3d::UnitZ()));
 }
 
 MeshData makeCone() {
@@ -42,7 +44,7 @@ MeshData makeCone() {
 
 /// The rotation that brings Z to an axis.
 Quatd towards(const Vec3d& direction) {
-    return Quatd::FromTwoVectors(Vec3d::UnitZ(), direction);
+    return turnBetween(Vec3d::UnitZ(), direction);
 }
 
 /// Puts the pieces of a kind together. A length of the extent is kept apart from that of knobs, so that knobs of a flat box are cubes.

@@ -9,6 +9,7 @@
 
 #include "common/drawable/Drawable.h"
 #include "common/geometry/Points.h"
+#include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
 
 namespace tessera {
@@ -96,7 +97,7 @@ Expected<FilePoints> readPoints(const std::string& path, ImportOptions options) 
         const std::span<const float> xyz = arrays.positions.as<float>();
         for (std::size_t i = 0; i + 2 < xyz.size(); i += 3)
             out.places.emplace_back(visit.world_T_node * Vec3d(xyz[i], xyz[i + 1], xyz[i + 2]));
-        const double stretch = visit.world_T_node.linear().jacobiSvd().singularValues()[0];
+        const double stretch = singularStretchOf(visit.world_T_node.linear()).most;
         out.radius = std::max(out.radius, shownRadius(arrays) * stretch);
         return Descend::kInto;
     });

@@ -16,12 +16,6 @@ namespace {
 
 constexpr double kTiny = 1e-60;
 
-bool lexicographicallyLess(const Vec3d& a, const Vec3d& b) {
-    if (a.x() != b.x()) return a.x() < b.x();
-    if (a.y() != b.y()) return a.y() < b.y();
-    return a.z() < b.z();
-}
-
 /// Distinct points in lexicographic order, each with the first input point that it was.
 struct Distinct {
     std::vector<Vec3d> points;
@@ -69,10 +63,6 @@ std::optional<std::uint32_t> farthestThat(std::span<const Vec3d> points, const M
 }
 
 /// Leaves out one coordinate.
-Vec2d project(const Vec3d& p, int axis) {
-    return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
-}
-
 /// The corners of the hull of points in one plane, counter-clockwise in a projection along an axis; `triangle` is some
 /// triangle of theirs that has area. (A. M. Andrew, "Another Efficient Algorithm for Convex Hulls in Two Dimensions",
 /// 1979.)

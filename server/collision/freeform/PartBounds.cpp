@@ -4,14 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "common/math/Decompositions.h"
 #include "server/collision/freeform/PartChoice.h"
 
 namespace tessera {
 namespace {
 
 /// The largest factor by which a map stretches, rounded up.
-double largestStretch(const Mat3d& m) { return std::sqrt((m.transpose() * m).cwiseAbs().rowwise().sum().maxCoeff()); }
-
 /// Into the part's domain.
 Vec2d clamped(const FreeformPart& part, Vec2d at) {
     at = at.cwiseMax(0).cwiseMin(1);
@@ -59,8 +58,8 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
     toB_ = b.linear().transpose();
     normalsA_ = normalMap(a.linear());
     normalsB_ = normalMap(b.linear());
-    stretchA_ = largestStretch(a.linear()) * (1 + 1e-12);
-    stretchB_ = largestStretch(b.linear()) * (1 + 1e-12);
+    stretchA_ = stretchOf(a.linear());
+    stretchB_ = stretchOf(b.linear());
     isStillA_ = a.matrix().isIdentity(0);
     isRigidA_ = isRigid(a.linear());
     isRigidB_ = isRigid(b.linear());

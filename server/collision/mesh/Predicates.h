@@ -5,6 +5,7 @@
 /// overflow nor underflow: magnitudes (zero apart) between 1e-60 and 1e60 are safe. Thread-safe.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "common/math/Types.h"
@@ -47,6 +48,23 @@ inline constexpr double kRounding = 1.1102230246251565e-16;
     if (det > bound) return -1;
     if (-det > bound) return 1;
     return exact::orient3dExact(a, b, c, d);
+}
+
+/// For each corner of a triangle: the side of another one's plane on which it lies.
+[[nodiscard]] inline std::array<int, 3> sidesOf(const std::array<Vec3d, 3>& plane, const std::array<Vec3d, 3>& t) {
+    return {orient3d(plane[0], plane[1], plane[2], t[0]), orient3d(plane[0], plane[1], plane[2], t[1]),
+            orient3d(plane[0], plane[1], plane[2], t[2])};
+}
+
+/// Leaves out one coordinate; seen from its positive end, what turns left still does.
+[[nodiscard]] inline Vec2d project(const Vec3d& p, int axis) {
+    return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
+}
+
+[[nodiscard]] inline bool lexicographicallyLess(const Vec3d& a, const Vec3d& b) {
+    if (a.x() != b.x()) return a.x() < b.x();
+    if (a.y() != b.y()) return a.y() < b.y();
+    return a.z() < b.z();
 }
 
 }  // namespace tessera

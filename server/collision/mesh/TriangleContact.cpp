@@ -88,11 +88,6 @@ std::pair<End, End> intervalAlong(Ends& ends, const Vec3d& direction) {
     return {*low, *high};
 }
 
-std::array<int, 3> sidesOf(const Triangle& plane, const Triangle& t) {
-    return {orient3d(plane[0], plane[1], plane[2], t[0]), orient3d(plane[0], plane[1], plane[2], t[1]),
-            orient3d(plane[0], plane[1], plane[2], t[2])};
-}
-
 Vec3d distancesTo(const Triangle& plane, const Vec3d& unitNormal, const Triangle& t) {
     return {unitNormal.dot(t[0] - plane[0]), unitNormal.dot(t[1] - plane[0]), unitNormal.dot(t[2] - plane[0])};
 }

@@ -16,24 +16,6 @@ struct Segment3 {
     Vec3d from, to;
 };
 
-/// Leaves out one coordinate.
-Vec2d project(const Vec3d& p, int axis) {
-    switch (axis) {
-        case 0:
-            return {p.y(), p.z()};
-        case 1:
-            return {p.z(), p.x()};
-        default:
-            return {p.x(), p.y()};
-    }
-}
-
-bool lexicographicallyLess(const Vec3d& a, const Vec3d& b) {
-    if (a.x() != b.x()) return a.x() < b.x();
-    if (a.y() != b.y()) return a.y() < b.y();
-    return a.z() < b.z();
-}
-
 /// An axis along which the three points do not collapse to a line; none where they lie on a line in space. The
 /// projection along it is one to one on their plane.
 std::optional<int> faithfulAxis(const Vec3d& a, const Vec3d& b, const Vec3d& c) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/math/Decompositions.h"
+
 namespace tessera {
 namespace {
 
@@ -31,7 +33,7 @@ void setVelocity(RigidBody& body, const Affine3d& start, const Affine3d& end, do
     const Affine3d move = end * start.inverse();
     if (!move.matrix().allFinite()) return;
     body.velocity = (end.translation() - start.translation()) / seconds;
-    const Eigen::AngleAxisd turn(Mat3d(move.rotation()));
+    const Eigen::AngleAxisd turn(rotationOf(move));
     body.spin = turn.axis() * (turn.angle() / seconds);
     if (!body.spin.allFinite()) body.spin = Vec3d::Zero();
 }

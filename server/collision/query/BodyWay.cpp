@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/Decompositions.h"
+
 namespace tessera {
 namespace {
 
@@ -20,12 +22,6 @@ bool usable(const Pose& pose) {
 bool uniform(const Vec3d& scale) {
     const Vec3d size = scale.cwiseAbs();
     return size.x() == size.y() && size.y() == size.z();
-}
-
-/// A bound of |m|: the root of the largest row sum of mᵀm, which is exact for rotations and uniform scales.
-double stretchOf(const Mat3d& m) {
-    const Mat3d square = m.transpose() * m;
-    return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
 }
 
 /// Of a map that turns, mirrors and scales evenly: the scale. 0 of any other.

@@ -39,11 +39,6 @@ struct Point {
 bool bothSides(const std::array<int, 3>& s) {
     return std::min({s[0], s[1], s[2]}) < 0 && std::max({s[0], s[1], s[2]}) > 0;
 }
-std::array<int, 3> sidesOf(const Triangle& plane, const Triangle& t) {
-    return {orient3d(plane[0], plane[1], plane[2], t[0]), orient3d(plane[0], plane[1], plane[2], t[1]),
-            orient3d(plane[0], plane[1], plane[2], t[2])};
-}
-
 /// A contact where the surfaces cross, seen from one of the bodies.
 struct Crossing {
     std::size_t contact;

@@ -13,10 +13,6 @@ namespace tessera {
 namespace {
 
 /// Leaves out one coordinate.
-Vec2d project(const Vec3d& p, int axis) {
-    return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
-}
-
 /// The side of p, q on which r lies in a projection that is one to one on the plane of the triangle t, which has area.
 class PlaneOf {
 public:
@@ -86,12 +82,6 @@ bool meetBesidesCorner(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec
     if (areaOfA || areaOfB || isDegenerate({p, a, b}) || isDegenerate({p, c, d})) return sectorsMeet(p, a, b, c, d);
     const PlaneOf plane({p, a, b});
     return plane.inCone(p, a, b, c) || plane.inCone(p, a, b, d) || plane.inCone(p, c, d, a) || plane.inCone(p, c, d, b);
-}
-
-bool lexicographicallyLess(const Vec3d& a, const Vec3d& b) {
-    if (a.x() != b.x()) return a.x() < b.x();
-    if (a.y() != b.y()) return a.y() < b.y();
-    return a.z() < b.z();
 }
 
 /// For a point on the line through p and q: beyond which of them, -1 or 1, or 0 between them.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/Decompositions.h"
+
 namespace tessera {
 
 double largestStretch(const Mat3d& linear) {
@@ -10,7 +12,7 @@ double largestStretch(const Mat3d& linear) {
     const double square = gram.diagonal().maxCoeff();
     if ((gram - square * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-13 * square && square > 1e-200)
         return std::sqrt(square);
-    return Eigen::JacobiSVD<Mat3d>(linear).singularValues()[0];
+    return singularStretchOf(linear).most;
 }
 
 Vec3d nearestOnFace(const Triangle& t, const Vec3d& p) {

@@ -9,11 +9,6 @@ namespace tessera {
 
 namespace {
 
-bool isFloat(double x) {
-    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) &&
-           static_cast<double>(static_cast<float>(x)) == x;
-}
-
 }  // namespace
 
 // Sorted corners in the six orders; a half with order 0 is missing.

@@ -11,7 +11,7 @@ namespace tessera {
 
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffU;
+constexpr std::uint32_t kNoCell = 0xffffffffU;
 /// Vertices of holes may be missing, but a grid of which most is missing is no help.
 constexpr std::size_t kMostPlacesPerVertex = 4;
 
@@ -96,14 +96,14 @@ std::optional<Expected<HeightField::FoundGrid>> HeightField::FoundGrid::inAnyOrd
         return std::nullopt;
     out.columns = *std::move(columns);
     out.rows = *std::move(rows);
-    std::vector<std::uint32_t> vertexAt(out.columns.size() * out.rows.size(), kNone);
+    std::vector<std::uint32_t> vertexAt(out.columns.size() * out.rows.size(), kNoCell);
     out.placeOfVertex.reserve(all);
     for (const Vec3d& p : positions) {
         const auto column = std::ranges::lower_bound(out.columns, p[out.axes[0]]) - out.columns.begin();
         const auto row = std::ranges::lower_bound(out.rows, p[out.axes[1]]) - out.rows.begin();
         const std::size_t place = static_cast<std::size_t>(row) * out.columns.size() + static_cast<std::size_t>(column);
         const auto vertex = static_cast<std::uint32_t>(out.placeOfVertex.size());
-        if (vertexAt[place] != kNone)
+        if (vertexAt[place] != kNoCell)
             return fail(ErrorCode::kBadInput, "vertices " + std::to_string(vertexAt[place]) + " and " +
                                                   std::to_string(vertex) + " are above each other");
         vertexAt[place] = vertex;
@@ -114,7 +114,7 @@ std::optional<Expected<HeightField::FoundGrid>> HeightField::FoundGrid::inAnyOrd
 
 struct HeightField::FoundFaces {
     std::vector<std::uint8_t> shapeOf;
-    std::vector<std::uint32_t> faceOfSlot;  ///< kNone for holes
+    std::vector<std::uint32_t> faceOfSlot;  ///< kNoCell for holes
     GridAxis::Cells columns, rows;          ///< in use
 };
 
@@ -123,8 +123,8 @@ Expected<HeightField::FoundFaces> HeightField::findFaces(const TriangleMesh& mes
     const std::size_t cells = std::size_t{width} * (grid.rows.size() - 1);
     FoundFaces out;
     out.shapeOf.assign(cells, 0);
-    out.faceOfSlot.assign(2 * cells, kNone);
-    out.columns = out.rows = {kNone, 0};
+    out.faceOfSlot.assign(2 * cells, kNoCell);
+    out.columns = out.rows = {kNoCell, 0};
     for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
         std::array<GridOrder::Place, 3> at;
         for (unsigned i = 0; i < 3; ++i) at[i] = grid.place(mesh.vertexOf(face, i));
@@ -146,11 +146,11 @@ Expected<HeightField::FoundFaces> HeightField::findFaces(const TriangleMesh& mes
         const std::uint32_t diagonal = missing == 0 || missing == 3, half = missing < 2;
         const std::size_t cell = std::size_t{row} * width + column;
         std::uint32_t& slot = out.faceOfSlot[2 * cell + half];
-        if (slot != kNone)
+        if (slot != kNoCell)
             return fail(ErrorCode::kBadInput, "triangles " + std::to_string(slot) + " and " + std::to_string(face) +
                                                   " lie on top of each other");
         if (const std::uint32_t other = out.faceOfSlot[2 * cell + 1 - half];
-            other != kNone && out.shapeOf[cell] / 49 != diagonal)
+            other != kNoCell && out.shapeOf[cell] / 49 != diagonal)
             return fail(ErrorCode::kBadInput, "triangles " + std::to_string(other) + " and " + std::to_string(face) +
                                                   " divide a cell along both diagonals");
         slot = face;
@@ -167,7 +167,7 @@ Expected<HeightField::FoundFaces> HeightField::findFaces(const TriangleMesh& mes
 void HeightField::takeFaces(FoundFaces faces) {
     usedColumns_ = faces.columns;
     usedRows_ = faces.rows;
-    const bool whole = std::ranges::find(faces.faceOfSlot, kNone) == faces.faceOfSlot.end();
+    const bool whole = std::ranges::find(faces.faceOfSlot, kNoCell) == faces.faceOfSlot.end();
     oneShape_ = faces.shapeOf[0];
     if (!whole || std::ranges::any_of(faces.shapeOf, [&](std::uint8_t shape) { return shape != oneShape_; }))
         shapeOf_ = std::move(faces.shapeOf);
@@ -191,7 +191,7 @@ void HeightField::takeFaces(FoundFaces faces) {
     faceOfSlot_ = std::move(faces.faceOfSlot);
     slotOfFace_.resize(faceCount_);
     for (std::uint32_t slot = 0; slot < faceOfSlot_.size(); ++slot)
-        if (faceOfSlot_[slot] != kNone) slotOfFace_[faceOfSlot_[slot]] = slot;
+        if (faceOfSlot_[slot] != kNoCell) slotOfFace_[faceOfSlot_[slot]] = slot;
 }
 
 Expected<HeightField> HeightField::recognise(const TriangleMesh& mesh) {

@@ -10,11 +10,6 @@ namespace tessera {
 
 namespace {
 
-bool isFloat(double x) {
-    return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()) &&
-           static_cast<double>(static_cast<float>(x)) == x;
-}
-
 }  // namespace
 
 Expected<PointSet> PointSet::make(std::span<const Vec3d> points, double radius, const PointSetLimits& limits) {

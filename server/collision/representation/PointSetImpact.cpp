@@ -12,11 +12,11 @@ namespace {
 
 /// A body on its way, as the search sees it.
 template <typename Body>
-class Side {
+class SetSide {
 public:
-    Side(const Body& body, const BodyMotion& motion) : parts_(body), way_(parts_, boundsOf(body), motion) {}
-    Side(const Side&) = delete;
-    Side& operator=(const Side&) = delete;
+    SetSide(const Body& body, const BodyMotion& motion) : parts_(body), way_(parts_, boundsOf(body), motion) {}
+    SetSide(const SetSide&) = delete;
+    SetSide& operator=(const SetSide&) = delete;
     [[nodiscard]] const BlockImpactBody& way() const { return way_; }
 
 private:
@@ -26,9 +26,9 @@ private:
     BlockImpactBody way_;
 };
 template <>
-class Side<TriangleTree> {
+class SetSide<TriangleTree> {
 public:
-    Side(const TriangleTree& tree, const BodyMotion& motion) : way_(tree, motion) {}
+    SetSide(const TriangleTree& tree, const BodyMotion& motion) : way_(tree, motion) {}
     [[nodiscard]] const TreeImpactBody& way() const { return way_; }
 
 private:
@@ -53,8 +53,8 @@ template <typename A, typename B>
 Impact contact(const A& a, const BodyMotion& motionA, const B& b, const BodyMotion& motionB, QueryWork& work,
                const ImpactOptions& options) {
     if (isEmpty(a) || isEmpty(b)) return {};
-    const Side<A> sideA(a, motionA);
-    const Side<B> sideB(b, motionB);
+    const SetSide<A> sideA(a, motionA);
+    const SetSide<B> sideB(b, motionB);
     if (!sideA.way().way.valid() || !sideB.way().way.valid() || !Thickness(options).valid())
         return {.t = 0, .complete = false};
     const auto radii = [&](double t) { return BallRadii{radiusAt(a, motionA, t), radiusAt(b, motionB, t)}; };

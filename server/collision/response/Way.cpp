@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/Compose.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/response/Reach.h"
 
@@ -34,12 +35,6 @@ Affine3d localOf(const Pose& value) {
 
 bool possible(const Pose& value) {
     return value.sound() && (value.scale.array() != 0).all();
-}
-
-double stretchOf(const Mat3d& m) {
-    // |M|² is the largest eigenvalue of MᵀM, which its largest row sum bounds.
-    const Mat3d square = m.transpose() * m;
-    return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
 }
 
 WayBound boundWay(const ObjectHandler& handler, std::uint32_t partNumber, const WayLookup& wayOf) {

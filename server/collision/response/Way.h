@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/math/Decompositions.h"
 #include "common/math/Pose.h"
 #include "server/collision/objects/ObjectHandler.h"
 
@@ -72,7 +73,5 @@ private:
     std::uint32_t carrier_ = Place::kNone;
 };
 
-/// A bound on how much a linear map can stretch; exact for rotations and uniform scales.
-[[nodiscard]] double stretchOf(const Mat3d& m);
 
 }  // namespace tessera

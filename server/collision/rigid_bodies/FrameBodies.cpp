@@ -45,14 +45,14 @@ double between(double value, double low, double high, double otherwise) {
 std::uint32_t FrameBodies::findPart(std::uint64_t id) const {
     const auto found = std::lower_bound(parts.begin(), parts.end(), id,
                                         [](const FramePart& p, std::uint64_t x) { return p.given->id < x; });
-    return found != parts.end() && found->given->id == id ? static_cast<std::uint32_t>(found - parts.begin()) : kNobody;
+    return found != parts.end() && found->given->id == id ? static_cast<std::uint32_t>(found - parts.begin()) : kNoBody;
 }
 
 std::uint32_t FrameBodies::findBody(std::uint64_t id) const {
     const auto found = std::lower_bound(bodies.begin(), bodies.end(), id,
                                         [](const FrameBody& b, std::uint64_t x) { return b.given->id < x; });
     return found != bodies.end() && found->given->id == id ? static_cast<std::uint32_t>(found - bodies.begin())
-                                                           : kNobody;
+                                                           : kNoBody;
 }
 
 namespace {
@@ -118,7 +118,7 @@ void FrameBodies::gather(std::span<const RigidBody> given, std::span<const Rigid
                 continue;
             const FramePart& part = parts[partRank[index]];
             // A body a part of which is nowhere is nowhere.
-            if (part.body == kNobody) {
+            if (part.body == kNoBody) {
                 body.usable = false;
                 break;
             }
@@ -130,7 +130,7 @@ void FrameBodies::gather(std::span<const RigidBody> given, std::span<const Rigid
         if (body.usable) fill(body, box, moments, gravity, seconds);
     }
     for (FramePart& part : parts)
-        if (part.body != kNobody && !bodies[part.body].usable) part.body = kNobody;
+        if (part.body != kNoBody && !bodies[part.body].usable) part.body = kNoBody;
 }
 
 FrameBodies::Ranks FrameBodies::insert(std::vector<Fetched> some, const Vec3d& gravity, double seconds,
@@ -154,7 +154,7 @@ FrameBodies::Ranks FrameBodies::insert(std::vector<Fetched> some, const Vec3d& g
             NewPart& next = newParts.emplace_back();
             next.index = static_cast<std::uint32_t>(partRank.size() + newParts.size() - 1);
             next.part.given = &from;
-            if (findPart(from.id) != kNobody || !fill(next.part, from, shapes, frame)) {
+            if (findPart(from.id) != kNoBody || !fill(next.part, from, shapes, frame)) {
                 body.usable = false;
                 continue;
             }
@@ -197,9 +197,9 @@ FrameBodies::Ranks FrameBodies::insert(std::vector<Fetched> some, const Vec3d& g
         bodies, newBodies, [](const FrameBody& b) { return b.given->id; }, [](const FrameBody& b) { return b; },
         ranks.body);
     for (FramePart& part : parts)
-        if (part.body != kNobody) part.body = ranks.body[part.body];
+        if (part.body != kNoBody) part.body = ranks.body[part.body];
     for (NewPart& next : newParts)
-        if (next.part.body != kNobody) next.part.body = bodyAt[next.part.body];
+        if (next.part.body != kNoBody) next.part.body = bodyAt[next.part.body];
     const std::vector<std::uint32_t> partAt = merge(
         parts, newParts, [](const NewPart& p) { return p.part.given->id; }, [](const NewPart& p) { return p.part; },
         ranks.part);

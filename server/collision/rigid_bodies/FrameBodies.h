@@ -12,12 +12,12 @@
 
 namespace tessera::rigid {
 
-inline constexpr std::uint32_t kNobody = ~std::uint32_t{0};
+inline constexpr std::uint32_t kNoBody = ~std::uint32_t{0};
 
 /// By rank: the place in the order of ids. Nothing here depends on the order in which things were passed.
 struct FramePart {
     const RigidPart* given = nullptr;
-    std::uint32_t body = kNobody;  ///< rank; kNobody: meets nothing
+    std::uint32_t body = kNoBody;  ///< rank; kNoBody: meets nothing
     const SurfaceData* surface = nullptr;
     Box box;
 };
@@ -42,7 +42,7 @@ struct FrameBodies {
     std::vector<FramePart> parts;
     std::vector<std::uint32_t> bodyRank, partRank;  ///< of what was passed, by index
 
-    /// A rank; kNobody where no such part was passed.
+    /// A rank; kNoBody where no such part was passed.
     [[nodiscard]] std::uint32_t findPart(std::uint64_t id) const;
     [[nodiscard]] std::uint32_t findBody(std::uint64_t id) const;
     void gather(std::span<const RigidBody> given, std::span<const RigidPart> givenParts, const Vec3d& gravity,

@@ -31,7 +31,7 @@ std::vector<PathGuard::Hit> PathGuard::find(const FrameBodies& frame, const Narr
     if (first) room_.assign(encounters.size(), kUnknown);
     for (std::size_t p = 0; p < frame.parts.size(); ++p) {
         const FramePart& part = frame.parts[p];
-        if (part.body == kNobody || part.surface == nullptr || !changed[part.body]) continue;
+        if (part.body == kNoBody || part.surface == nullptr || !changed[part.body]) continue;
         const PlacedSolid& solid = narrow.solid(static_cast<std::uint32_t>(p));
         const SweptPart swept{&paths[part.body], &part, solid.shape != nullptr ? &solid : nullptr, 0};
         turning_[p] = turningOf(swept);
@@ -88,7 +88,7 @@ void PathGuard::cut(const FrameBodies& frame, const NarrowPhase& narrow, std::sp
                     std::vector<Hit> hits, std::span<BodyPath> paths, const std::vector<bool>& moves,
                     std::uint64_t maxTests, Workers* workers) {
     // By whom a body is carried; those that are squeezed stay where they are, whatever moves over them.
-    std::vector<std::uint32_t> carrier(paths.size(), kNobody);
+    std::vector<std::uint32_t> carrier(paths.size(), kNoBody);
     std::vector<bool> squeezed(paths.size(), false);
     for (int round = 0; round < kMostRounds && !hits.empty(); ++round) {
         std::vector<double> share(paths.size(), 1);
@@ -96,7 +96,7 @@ void PathGuard::cut(const FrameBodies& frame, const NarrowPhase& narrow, std::sp
         const auto carry = [&](std::uint32_t body, std::uint32_t by) {
             if (squeezed[body] || carrier[body] == by) return;
             changed[body] = true;
-            if (carrier[body] != kNobody) {
+            if (carrier[body] != kNoBody) {
                 squeezed[body] = true;
                 paths[body].cut(0);
                 return;
@@ -112,12 +112,12 @@ void PathGuard::cut(const FrameBodies& frame, const NarrowPhase& narrow, std::sp
             for (const auto& [one, other] : {std::pair(a, b), std::pair(b, a)}) {
                 if (!moves[one] || squeezed[one] || carrier[one] == other) continue;
                 const std::uint32_t by = moves[other] ? carrier[other] : other;
-                if (carrier[one] != kNobody) {
+                if (carrier[one] != kNoBody) {
                     // Against what moves on its own, it is the other one's turn to give way.
                     if (moves[other] && !squeezed[other]) continue;
                     squeezed[one] = changed[one] = true;
                     paths[one].cut(0);
-                } else if (by != kNobody && !paths[by].still()) {
+                } else if (by != kNoBody && !paths[by].still()) {
                     // First as far as it may go alone; if that is no way, along with what pushes it.
                     if (paths[one].still() || hit.found.t < kLeastShare || round >= kSoftRounds)
                         carry(one, by);
@@ -129,7 +129,7 @@ void PathGuard::cut(const FrameBodies& frame, const NarrowPhase& narrow, std::sp
             }
         }
         for (std::size_t i = 0; i < paths.size(); ++i) {
-            if (share[i] >= 1 || carrier[i] != kNobody) continue;
+            if (share[i] >= 1 || carrier[i] != kNoBody) continue;
             paths[i].cut(share[i] < kLeastShare || round >= kSoftRounds ? 0 : share[i]);
             changed[i] = true;
         }

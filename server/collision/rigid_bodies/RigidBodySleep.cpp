@@ -45,23 +45,23 @@ void RigidBodyStage::State::fetch(std::span<const SleepingGroup> groups) {
     std::vector<std::uint64_t> come;
     std::unordered_set<std::uint64_t> known;
     const auto add = [&](FrameBodies::Fetched&& one) {
-        if (frame.findBody(one.body.id) != kNobody || !known.insert(one.body.id).second) return;
+        if (frame.findBody(one.body.id) != kNoBody || !known.insert(one.body.id).second) return;
         come.push_back(one.body.id);
         some.push_back(std::move(one));
     };
     for (const std::uint64_t id : ids) {
         FrameBodies::Fetched one;
-        if (frame.findBody(id) == kNobody && source->body(id, one.body, one.parts)) add(std::move(one));
+        if (frame.findBody(id) == kNoBody && source->body(id, one.body, one.parts)) add(std::move(one));
     }
     std::unordered_set<std::uint64_t> comingParts;
     for (const FrameBodies::Fetched& one : some)
         for (const RigidPart& part : one.parts) comingParts.insert(part.id);
     for (const std::uint64_t part : mayHaveStopped)
-        if (frame.findPart(part) == kNobody && !comingParts.contains(part)) supports.push_back(part);
+        if (frame.findPart(part) == kNoBody && !comingParts.contains(part)) supports.push_back(part);
     sortOnce(supports);
     for (const std::uint64_t part : supports) {
         FrameBodies::Fetched one;
-        if (frame.findPart(part) == kNobody && source->support(part, one.body, one.parts)) add(std::move(one));
+        if (frame.findPart(part) == kNoBody && source->support(part, one.body, one.parts)) add(std::move(one));
     }
     if (some.empty()) return;
     fetched.insert(fetched.end(), come.begin(), come.end());
@@ -83,12 +83,12 @@ void RigidBodyStage::State::wake(std::vector<SleepingGroup> groups) {
     fetch(groups);
     for (SleepingGroup& group : groups) {
         for (const std::uint64_t id : group.bodies)
-            if (const std::uint32_t rank = frame.findBody(id); rank != kNobody) frame.bodies[rank].asleep = false;
+            if (const std::uint32_t rank = frame.findBody(id); rank != kNoBody) frame.bodies[rank].asleep = false;
         const auto shift = static_cast<std::uint32_t>(woken.size());
         woken.insert(woken.end(), group.points.begin(), group.points.end());
         for (SleepingGroup::Pair& pair : group.pairs) {
             const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
-            if (a == kNobody || b == kNobody || frame.parts[a].body == kNobody || frame.parts[b].body == kNobody)
+            if (a == kNoBody || b == kNoBody || frame.parts[a].body == kNoBody || frame.parts[b].body == kNoBody)
                 continue;
             FrameEncounter e;
             e.partA = a;
@@ -161,13 +161,13 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
         now.push_back(quiet);
     }
     calm = std::move(now);
-    std::vector<std::uint32_t> slot(count, kNobody);
+    std::vector<std::uint32_t> slot(count, kNoBody);
     std::vector<SleepingGroup> asleep;
     for (std::uint32_t i = 0; i < count; ++i) {
         FrameBody& body = frame.bodies[i];
         if (!body.usable || !body.free || body.asleep || awake[groups.find(i)]) continue;
         std::uint32_t& to = slot[groups.find(i)];
-        if (to == kNobody) {
+        if (to == kNoBody) {
             to = static_cast<std::uint32_t>(asleep.size());
             asleep.emplace_back();
         }
@@ -177,7 +177,7 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
     }
     if (!asleep.empty()) {
         for (const FramePart& part : frame.parts)
-            if (part.body != kNobody && slot[part.body] != kNobody)
+            if (part.body != kNoBody && slot[part.body] != kNoBody)
                 asleep[slot[part.body]].surfaces.push_back(part.given->tree);
         for (std::uint32_t i = 0; i < looked.size(); ++i) {
             const FrameEncounter& e = looked[i];
@@ -189,7 +189,7 @@ void RigidBodyStage::State::sleep(RigidFrame& out) {
                 return frame.bodies[body].free ? frame.bodies[body].given->id : 0;
             };
             for (const std::uint32_t one : {a, b}) {
-                if (!frame.bodies[one].free || slot[one] == kNobody) continue;
+                if (!frame.bodies[one].free || slot[one] == kNoBody) continue;
                 SleepingGroup& group = asleep[slot[one]];
                 const std::uint32_t other = one == a ? b : a;
                 if (frame.bodies[other].free && one == b && slot[a] == slot[b]) continue;  // once is enough

@@ -121,7 +121,7 @@ void RigidBodyStage::State::collect(std::span<const RigidEncounter> encounters) 
         if (e.partA > e.partB) std::swap(e.partA, e.partB);
         e.law = from.law;
         const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
-        if (a == kNobody || b == kNobody || a == b || !(frame.bodies[a].free || frame.bodies[b].free)) continue;
+        if (a == kNoBody || b == kNoBody || a == b || !(frame.bodies[a].free || frame.bodies[b].free)) continue;
         open.push_back(e);
     }
 }
@@ -275,12 +275,12 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
         if (solver[p.bodyA].inverseMass > 0 && solver[p.bodyB].inverseMass > 0) islands.join(p.bodyA, p.bodyB);
     // Islands in the order of their first bodies; points of one in the order of encounters.
     const auto count = static_cast<std::uint32_t>(solver.size());
-    std::vector<std::uint32_t> island(count, kNobody), firstBody(1, 0), firstPoint(1, 0), bodies;
+    std::vector<std::uint32_t> island(count, kNoBody), firstBody(1, 0), firstPoint(1, 0), bodies;
     std::uint32_t islandCount = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
         if (solver[i].inverseMass == 0) continue;
         const std::uint32_t root = islands.find(i);
-        if (island[root] == kNobody) {
+        if (island[root] == kNoBody) {
             island[root] = islandCount++;
             firstBody.push_back(0);
             firstPoint.push_back(0);
@@ -301,7 +301,7 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
     for (std::uint32_t i = 0; i < count; ++i)
         if (touched != nullptr && (*touched)[i]) again[island[i]] = true;
     for (std::uint32_t i = 0; i < count; ++i)
-        if (island[i] != kNobody && again[island[i]]) {
+        if (island[i] != kNoBody && again[island[i]]) {
             changed[i] = true;
             solver[i] = unsolved[i];
             islandSize[i] = firstBody[island[i] + 1] - firstBody[island[i]];
@@ -312,7 +312,7 @@ std::vector<bool> RigidBodyStage::State::solve(const std::vector<bool>* touched)
     std::vector<std::uint32_t> nextBody(firstBody.begin(), firstBody.end() - 1),
         nextPoint(firstPoint.begin(), firstPoint.end() - 1);
     for (std::uint32_t i = 0; i < count; ++i)
-        if (island[i] != kNobody) bodies[nextBody[island[i]]++] = i;
+        if (island[i] != kNoBody) bodies[nextBody[island[i]]++] = i;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
         const std::uint32_t at = nextPoint[islandOf(points[i])]++;
         order[i] = at;

@@ -51,7 +51,7 @@ std::vector<SleepingGroup> Sleepers::takeDisturbed(const FrameBodies& frame, con
         const auto at = supports_.find(part.given->id);
         if (at == supports_.end() || (&part != frame.parts.data() && (&part - 1)->given->id == part.given->id))
             continue;
-        if (part.body == kNobody || frame.bodies[part.body].moving || part.given->tree != at->second.tree ||
+        if (part.body == kNoBody || frame.bodies[part.body].moving || part.given->tree != at->second.tree ||
             part.given->world.matrix() != at->second.world.matrix())
             wakeAllOn(at->second);
     }

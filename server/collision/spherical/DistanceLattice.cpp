@@ -25,7 +25,7 @@ constexpr double kSpacingPerError = 2;
 constexpr double kLatticeTolerance = 0.05;
 constexpr double kValueSteps = 32000;
 
-struct Crossing {
+struct EdgeCrossing {
     double height;
     int turn;  ///< +1: out of the body, upwards
 };
@@ -44,8 +44,8 @@ public:
     }
     /// For the places of one column, upwards.
     void column(std::int32_t i, std::int32_t j, std::vector<bool>& inside) {
-        std::vector<Crossing>& all = columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) + static_cast<std::size_t>(i)];
-        std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.height > b.height; });
+        std::vector<EdgeCrossing>& all = columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) + static_cast<std::size_t>(i)];
+        std::sort(all.begin(), all.end(), [](const EdgeCrossing& a, const EdgeCrossing& b) { return a.height > b.height; });
         inside.assign(static_cast<std::size_t>(view_.size[2]), false);
         int winding = 0;
         std::size_t next = 0;
@@ -89,7 +89,7 @@ private:
     }
 
     const LatticeView& view_;
-    std::vector<std::vector<Crossing>> columns_;
+    std::vector<std::vector<EdgeCrossing>> columns_;
 };
 
 template <typename Task>

@@ -23,7 +23,7 @@ using kernel::FieldWalkSink;
 /// As in ../query: some dozen roundings of 2^-24 of the lengths involved; and the field's own (FieldRaster.h, FieldPyramid.cpp).
 constexpr double kFieldSlack = 1e-5;
 /// Beyond this, cubes of lengths leave float.
-constexpr double kMostStretch = 1e9;
+constexpr double kMostFieldStretch = 1e9;
 /// Of maps that are hardly to be turned round nothing is known in float.
 constexpr double kMostCondition = 1e5;
 
@@ -61,7 +61,7 @@ std::optional<FieldWalkFrame> walkFrame(const Roles& roles, const Affine3d& a_T_
     const Mat3d own = field_T_walked.linear() * (f.unit / w.unit);
     const Vec3d shift = (field_T_walked * w.centre - f.centre) * f.unit;
     const double stretch = own.norm();
-    if (!(std::max(stretch, shift.norm()) <= kMostStretch)) return std::nullopt;
+    if (!(std::max(stretch, shift.norm()) <= kMostFieldStretch)) return std::nullopt;
 
     FieldWalkFrame frame{};
     frame.tree = w.view();

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/math/Decompositions.h"
 #include "server/collision/query/DistanceQuery.h"
 #include "server/collision/spherical/DistanceLattice.h"
 #include "server/collision/spherical/FieldKernels.h"
@@ -61,11 +62,6 @@ double scaleOf(const Affine3d& m) {
     const double square = gram.trace() / 3;
     if (!(square > 1e-18 && square < 1e18)) return 0;
     return (gram - square * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * square ? std::sqrt(square) : 0;
-}
-
-/// At least as much as the map stretches any length; of similarities their scale, to rounding.
-double stretchOf(const Mat3d& linear) {
-    return std::sqrt((linear.transpose() * linear).cwiseAbs().rowwise().sum().maxCoeff()) * (1 + 1e-12);
 }
 
 /// What floats can walk over: a map that is finite, and neither enlarges nor moves beyond all measure.

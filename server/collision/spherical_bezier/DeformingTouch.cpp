@@ -20,7 +20,7 @@ using lanes::BoxRows;
 using lanes::Point4;
 
 constexpr std::size_t kGroupFaces = DeformingStorage::kGroupFaces;
-constexpr std::uint32_t kNone = 0xffffffffU;
+constexpr std::uint32_t kNoFace = 0xffffffffU;
 
 /// B's own coordinates to A's, and how much the result may be wrong.
 struct OwnMap {
@@ -128,7 +128,7 @@ struct DeformingTouch::Walk {
     static constexpr std::size_t kMostPairs = 1'000'000;
     std::vector<Point4> moved;  ///< B's vertices group by group in A's own coordinates, where `isMoved`
     std::vector<Box4> movedBox;
-    /// Where a group's FaceBoxes are, else kNone.
+    /// Where a group's FaceBoxes are, else kNoFace.
     std::vector<std::uint32_t> placeA, placeB;
     std::vector<FaceBoxes> facesA, facesB;
 
@@ -173,7 +173,7 @@ bool DeformingTouch::Walk::decide() {
 }
 
 const FaceBoxes& DeformingTouch::Walk::boxesOfA(std::uint32_t group) {
-    if (placeA[group] == kNone) {
+    if (placeA[group] == kNoFace) {
         placeA[group] = static_cast<std::uint32_t>(facesA.size());
         std::array<Point4, DeformingStorage::kGroupVertices> points;
         const std::uint32_t first = a->vertexStart[group], end = a->vertexStart[group + 1];
@@ -184,7 +184,7 @@ const FaceBoxes& DeformingTouch::Walk::boxesOfA(std::uint32_t group) {
 }
 
 const FaceBoxes& DeformingTouch::Walk::boxesOfB(std::uint32_t group) {
-    if (placeB[group] == kNone) {
+    if (placeB[group] == kNoFace) {
         placeB[group] = static_cast<std::uint32_t>(facesB.size());
         facesB.emplace_back().make(*b, group, moved.data() + b->vertexStart[group]);
     }
@@ -232,8 +232,8 @@ bool DeformingTouch::Walk::run() {
     pairs.clear();
     facesA.clear();
     facesB.clear();
-    placeA.assign(groupsA, kNone);
-    placeB.assign(groupsB, kNone);
+    placeA.assign(groupsA, kNoFace);
+    placeB.assign(groupsB, kNoFace);
     moved.resize(b->vertices.size());
     movedBox.resize(groupsB);
     const Box4 wholeA = a->whole.grown(toA.slack);

@@ -19,7 +19,7 @@ using kernel::kBins;
 using kernel::kLeafFaces;
 using kernel::kNodeFaces;
 using kernel::kWidth;
-using Item = kernel::BoxItem;
+using TreeItem = kernel::BoxItem;
 
 /// Below this many levels the division is by count alone, so that no input makes a tree deep.
 constexpr std::size_t kLevelsOfChoice = 24;
@@ -28,14 +28,14 @@ constexpr double kMostGrowth = 13;
 /// How full a lowest node is, about.
 constexpr double kUsualFaces = 50;
 
-std::uint32_t faceOf(const Item& item) { return __builtin_bit_cast(std::uint32_t, item.side[3]) - Item::kFaceBias; }
-float centre2(const Item& item, unsigned axis) { return item.side[4 + axis] - item.side[axis]; }
+std::uint32_t faceOf(const TreeItem& item) { return __builtin_bit_cast(std::uint32_t, item.side[3]) - TreeItem::kFaceBias; }
+float centre2(const TreeItem& item, unsigned axis) { return item.side[4 + axis] - item.side[axis]; }
 
 /// What holds some triangles, and twice their centres.
 struct Bounds {
     __m128 below = _mm_set1_ps(-std::numeric_limits<float>::max()), above = below, centre = below, opposite = below;
 
-    void add(const Item& item) {
+    void add(const TreeItem& item) {
         const __m128 low = _mm_load_ps(item.side), high = _mm_load_ps(item.side + 4);
         below = _mm_max_ps(below, low);
         above = _mm_max_ps(above, high);
@@ -66,8 +66,8 @@ struct Bounds {
 
 /// Triangles that are still to be divided, and their bins along the axis of their next division.
 struct Piece {
-    Item* items = nullptr;
-    Item* room = nullptr;  ///< as much, for their order after it
+    TreeItem* items = nullptr;
+    TreeItem* room = nullptr;  ///< as much, for their order after it
     std::uint32_t count = 0;
     Bounds all;
     Bins bins;
@@ -100,15 +100,15 @@ struct Piece {
 class Divider {
 public:
     Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule, InstructionSet set)
-        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new Item[2 * std::size_t{faces_}]), kernels_(kernel::treeKernels(set).division) {
+        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new TreeItem[2 * std::size_t{faces_}]), kernels_(kernel::treeKernels(set).division) {
         for (std::uint32_t face = 0; face < faces_; ++face) {
             const std::uint32_t* const corner = &indices[3 * std::size_t{face}];
             const __m128 a = _mm_load_ps(positions[corner[0]].xyz0), b = _mm_load_ps(positions[corner[1]].xyz0),
                          c = _mm_load_ps(positions[corner[2]].xyz0);
-            Item& item = items_[face];
+            TreeItem& item = items_[face];
             _mm_store_ps(item.side, _mm_sub_ps(_mm_setzero_ps(), _mm_min_ps(_mm_min_ps(a, b), c)));
             _mm_store_ps(item.side + 4, _mm_max_ps(_mm_max_ps(a, b), c));
-            item.side[3] = __builtin_bit_cast(float, face + Item::kFaceBias);
+            item.side[3] = __builtin_bit_cast(float, face + TreeItem::kFaceBias);
             whole_.add(item);
         }
     }
@@ -133,7 +133,7 @@ public:
 private:
     SplitRule rule_;
     std::uint32_t faces_;
-    std::unique_ptr<Item[]> items_;  ///< and as much room
+    std::unique_ptr<TreeItem[]> items_;  ///< and as much room
     const kernel::DivisionKernels& kernels_;
     Bounds whole_;
     double growth_ = 1;
@@ -170,7 +170,7 @@ private:
 
     static constexpr std::array<std::uint8_t, kLeafFaces> kAsTheyAre{0, 1, 2, 3};
 
-    kernel::ChildRef leaf(const Item* items, const std::uint8_t* order, unsigned count) {
+    kernel::ChildRef leaf(const TreeItem* items, const std::uint8_t* order, unsigned count) {
         const std::uint32_t index = static_cast<std::uint32_t>(out_.leafFaces.size() / kLeafFaces);
         for (unsigned i = 0; i < kLeafFaces; ++i) out_.leafFaces.push_back(i < count ? faceOf(items[order[i]]) : TreeStorage::kNoFace);
         return kernel::kLeafBit | index << 2 | (count - 1);
@@ -250,7 +250,7 @@ private:
     void splitByCount(Piece& piece, Piece& right) {
         const unsigned axis = piece.bins.axis;
         const auto half = static_cast<std::uint32_t>((piece.count / 2 + kNodeFaces - 1) / kNodeFaces * kNodeFaces);
-        std::nth_element(piece.items, piece.items + half, piece.items + piece.count, [axis](const Item& a, const Item& b) {
+        std::nth_element(piece.items, piece.items + half, piece.items + piece.count, [axis](const TreeItem& a, const TreeItem& b) {
             const float x = centre2(a, axis), y = centre2(b, axis);
             return x != y ? x < y : faceOf(a) < faceOf(b);
         });
@@ -259,11 +259,11 @@ private:
 
     void splitByMean(Piece& piece, Piece& right) {
         const unsigned axis = piece.bins.axis;
-        Item* const end = piece.items + piece.count;
+        TreeItem* const end = piece.items + piece.count;
         double sum = 0;
-        for (const Item* i = piece.items; i != end; ++i) sum += static_cast<double>(centre2(*i, axis));
+        for (const TreeItem* i = piece.items; i != end; ++i) sum += static_cast<double>(centre2(*i, axis));
         const float mean = static_cast<float>(sum / piece.count);
-        Item* const middle = std::partition(piece.items, end, [&](const Item& item) { return centre2(item, axis) < mean; });
+        TreeItem* const middle = std::partition(piece.items, end, [&](const TreeItem& item) { return centre2(item, axis) < mean; });
         if (middle == piece.items || middle == end) return splitByCount(piece, right);
         cut(piece, right, static_cast<std::uint32_t>(middle - piece.items));
     }
@@ -323,7 +323,7 @@ private:
         if (choice.bin == 0) return splitByCount(piece, right);
         const kernel::Cut cut = piece.cutBefore(choice.bin);
         const std::uint32_t count = piece.count;
-        const Item* const from = piece.items;
+        const TreeItem* const from = piece.items;
         right.items = piece.room + choice.left;
         right.room = piece.items + choice.left;
         right.count = count - choice.left;

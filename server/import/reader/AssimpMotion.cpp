@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/math/Decompositions.h"
+
 namespace tessera {
 namespace {
 
@@ -15,10 +17,10 @@ constexpr double kLatestSeconds = 1e9;
 /// rotation · scale as near to the matrix as they come, and whether that is all of it, but for what files round.
 bool splitParts(const Affine3d& map, Vec3d& translation, Quatd& rotation, Vec3d& scale) {
     const Mat3d linear = map.linear();
-    const Eigen::JacobiSVD<Mat3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const SingularValues svd = singularValuesOf(linear);
     scale = linear.colwise().norm();
     // Columns at right angles tell the rotation by themselves; of others, and of flat ones, the nearest rotation does.
-    Mat3d turn = svd.matrixU() * svd.matrixV().transpose();
+    Mat3d turn = svd.u * svd.v.transpose();
     if (scale.minCoeff() > 0) {
         const Mat3d columns = linear * scale.cwiseInverse().asDiagonal();
         if ((columns.transpose() * columns - Mat3d::Identity()).cwiseAbs().maxCoeff() < 1e-5) turn = columns;

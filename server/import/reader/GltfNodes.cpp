@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/Compose.h"
 #include "server/import/reader/GltfReader.h"
 
 namespace tessera {

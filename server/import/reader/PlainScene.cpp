@@ -6,6 +6,7 @@
 
 #include "common/geometry/Points.h"
 #include "common/geometry/TriangleOrder.h"
+#include "common/math/Decompositions.h"
 
 namespace tessera {
 namespace {
@@ -99,10 +100,10 @@ proto::scene::Node* addPlacedNode(const std::function<proto::scene::Node*()>& ma
         setTransform(*node->mutable_transform(), map.translation(), Quatd(rotation).normalized(), lengths);
         return node;
     }
-    const Eigen::JacobiSVD<Mat3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Mat3d outer = svd.matrixU();
-    Mat3d inner = svd.matrixV();
-    Vec3d factors = svd.singularValues();
+    const SingularValues svd = singularValuesOf(linear);
+    Mat3d outer = svd.u;
+    Mat3d inner = svd.v;
+    Vec3d factors = svd.values;
     // Both must be rotations: a reflection moves into the scale between them.
     if (outer.determinant() < 0.0) {
         outer.col(2) = -outer.col(2);

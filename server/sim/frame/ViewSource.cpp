@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
 #include "server/sim/frame/AnimatedBounds.h"
 
@@ -17,7 +18,7 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
         return fail(ErrorCode::kBadInput, fmt::format("camera {}: its place in the world is not finite", pathOf(scene, node)));
     View view;
     view.position = world_T_camera.translation();
-    view.orientation = Quatd(world_T_camera.rotation()).normalized();
+    view.orientation = Quatd(rotationOf(world_T_camera)).normalized();
     view.worldUnitsPerMetre = camera.worldUnitsPerMetre;
     if (const Expected<void> sound = checkStand(view); !sound)
         return failWith(fmt::format("camera {}", pathOf(scene, node)), sound.error());

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "common/math/Compose.h"
+
 namespace tessera {
 namespace {
 

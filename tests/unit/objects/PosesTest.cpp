@@ -1,6 +1,7 @@
 /// Where parts are: moves, tentative poses, versions, boxes.
 #include <limits>
 
+#include "common/math/Compose.h"
 #include "common/scene/Action.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "tests/unit/objects/ObjectScene.h"

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "common/math/Compose.h"
 #include "common/scene/Action.h"
 
 #include "tests/unit/objects/NaiveRules.h"

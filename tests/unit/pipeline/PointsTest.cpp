@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/math/Compose.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/math/Compose.h"
 #include "tests/unit/query/Bodies.h"
 
 namespace tessera {

@@ -2,6 +2,7 @@
 /// (collision/convex).
 #include <limits>
 
+#include "common/math/Compose.h"
 #include "server/collision/convex/ConvexQuery.h"
 #include "server/collision/rigid_bodies/FaceContacts.h"
 #include "server/collision/rigid_bodies/ShapeMemory.h"

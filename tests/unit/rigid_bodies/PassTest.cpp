@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "common/math/Compose.h"
 #include "tests/unit/rigid_bodies/World.h"
 
 namespace tessera::rigidbodytest {

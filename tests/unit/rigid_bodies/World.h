@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/Workers.h"
+#include "common/math/Compose.h"
 #include "server/collision/rigid_bodies/RigidBodyStage.h"
 
 namespace tessera::rigidbodytest {

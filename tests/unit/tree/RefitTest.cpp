@@ -2,6 +2,7 @@
 #include <cstring>
 #include <limits>
 
+#include "common/math/Compose.h"
 #include "server/collision/query/TouchQuery.h"
 #include "server/collision/tree/TreeStorage.h"
 #include "tests/unit/collision/BruteForce.h"
