@@ -292,6 +292,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     const auto oneRun = [this](std::uint32_t call) { return inCell[call].end - inCell[call].first == 1; };
     const DrawCall* before = nullptr;
     for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
+        if (auto wanted = goOn(); !wanted) return wanted;
         const DrawCall& call = calls.calls()[inPass[i]];
         if (auto set = setState(call, before, use); !set) return set;
         before = &call;

@@ -8,6 +8,7 @@ namespace tessera {
 Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
     auto it = programs.find(kind);
     if (it == programs.end()) {
+        if (auto wanted = goOn(); !wanted) return tl::unexpected(wanted.error());
         auto made = Program::create(gl, kind, kind.person ? &calls.persons().textOf(kind.person) : nullptr);
         if (!made && kind.person > PersonPrograms::kError) {
             // Other drivers know other errors than the server's.

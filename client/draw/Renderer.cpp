@@ -122,12 +122,18 @@ void Renderer::Impl::readColors(const CellPart& cell, const PixelRect& rect, con
         std::swap_ranges(row(y), row(y) + 4 * static_cast<std::size_t>(from.width), row(from.height - 1 - y));
 }
 
+Expected<void> Renderer::Impl::goOn() {
+    if (!unwanted || !(leftOff = leftOff || (*unwanted)())) return {};
+    return fail(ErrorCode::kRefused, "nobody wants this picture any more");
+}
+
 Expected<void> Renderer::Impl::drawCells(const DrawList& list, const ScreenCamera& camera, const PixelRect& rect,
                                          const PixelRows& rows) {
     readBackTime = {};
     for (const CellPart& cell : cellsOf(camera, rect)) {
         if (auto drawn = drawCell(list, camera, cell); !drawn) return drawn;
         gl.Finish();  // what comes now would wait for it
+        if (auto wanted = goOn(); !wanted) return wanted;
         const TimePoint finished = clockNow();
         readColors(cell, rect, rows);
         readBackTime += clockNow() - finished;
@@ -155,6 +161,17 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
     picture.rgb.resize(3 * pixels);
     dropAlpha(rgbx.data(), pixels, picture.rgb.data());
     return picture;
+}
+
+Expected<std::optional<Picture>> Renderer::drawWhileWanted(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                                           const PixelRect& rect, const std::function<bool()>& unwanted) {
+    impl_->unwanted = &unwanted;
+    impl_->leftOff = false;
+    auto picture = draw(aspect, list, camera, rect);
+    impl_->unwanted = nullptr;
+    if (impl_->leftOff) return std::nullopt;
+    if (!picture) return tl::unexpected(picture.error());
+    return std::move(*picture);
 }
 
 Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect, const DrawList& list,

@@ -1,7 +1,9 @@
 /// Draws draw lists with OpenGL 4.5, in the coordinates of the whole wall, so that seams are exact.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +72,10 @@ public:
     /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
+    /// The same for somebody who may want it no longer: once `unwanted` is true the rest is left, and there is no picture. Asked between
+    /// any two things that are drawn, passes over the screen and programs to be made; one of these is not broken off.
+    [[nodiscard]] Expected<std::optional<Picture>> drawWhileWanted(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                                                   const PixelRect& rect, const std::function<bool()>& unwanted);
     /// The same, straight to where it will be looked at: no copy in between.
     [[nodiscard]] Expected<void> drawInto(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                           const PixelRect& rect, const PixelRows& rows);

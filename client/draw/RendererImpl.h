@@ -51,6 +51,8 @@ struct Renderer::Impl {
 
     [[nodiscard]] Expected<void> begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                        const PixelRect& rect);
+    /// An error once nobody wants what is drawn.
+    [[nodiscard]] Expected<void> goOn();
     [[nodiscard]] Expected<void> beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
                                            TileBuffers& buffers);
     /// What is to be drawn of a list, seen from here.
@@ -98,6 +100,8 @@ struct Renderer::Impl {
     Surface& surface;
     GlFunctions gl;
     RendererOptions options;
+    const std::function<bool()>* unwanted = nullptr;  ///< while something is drawn that may not be wanted to its end
+    bool leftOff = false;                             ///< it was not
     int samples = 4;  ///< per pixel, of the list being drawn: the options', or fewer where the camera's detail says so
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     using Drawn = std::pair<Pass, ProgramKind>;

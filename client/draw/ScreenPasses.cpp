@@ -114,6 +114,7 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
         }
         return {};
     }
+    if (auto wanted = goOn(); !wanted) return wanted;
     if (auto entered = enter(pass); !entered) return entered;
     if (auto used = useProgram(kind); !used) return used;
     gl.BindVertexArray(emptyArray);

@@ -111,81 +111,147 @@ Expected<WholeFrame> readWhole(int file, const std::string& path, const std::fun
 
 }  // namespace
 
+/// The mapped file. Two threads use it at a time: one draws into the slot that is not shown, one flips the word that says which
+/// is, and gives the file its name.
+class SharedFrameFile {
+public:
+    SharedFrameFile(const std::string& path, int widthPx, int heightPx)
+        : path_(path), next_(path + ".next"), widthPx_(widthPx), heightPx_(heightPx) {}
+    ~SharedFrameFile();
+    SharedFrameFile(const SharedFrameFile&) = delete;
+    SharedFrameFile& operator=(const SharedFrameFile&) = delete;
+
+    [[nodiscard]] Expected<void> make();
+
+    // Whoever draws.
+    [[nodiscard]] int hiddenSlot() const;
+    [[nodiscard]] std::uint8_t* pixelsOf(int slot) const;
+    /// Others see the count odd before anything else of the change, and even after all of it.
+    void change(int slot, bool begins) const;
+    void number(int slot, std::uint64_t frame) const { header().slots[slot].frame = frame; }
+    [[nodiscard]] int widthPx() const { return widthPx_; }
+    [[nodiscard]] int heightPx() const { return heightPx_; }
+
+    // Whoever shows.
+    void flipTo(int slot) const;
+    void wakeReaders() const;
+    [[nodiscard]] Expected<void> putInPlace();
+
+private:
+    [[nodiscard]] bool linkAs(const std::string& name) const;
+    [[nodiscard]] Header& header() const { return *reinterpret_cast<Header*>(memory_); }
+
+    std::string path_;
+    std::string next_;  ///< its name just before it takes the place of another; empty once it has its own
+    int unnamed_ = -1;  ///< until then; none where the file system has no files without a name
+    std::byte* memory_ = nullptr;
+    std::size_t mappedBytes_ = 0;
+    int widthPx_, heightPx_;
+};
+
+Expected<void> SharedFrameFile::make() {
+    // Without a name until the first image is shown: a writer that is killed before leaves nothing behind. Where the file system
+    // has no such files, under a name that the next writer takes over.
+    ::unlink(next_.c_str());
+    std::string folder = std::filesystem::path(path_).parent_path();
+    if (folder.empty()) folder = ".";
+    unnamed_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0644);
+    const FileHandle named(unnamed_ >= 0 ? -1 : ::open(next_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0644));
+    const int file = unnamed_ >= 0 ? unnamed_ : named.get();
+    if (file < 0)
+        return fail(ErrorCode::kFailed, path_ + ": cannot make the file of the shown image: " + std::strerror(errno));
+    const std::size_t bytes = kHeaderBytes + 2 * slotBytes(widthPx_, heightPx_);
+    // Taking the blocks now turns a full disk into an error here; without them it would be a SIGBUS in a frame.
+    if (const int error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes)); error != 0)
+        return fail(ErrorCode::kFailed, path_ + ": no room for the shown image: " + std::strerror(error));
+    ::fchmod(file, 0644);
+    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    if (memory == MAP_FAILED)
+        return fail(ErrorCode::kFailed, path_ + ": cannot map the file of the shown image: " + std::strerror(errno));
+    memory_ = static_cast<std::byte*>(memory);
+    mappedBytes_ = bytes;
+    header() = Header{.magic = kMagic, .widthPx = widthPx_, .heightPx = heightPx_, .shown = 0, .slots = {}, .shownAtNs = {}};
+    return {};
+}
+
+SharedFrameFile::~SharedFrameFile() {
+    if (memory_) ::munmap(memory_, mappedBytes_);
+    if (unnamed_ >= 0) ::close(unnamed_);
+    if (!next_.empty()) ::unlink(next_.c_str());
+}
+
+int SharedFrameFile::hiddenSlot() const {
+    const std::uint64_t shown = std::atomic_ref(header().shown).load(std::memory_order_relaxed);
+    return shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
+}
+
+std::uint8_t* SharedFrameFile::pixelsOf(int slot) const {
+    return reinterpret_cast<std::uint8_t*>(memory_) + kHeaderBytes + static_cast<std::size_t>(slot) * slotBytes(widthPx_, heightPx_);
+}
+
+void SharedFrameFile::change(int slot, bool begins) const {
+    std::atomic_ref changes(header().slots[slot].changes);
+    if (!begins) return changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+    changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    std::atomic_thread_fence(std::memory_order_seq_cst);
+}
+
+void SharedFrameFile::flipTo(int slot) const {
+    std::atomic_ref shown(header().shown);
+    const std::uint64_t times = (shown.load(std::memory_order_relaxed) >> 1) + 1;
+    std::atomic_ref(header().shownAtNs[slot]).store(monotonicNs(), std::memory_order_relaxed);
+    shown.store((times << 1) | static_cast<std::uint64_t>(slot), std::memory_order_release);
+}
+
+void SharedFrameFile::wakeReaders() const {
+    ::syscall(SYS_futex, wakingWord(&header()), FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+}
+
+bool SharedFrameFile::linkAs(const std::string& name) const {
+    const std::string itself = "/proc/self/fd/" + std::to_string(unnamed_);
+    return ::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+}
+
+Expected<void> SharedFrameFile::putInPlace() {
+    if (next_.empty()) return {};
+    // Where there is none yet the name takes a tenth of a millisecond; taking another's place, on a busy file system, up to ten.
+    const bool inPlace = unnamed_ >= 0 && linkAs(path_);
+    if (!inPlace && ((unnamed_ >= 0 && !linkAs(next_)) || ::rename(next_.c_str(), path_.c_str()) != 0))
+        return fail(ErrorCode::kFailed, path_ + ": cannot put the shown image in place: " + std::strerror(errno));
+    if (unnamed_ >= 0) ::close(std::exchange(unnamed_, -1));
+    next_.clear();
+    return {};
+}
+
+Expected<void> ReadyFrame::show(std::span<const ReadyFrame> frames) {
+    for (const ReadyFrame& frame : frames) frame.file_->flipTo(frame.slot_);
+    for (const ReadyFrame& frame : frames) frame.file_->wakeReaders();
+    for (const ReadyFrame& frame : frames)
+        if (auto placed = frame.file_->putInPlace(); !placed) return placed;
+    return {};
+}
+
+Picture ReadyFrame::picture() const {
+    return pictureFrom(file_->pixelsOf(slot_), file_->widthPx(), file_->heightPx());
+}
+
 Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, int widthPx, int heightPx) {
     if (widthPx <= 0 || heightPx <= 0 || widthPx > kMaxFrameSidePx || heightPx > kMaxFrameSidePx)
         return fail(ErrorCode::kLimit, path + ": a picture's sides must be 1 to 16384 pixels");
     std::error_code ignored;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
-
-    SharedFrameWriter writer;
-    writer.path_ = path;
-    // Without a name until the first image is shown: a writer that is killed before leaves nothing behind. Where the file system
-    // has no such files, under a name that the next writer takes over.
-    writer.next_ = path + ".next";
-    ::unlink(writer.next_.c_str());
-    std::string folder = std::filesystem::path(path).parent_path();
-    if (folder.empty()) folder = ".";
-    writer.unnamed_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0644);
-    const FileHandle named(writer.unnamed_ >= 0 ? -1 : ::open(writer.next_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0644));
-    const int file = writer.unnamed_ >= 0 ? writer.unnamed_ : named.get();
-    if (file < 0)
-        return fail(ErrorCode::kFailed, path + ": cannot make the file of the shown image: " + std::strerror(errno));
-    const std::size_t bytes = kHeaderBytes + 2 * slotBytes(widthPx, heightPx);
-    // Taking the blocks now turns a full disk into an error here; without them it would be a SIGBUS in a frame.
-    if (const int error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes)); error != 0)
-        return fail(ErrorCode::kFailed, path + ": no room for the shown image: " + std::strerror(error));
-    ::fchmod(file, 0644);
-    void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-    if (memory == MAP_FAILED)
-        return fail(ErrorCode::kFailed, path + ": cannot map the file of the shown image: " + std::strerror(errno));
-    writer.memory_ = static_cast<std::byte*>(memory);
-    writer.mappedBytes_ = bytes;
-    writer.widthPx_ = widthPx;
-    writer.heightPx_ = heightPx;
-    auto* header = reinterpret_cast<Header*>(writer.memory_);
-    *header = Header{.magic = kMagic, .widthPx = widthPx, .heightPx = heightPx, .shown = 0, .slots = {}};
-    return writer;
-}
-
-SharedFrameWriter::~SharedFrameWriter() {
-    close();
-}
-
-SharedFrameWriter::SharedFrameWriter(SharedFrameWriter&& other) noexcept {
-    *this = std::move(other);
-}
-
-SharedFrameWriter& SharedFrameWriter::operator=(SharedFrameWriter&& other) noexcept {
-    if (this == &other) return *this;
-    close();
-    path_ = std::move(other.path_);
-    next_ = std::exchange(other.next_, {});
-    unnamed_ = std::exchange(other.unnamed_, -1);
-    memory_ = std::exchange(other.memory_, nullptr);
-    mappedBytes_ = std::exchange(other.mappedBytes_, 0);
-    widthPx_ = other.widthPx_;
-    heightPx_ = other.heightPx_;
-    prepared_ = std::exchange(other.prepared_, -1);
-    drawn_ = std::exchange(other.drawn_, -1);
-    std::copy(std::begin(other.holdsIt_), std::end(other.holdsIt_), std::begin(holdsIt_));
-    return *this;
-}
-
-void SharedFrameWriter::close() {
-    if (memory_) ::munmap(memory_, mappedBytes_);
-    memory_ = nullptr;
-    if (unnamed_ >= 0) ::close(std::exchange(unnamed_, -1));
-    if (!next_.empty()) ::unlink(next_.c_str());
-    next_.clear();
+    auto file = std::make_shared<SharedFrameFile>(path, widthPx, heightPx);
+    if (auto made = file->make(); !made) return tl::unexpected(made.error());
+    return SharedFrameWriter(std::move(file));
 }
 
 PixelRows SharedFrameWriter::begin() {
-    const int slot = hiddenSlot();
-    if (drawn_ != slot) change(slot, true);
+    const int slot = file_->hiddenSlot();
+    if (drawn_ != slot) file_->change(slot, true);
     drawn_ = slot;
     prepared_ = -1;
     holdsIt_[slot] = false;
-    return {.rgbx = pixelsOf(slot), .pitchBytes = 4 * static_cast<std::size_t>(widthPx_)};
+    return {.rgbx = file_->pixelsOf(slot), .pitchBytes = 4 * static_cast<std::size_t>(file_->widthPx())};
 }
 
 void SharedFrameWriter::prepared(std::uint64_t frame) {
@@ -193,13 +259,13 @@ void SharedFrameWriter::prepared(std::uint64_t frame) {
     const int slot = std::exchange(drawn_, -1);
     holdsIt_[slot] = true;
     holdsIt_[1 - slot] = false;
-    reinterpret_cast<Header*>(memory_)->slots[slot].frame = frame;
-    change(slot, false);
+    file_->number(slot, frame);
+    file_->change(slot, false);
     prepared_ = slot;
 }
 
 void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
-    TESSERA_CHECK(picture.widthPx == widthPx_ && picture.heightPx == heightPx_, "the picture has the size of its tile");
+    TESSERA_CHECK(picture.widthPx == file_->widthPx() && picture.heightPx == file_->heightPx(), "the picture has the size of its tile");
     std::uint8_t* out = begin().rgbx;
     for (std::size_t i = 0; i < picture.rgb.size(); i += 3, out += 4) std::memcpy(out, picture.rgb.data() + i, 3);
     prepared(frame);
@@ -207,62 +273,30 @@ void SharedFrameWriter::prepare(std::uint64_t frame, const Picture& picture) {
 
 void SharedFrameWriter::prepareAgain(std::uint64_t frame) {
     TESSERA_CHECK(holdsIt_[0] || holdsIt_[1], "a picture is prepared before it is prepared again");
-    const int slot = hiddenSlot();
-    if (holdsIt_[slot]) return number(slot, frame);
-    const std::uint8_t* const from = pixelsOf(1 - slot);
-    std::memcpy(begin().rgbx, from, slotBytes(widthPx_, heightPx_));
+    const int slot = file_->hiddenSlot();
+    if (holdsIt_[slot]) {
+        file_->change(slot, true);
+        file_->number(slot, frame);
+        file_->change(slot, false);
+        prepared_ = slot;
+        return;
+    }
+    const std::uint8_t* const from = file_->pixelsOf(1 - slot);
+    std::memcpy(begin().rgbx, from, slotBytes(file_->widthPx(), file_->heightPx()));
     const int other = 1 - slot;
     prepared(frame);
     holdsIt_[other] = true;
 }
 
-Picture SharedFrameWriter::shownPicture() const {
-    TESSERA_CHECK(reinterpret_cast<const Header*>(memory_)->shown != 0, "a picture has been shown");
-    return pictureFrom(pixelsOf(1 - hiddenSlot()), widthPx_, heightPx_);
-}
-
-int SharedFrameWriter::hiddenSlot() const {
-    auto* header = reinterpret_cast<Header*>(memory_);
-    const std::uint64_t shown = std::atomic_ref(header->shown).load(std::memory_order_relaxed);
-    return shown == 0 ? 0 : static_cast<int>(1 - (shown & 1));
-}
-
-std::uint8_t* SharedFrameWriter::pixelsOf(int slot) const {
-    return reinterpret_cast<std::uint8_t*>(memory_) + kHeaderBytes + static_cast<std::size_t>(slot) * slotBytes(widthPx_, heightPx_);
-}
-
-/// Others see the count odd before anything else of the change, and even after all of it.
-void SharedFrameWriter::change(int slot, bool begins) {
-    std::atomic_ref changes(reinterpret_cast<Header*>(memory_)->slots[slot].changes);
-    if (!begins) return changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_release);
-    changes.store(changes.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_seq_cst);
-}
-
-void SharedFrameWriter::number(int slot, std::uint64_t frame) {
-    change(slot, true);
-    reinterpret_cast<Header*>(memory_)->slots[slot].frame = frame;
-    change(slot, false);
-    prepared_ = slot;
+ReadyFrame SharedFrameWriter::ready() const {
+    TESSERA_CHECK(prepared_ >= 0, "an image is prepared before it is shown");
+    return {file_, prepared_};
 }
 
 Expected<void> SharedFrameWriter::show() {
-    TESSERA_CHECK(prepared_ >= 0, "an image is prepared before it is shown");
-    auto* header = reinterpret_cast<Header*>(memory_);
-    std::atomic_ref shown(header->shown);
-    const std::uint64_t times = (shown.load(std::memory_order_relaxed) >> 1) + 1;
-    std::atomic_ref(header->shownAtNs[prepared_]).store(monotonicNs(), std::memory_order_relaxed);
-    shown.store((times << 1) | static_cast<std::uint64_t>(prepared_), std::memory_order_release);
+    const ReadyFrame frame = ready();
     prepared_ = -1;
-    ::syscall(SYS_futex, wakingWord(header), FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
-    if (next_.empty()) return {};
-    const std::string itself = "/proc/self/fd/" + std::to_string(unnamed_);
-    if ((unnamed_ >= 0 && ::linkat(AT_FDCWD, itself.c_str(), AT_FDCWD, next_.c_str(), AT_SYMLINK_FOLLOW) != 0) ||
-        ::rename(next_.c_str(), path_.c_str()) != 0)
-        return fail(ErrorCode::kFailed, path_ + ": cannot put the shown image in place: " + std::strerror(errno));
-    if (unnamed_ >= 0) ::close(std::exchange(unnamed_, -1));
-    next_.clear();
-    return {};
+    return ReadyFrame::show(std::span(&frame, 1));
 }
 
 Expected<ShownImage> readSharedFrame(const std::string& path) {

@@ -8,6 +8,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,15 +24,32 @@ struct ShownImage {
     Picture picture;
 };
 
-/// Keeps one shared frame file. One thread; one writer per file. The file of an earlier writer, and the image in it,
-/// stay until the first `show` of this one.
+class SharedFrameFile;
+
+/// A picture that lies whole in a shared frame file. A value, which one thread may hand to another.
+class ReadyFrame {
+public:
+    /// Makes these the ones shown: all words first, then whoever waits for one is woken. Some nanoseconds each and a system call
+    /// that waits for nothing; but the first in a file that takes the place of an earlier one waits for the file system. Any one
+    /// thread; each at most once, after it was ready and before its writer begins another one.
+    [[nodiscard]] static Expected<void> show(std::span<const ReadyFrame> frames);
+    /// A copy. Until its writer begins the next but one, or the next if this is not shown.
+    [[nodiscard]] Picture picture() const;
+
+private:
+    friend class SharedFrameWriter;
+    ReadyFrame(std::shared_ptr<SharedFrameFile> file, int slot) : file_(std::move(file)), slot_(slot) {}
+
+    std::shared_ptr<SharedFrameFile> file_;
+    int slot_;
+};
+
+/// Draws into one shared frame file. One thread; one writer per file. The file of an earlier writer, and the image in it,
+/// stay until the first picture of this one is shown.
 class SharedFrameWriter {
 public:
     /// Reserves room for pictures of exactly this size in a file beside `path`; makes missing folders.
     [[nodiscard]] static Expected<SharedFrameWriter> create(const std::string& path, int widthPx, int heightPx);
-    ~SharedFrameWriter();
-    SharedFrameWriter(SharedFrameWriter&& other) noexcept;
-    SharedFrameWriter& operator=(SharedFrameWriter&& other) noexcept;
 
     /// Where the next picture is to be drawn, into the slot that is not shown: what was prepared is lost. Then `prepared`.
     [[nodiscard]] PixelRows begin();
@@ -40,26 +59,15 @@ public:
     void prepare(std::uint64_t frame, const Picture& picture);
     /// The picture prepared last is that of this frame too. From its second time in a row on, that takes a few words.
     void prepareAgain(std::uint64_t frame);
-    /// A copy of the picture shown last. There must be one.
-    [[nodiscard]] Picture shownPicture() const;
-    /// Makes the prepared picture the one shown. A few nanoseconds, but for the first time, when the file gets its
-    /// name.
+    /// What was prepared last. There must be one.
+    [[nodiscard]] ReadyFrame ready() const;
+    /// Makes that the one shown.
     [[nodiscard]] Expected<void> show();
 
 private:
-    SharedFrameWriter() = default;
-    void close();
-    [[nodiscard]] int hiddenSlot() const;
-    [[nodiscard]] std::uint8_t* pixelsOf(int slot) const;
-    void change(int slot, bool begins);
-    void number(int slot, std::uint64_t frame);
+    explicit SharedFrameWriter(std::shared_ptr<SharedFrameFile> file) : file_(std::move(file)) {}
 
-    std::string path_;
-    std::string next_;   ///< its name just before the first image is shown; then empty
-    int unnamed_ = -1;   ///< until then; none where the file system has no files without a name
-    std::byte* memory_ = nullptr;
-    std::size_t mappedBytes_ = 0;
-    int widthPx_ = 0, heightPx_ = 0;
+    std::shared_ptr<SharedFrameFile> file_;
     int prepared_ = -1;                 ///< slot, or none
     int drawn_ = -1;                    ///< slot that `begin` has given out, or none
     bool holdsIt_[2] = {false, false};  ///< the slots where that lies

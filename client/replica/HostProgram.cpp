@@ -119,7 +119,11 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
                                                           .pixelProbe = *probe,
                                                           .machine = neighbourhood ? machineIdentity() : "",
                                                           .board = neighbourhood ? neighbourhood->place() : "",
-                                                          .atOnce = [&](const Work& next) { return host.again(next); }},
+                                                          .atOnce = [&](const Work& next) { return host.again(next); },
+                                                          .ahead = true,
+                                                          .showsNothingFrom = options.injection.kind == Injection::Kind::kShowHang
+                                                                                  ? std::optional(FrameNumber(options.injection.frame))
+                                                                                  : std::nullopt},
                                         shelf, cache.get(), arrays.get(), events, work, log);
     if (neighbourhood) neighbourhood->listen([&] { link->tell({Attempt{}, outcome::Called{}}); });
     HostEnd end;

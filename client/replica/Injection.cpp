@@ -17,7 +17,8 @@ Expected<Injection> parseInjection(std::string_view text) {
     const auto wrong = [&] {
         return fail(ErrorCode::kUsage,
                     "--inject '" + std::string(text) +
-                        "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME or corrupt@FRAME");
+                        "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME, show-hang@FRAME or "
+                    "corrupt@FRAME");
     };
     const std::size_t at = text.find('@');
     if (at == std::string_view::npos) return wrong();
@@ -28,6 +29,8 @@ Expected<Injection> parseInjection(std::string_view text) {
         injection.kind = Injection::Kind::kDrawHang;
     } else if (name == "draw-fail") {
         injection.kind = Injection::Kind::kDrawFail;
+    } else if (name == "show-hang") {
+        injection.kind = Injection::Kind::kShowHang;
     } else if (name == "corrupt") {
         injection.kind = Injection::Kind::kCorrupt;
     } else if (name == "draw-slow") {

@@ -15,6 +15,7 @@ struct Injection {
         kDrawHang,  ///< the draw thread stops for good, heartbeats go on
         kDrawSlow,  ///< the draw thread sleeps before it draws this frame
         kDrawFail,  ///< drawing ends in an error
+        kShowHang,  ///< from this frame on the session thread shows nothing, heartbeats go on
         kCorrupt,   ///< one field of the replica gets another value
     } kind = Kind::kNone;
     std::uint64_t frame = 0;
@@ -23,7 +24,7 @@ struct Injection {
     [[nodiscard]] bool at(Kind wanted, std::uint64_t now) const { return kind == wanted && frame == now; }
 };
 
-/// "draw-hang@20", "draw-slow@20:500" (milliseconds), "draw-fail@20", "corrupt@20".
+/// "draw-hang@20", "draw-slow@20:500" (milliseconds), "draw-fail@20", "show-hang@20", "corrupt@20".
 [[nodiscard]] Expected<Injection> parseInjection(std::string_view text);
 
 }  // namespace tessera

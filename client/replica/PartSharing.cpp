@@ -314,7 +314,7 @@ bool PartSharing::processorFree() const {
     return (busy + 1) * options_.threadsEach <= 2 * options_.cores;
 }
 
-bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene) {
+bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const std::function<bool()>& wantedElsewhere) {
     if (!digest_ || options_.mode == ShareMode::kOff) return false;
     struct Helping {
         Board& board;
@@ -333,13 +333,14 @@ bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderSce
         const PixelRect& rect = posting->parts[*part];
         const ScreenCamera camera = tileCamera(wall_, *tile, view_);
         const DrawList list = action->run(scene, camera, rect, nullptr);
-        const auto picture = renderer.draw(aspect, list, camera, rect);
-        if (!picture) {
+        const auto picture = renderer.drawWhileWanted(aspect, list, camera, rect, wantedElsewhere);
+        if (!picture)
             log_.warning(fmt::format("a part of {}'s picture cannot be drawn here: {}", neighbour.name, picture.error().message));
+        if (!picture || !*picture) {
             neighbour.board->giveUp(*posting, *part, self_);
             return false;
         }
-        const std::uint8_t slot = board_.keep(*picture, Board::stamp(posting->number, neighbour.host, *part));
+        const std::uint8_t slot = board_.keep(**picture, Board::stamp(posting->number, neighbour.host, *part));
         (void)neighbour.board->done(*posting, *part, self_, slot);
         return true;
     }

@@ -72,8 +72,9 @@ public:
                                          const std::function<Expected<Picture>()>& whole, PartCounts& counts);
     /// Some neighbour is at its own tiles.
     [[nodiscard]] bool neighboursDraw() const;
-    /// Draws one part for a neighbour. False: nobody wants one that this host can draw, or no processor is free.
-    bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene);
+    /// Draws one part for a neighbour. False: nobody wants one that this host can draw, no processor is free, or this host is
+    /// `wantedElsewhere` before it is done: then the part is given back.
+    bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const std::function<bool()>& wantedElsewhere);
 
 private:
     struct Neighbour {

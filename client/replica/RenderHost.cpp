@@ -38,7 +38,7 @@ Expected<std::uint64_t> RenderHost::probe() {
 
 bool RenderHost::perform(const Work& work) {
     attempt_ = work.attempt;
-    const bool leavesPictures = std::holds_alternative<work::Show>(work.what) ||
+    const bool leavesPictures = std::holds_alternative<work::Shown>(work.what) ||
                                 std::holds_alternative<work::Help>(work.what) || std::holds_alternative<work::Meet>(work.what);
     if (!leavesPictures) still_.reset();
     return std::visit([this](const auto& what) { return on(what); }, work.what);
@@ -67,7 +67,7 @@ bool RenderHost::aheadSlice() {
 
 std::optional<Outcome> RenderHost::again(const Work& work) {
     if (const auto* draw = std::get_if<work::Draw>(&work.what)) return drawAgain(work, draw->begin);
-    if (const auto* show = std::get_if<work::Show>(&work.what)) return showAgain(work, show->frame);
+    if (std::holds_alternative<work::Shown>(work.what)) return shownAgain(work);
     return std::nullopt;
 }
 
@@ -80,19 +80,25 @@ std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Be
         ++state->again;
         if (!state->drawn) state->drawn = state->shown;
         state->drawnFrame = begin.frame;
-        if (state->file) state->file->prepareAgain(begin.frame.value);
+        if (!state->file) continue;
+        state->file->prepareAgain(begin.frame.value);
+        state->ready = state->file->ready();
     }
-    return Outcome{work.attempt, outcome::Drawn{begin.frame, aspect_.stateHash(), still_->stats}};
+    return Outcome{work.attempt, drawnFrame(begin.frame, still_->stats)};
 }
 
-std::optional<Outcome> RenderHost::showAgain(const Work& work, FrameNumber frame) {
-    // A wall shows at the pace of its last host: none is late because it works ahead. The disk may be behind with the pictures
-    // that are kept, and with the first of all, whose file gets its name; who waits for an image gets it from the draw thread.
+std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
+    // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
     if (options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
-    if (!std::ranges::all_of(tiles_, [&](const auto& state) { return state->shown || !surface_; })) return std::nullopt;
+    for (const auto& state : tiles_) noteShown(*state);
+    return Outcome{work.attempt, outcome::Noted{}};
+}
+
+outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats) const {
+    outcome::Drawn drawn{.frame = frame, .stateHash = aspect_.stateHash(), .stats = stats};
     for (const auto& state : tiles_)
-        if (auto shown = showTile(*state); !shown) return Outcome{work.attempt, outcome::Broken{shown.error()}};
-    return Outcome{work.attempt, outcome::Shown{frame, clockNow()}};
+        if (state->ready) drawn.pictures.push_back(*state->ready);
+    return drawn;
 }
 
 bool RenderHost::on(const work::Configure& configure) {
@@ -116,12 +122,13 @@ bool RenderHost::on(const work::Help&) {
     return true;
 }
 
-/// As long as nothing else is to be done.
+/// As long as nothing else is to be done: a part that is under way then is left.
 void RenderHost::helpNeighbours() {
     if (!options_.sharing || !renderer_) return;
     const TimePoint before = clockNow();
     std::uint64_t helped = 0;
-    while ((!options_.workWaits || !options_.workWaits()) && options_.sharing->help(*renderer_, aspect_, scene_)) ++helped;
+    const auto wantedHere = [this] { return options_.workWaits && options_.workWaits(); };
+    while (!wantedHere() && options_.sharing->help(*renderer_, aspect_, scene_, wantedHere)) ++helped;
     if (helped == 0) return;
     helped_ += helped;
     helping_ += clockNow() - before;
@@ -163,6 +170,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
                 continue;
             state->shown = old->shown;
             state->shownFrame = old->shownFrame;
+            state->seen = std::move(old->seen);
             state->file = std::move(old->file);
             old.reset();
         }
@@ -286,7 +294,7 @@ bool RenderHost::on(const work::Draw& draw) {
     const ByteSlice encoded = encodeStats(stats);
     if (!draw.begin.list->changed() && stats.helpedParts == 0 && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
-    tell(outcome::Drawn{frame, aspect_.stateHash(), encoded});
+    tell(drawnFrame(frame, encoded));
     helpNeighbours();
     return true;
 }
@@ -324,6 +332,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
             state.file->prepared(frame.value);
         else
             state.file->prepare(frame.value, *state.drawn);
+        state.ready = state.file->ready();
     }
     return TileStats{.tile = state.tile.name,
                      .cullMs = toMilliseconds(painted->cull),
@@ -362,6 +371,7 @@ Expected<TileStats> RenderHost::drawTestPicture(TileState& state, Showing showin
         state.file->prepareAgain(frame.value);
     else if (state.file)
         state.file->prepare(frame.value, *state.drawn);
+    if (state.file) state.ready = state.file->ready();
     return TileStats{.tile = state.tile.name, .drawMs = toMilliseconds(drawn - begin), .handOverMs = toMilliseconds(clockNow() - drawn)};
 }
 
@@ -387,31 +397,29 @@ Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, 
 
 /// What the tile shows, with its pixels.
 std::shared_ptr<const Picture> RenderHost::shownBy(const TileState& state) {
-    return liesInFile(*state.shown) ? std::make_shared<const Picture>(state.file->shownPicture()) : state.shown;
+    return liesInFile(*state.shown) ? std::make_shared<const Picture>(state.seen->picture()) : state.shown;
 }
 
-bool RenderHost::on(const work::Show& show) {
-    for (const auto& state : tiles_)
-        if (auto shown = showTile(*state); !shown) return broken(shown.error());
-    tell(outcome::Shown{show.frame, clockNow()});
+bool RenderHost::on(const work::Shown& shown) {
+    for (const auto& state : tiles_) {
+        if (!state->drawn) continue;
+        noteShown(*state);
+        if (options_.keepFrames && !options_.output.empty())
+            writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);
+    }
     std::erase_if(waitingImages_, [&](const WaitingImages& waiting) {
-        if (waiting.request.frame > show.frame) return false;
+        if (waiting.request.frame > shown.frame) return false;
         sendImages(waiting);
         return true;
     });
     return true;
 }
 
-Expected<void> RenderHost::showTile(TileState& state) {
-    if (!state.drawn) return {};
-    state.shown = std::move(state.drawn);
-    state.drawn.reset();
+void RenderHost::noteShown(TileState& state) {
+    if (!state.drawn) return;
+    state.shown = std::exchange(state.drawn, nullptr);
     state.shownFrame = state.drawnFrame;
-    if (state.file)
-        if (auto shown = state.file->show(); !shown) return shown;
-    if (options_.keepFrames && !options_.output.empty())
-        writer_->writePng(pngPath(state), shownBy(state), state.shownFrame.value);
-    return {};
+    state.seen = std::exchange(state.ready, std::nullopt);
 }
 
 bool RenderHost::on(const work::Describe& describe) {

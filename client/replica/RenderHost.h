@@ -35,8 +35,9 @@ struct RenderHostOptions {
     TileWindows* windows = nullptr;
 };
 
-/// Applies, draws and shows, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no
-/// session: work in, outcomes out.
+/// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session: work in,
+/// outcomes out. What it has drawn goes out with outcome::Drawn: whoever gets that shows it, whatever this thread is at then, says
+/// so (work::Shown) before the next frame is to be drawn, and has shown it by then or never does.
 class RenderHost {
 public:
     /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`. Without a
@@ -53,8 +54,8 @@ public:
     /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads.
     /// False: nothing is left. On the thread of the surface; `again` may run beside it.
     [[nodiscard]] bool workAhead();
-    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and showing what
-    /// is drawn. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
+    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and taking note of
+    /// what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
 
 private:
@@ -66,6 +67,7 @@ private:
         std::shared_ptr<const Picture> drawn, shown;
         FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
+        std::optional<ReadyFrame> ready, seen;  ///< of `drawn` and `shown`, in that file
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
         std::uint64_t lightsLeftOut = 0, scopesLeftOut = 0;
@@ -88,7 +90,7 @@ private:
     bool on(const work::ApplySnapshot& apply);
     bool on(const work::ApplyChanges& apply);
     bool on(const work::Draw& draw);
-    bool on(const work::Show& show);
+    bool on(const work::Shown& shown);
     bool on(const work::Describe& describe);
     bool on(const work::SendImages& images);
     bool on(const work::Finish& finish);
@@ -105,7 +107,8 @@ private:
     [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
     [[nodiscard]] static std::shared_ptr<const Picture> shownBy(const TileState& state);
-    [[nodiscard]] Expected<void> showTile(TileState& state);
+    static void noteShown(TileState& state);
+    [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats) const;
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
     void helpNeighbours();
@@ -115,7 +118,7 @@ private:
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
     [[nodiscard]] std::optional<Outcome> drawAgain(const Work& work, const message::Begin& begin);
-    [[nodiscard]] std::optional<Outcome> showAgain(const Work& work, FrameNumber frame);
+    [[nodiscard]] std::optional<Outcome> shownAgain(const Work& work);
     bool broken(const Error& error);
     void tell(decltype(Outcome::what) what) { report_({attempt_, std::move(what)}); }
     [[nodiscard]] std::string pngPath(const TileState& state) const;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "common/base/ThreadPriority.h"
 #include "common/codec/MessageCodec.h"
 #include "common/codec/SnapshotCodec.h"
 #include "common/scene/FieldTable.h"
@@ -29,15 +30,18 @@ ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* c
       pause_(options_.firstPause) {
     TransportLimits limits;
     limits.maxPayload = maxPayloadBytes;
+    // Where this one is away, that thread wakes it.
+    if (options_.ahead) limits.onThread = [] { (void)tessera::askToRunAhead(Urgency::kShowing); };
     transport_ =
         std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
 }
 
 HostEnd ServerLink::run() {
+    if (options_.ahead) askToRunAhead();
     dial();
     while (!end_ || !drawThreadEnded_) {
         const Duration idle = std::clamp<Duration>(nextDeadline() - clockNow(), 0ns, 1s);
-        if (const auto event = nextEvent(idle)) std::visit([this](const auto& e) { on(e); }, *event);
+        if (auto event = nextEvent(idle)) std::visit([this](auto&& e) { on(std::move(e)); }, std::move(*event));
         for (; !doneHere_.empty(); doneHere_.pop_front()) on(Outcome(std::move(doneHere_.front())));
         const TimePoint now = clockNow();
         if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
@@ -53,6 +57,14 @@ HostEnd ServerLink::run() {
     events_.close();
     transport_->end();
     return *end_;
+}
+
+void ServerLink::askToRunAhead() {
+    const PriorityAnswer answer = tessera::askToRunAhead(Urgency::kShowing);
+    if (answer.refused.empty()) return;
+    log_.info(fmt::format("pictures are shown by a thread that {} (refused: {}); beside other load it may be late. CAP_SYS_NICE, or "
+                          "`rtprio 1` in /etc/security/limits.conf, puts it before all that draws",
+                          answer.got.empty() ? "runs like any other" : "has " + answer.got, answer.refused));
 }
 
 void ServerLink::tell(Outcome outcome) {
@@ -121,7 +133,7 @@ void ServerLink::on(const LinkEvent& event) {
     }
 }
 
-void ServerLink::on(const Outcome& outcome) {
+void ServerLink::on(Outcome outcome) {
     if (std::holds_alternative<outcome::Ended>(outcome.what)) {
         drawThreadEnded_ = true;
         if (!end_) end({.error = {ErrorCode::kFailed, "the draw thread ended"}});
@@ -135,7 +147,7 @@ void ServerLink::on(const Outcome& outcome) {
     } else if (const auto* input = std::get_if<outcome::Input>(&outcome.what)) {
         take(input->state);
     } else if (session_ && outcome.attempt == attempt_) {
-        answer(outcome);
+        answer(std::move(outcome));
     }
 }
 
@@ -153,12 +165,13 @@ void ServerLink::sendInput(TimePoint now) {
     carryOut(client_action::Send{ChannelKind::kControl, std::move(input)});
 }
 
-void ServerLink::answer(const Outcome& outcome) {
+void ServerLink::answer(Outcome outcome) {
     if (const auto* applied = std::get_if<outcome::Applied>(&outcome.what)) {
         carryOut(session_->applied(applied->sequence, applied->stateHash));
     } else if (const auto* failed = std::get_if<outcome::ApplyFailed>(&outcome.what)) {
         carryOut(session_->applyFailed(failed->reason));
-    } else if (const auto* drawn = std::get_if<outcome::Drawn>(&outcome.what)) {
+    } else if (auto* drawn = std::get_if<outcome::Drawn>(&outcome.what)) {
+        drawn_ = std::move(drawn->pictures);
         carryOut(session_->drawn(drawn->frame, drawn->stateHash, drawn->stats));
     } else if (const auto* shown = std::get_if<outcome::Shown>(&outcome.what)) {
         carryOut(session_->shown(shown->frame, shown->at));
@@ -228,8 +241,22 @@ void ServerLink::carryOut(client_action::Finish&& finished) {
     end({.over = true});
 }
 
+/// Of the frame drawn last: the session lets no other one through. Whatever the draw thread is at: it hears of it with its next
+/// piece of work.
+void ServerLink::carryOut(client_action::Show&& show) {
+    if (options_.showsNothingFrom && show.frame >= *options_.showsNothingFrom)
+        return log_.warning(fmt::format("frame {}: it is not shown, as --inject asks for", show.frame.value));
+    if (auto shown = ReadyFrame::show(std::exchange(drawn_, {})); !shown) {
+        doneHere_.push_back({attempt_, outcome::Broken{shown.error()}});
+        return;
+    }
+    doneHere_.push_back({attempt_, outcome::Shown{show.frame, clockNow()}});
+    give(work::Shown{show.frame});
+}
+
 void ServerLink::hangUp(const std::string& reason) {
     welcomed_ = false;
+    drawn_.clear();
     for (const auto& [channel, link] : links_) transport_->close(link, reason);
     links_.clear();
     if (session_) fetchedParts_ = session_->takeParts();

@@ -35,6 +35,10 @@ struct ServerLinkOptions {
     /// Does a piece of work at once if it takes no time, else nothing. Called on the session thread, while the draw
     /// thread has no work at all. May be empty.
     std::function<std::optional<Outcome>(const Work&)> atOnce;
+    /// Whether the threads that hear when to show, this one and the network's, ask to run before those that draw.
+    bool ahead = false;
+    /// From this frame on it says that it lives and shows nothing: a fault to be injected.
+    std::optional<FrameNumber> showsNothingFrom;
 };
 
 /// Why a host is done.
@@ -43,8 +47,9 @@ struct HostEnd {
     Error error;
 };
 
-/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does. Dials until
-/// the server says that it is over or refuses for good; a lost connection is dialled again.
+/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does, and what that has
+/// drawn is shown here, in the instant in which the server says so. Dials until the server says that it is over or refuses for
+/// good; a lost connection is dialled again.
 class ServerLink {
 public:
     using Event = std::variant<LinkEvent, Outcome>;
@@ -65,8 +70,8 @@ public:
 private:
     void dial();
     void on(const LinkEvent& event);
-    void on(const Outcome& outcome);
-    void answer(const Outcome& outcome);
+    void on(Outcome outcome);
+    void answer(Outcome outcome);
     void take(const InputState& state);
     void sendInput(TimePoint now);
     void carryOut(ClientActions actions);
@@ -76,6 +81,7 @@ private:
     void carryOut(client_action::StoreBlob&& blob);
     void carryOut(client_action::Disconnect&& broken);
     void carryOut(client_action::Finish&& finished);
+    void carryOut(client_action::Show&& show);
     // Replies and notices are for applications.
     void carryOut(client_action::ReplyReceived&&) {}
     void carryOut(client_action::NoticeReceived&&) {}
@@ -84,6 +90,7 @@ private:
     void carryOut(DrawThreads&& work) {
         give(std::forward<DrawThreads>(work));
     }
+    void askToRunAhead();
     /// Where blobs are looked for before they are fetched; empty: nowhere.
     [[nodiscard]] std::function<Blob(const BlobInfo&)> elsewhere();
     void hangUp(const std::string& reason);
@@ -111,6 +118,7 @@ private:
     std::set<std::uint32_t> unsaid_;              ///< windows whose newest the server has not been told
     bool welcomed_ = false;
     TimePoint inputSaidAt_{};
+    std::vector<ReadyFrame> drawn_;  ///< pictures of the frame drawn last, until they are shown
     std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;

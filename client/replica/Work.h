@@ -3,7 +3,9 @@
 
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "client/image/SharedFrame.h"
 #include "common/base/Clock.h"
 #include "common/session/ClientSession.h"
 
@@ -18,7 +20,10 @@ using Configure = client_action::Configured;  ///< not answered
 using ApplySnapshot = client_action::ApplySnapshot;
 using ApplyChanges = client_action::ApplyChanges;
 using Draw = client_action::Draw;
-using Show = client_action::Show;
+/// The session thread has made the pictures of this frame, the one drawn last, those that are shown. Not answered.
+struct Shown {
+    FrameNumber frame;
+};
 using Describe = client_action::DescribeState;
 /// Answered by one Image per tile, at once or when a frame that is late enough is shown.
 using SendImages = client_action::SendImages;
@@ -32,7 +37,7 @@ struct Finish {};
 
 struct Work {
     Attempt attempt;
-    std::variant<work::Configure, work::ApplySnapshot, work::ApplyChanges, work::Draw, work::Show, work::Describe,
+    std::variant<work::Configure, work::ApplySnapshot, work::ApplyChanges, work::Draw, work::Shown, work::Describe,
                  work::SendImages, work::Finish, work::Meet, work::Help>
         what;
 };
@@ -49,7 +54,9 @@ struct Drawn {
     FrameNumber frame;
     StateHash stateHash;
     ByteSlice stats;
+    std::vector<ReadyFrame> pictures = {};  ///< what is to be shown, where there are files for it
 };
+/// The session thread's own word: it has shown what was drawn.
 struct Shown {
     FrameNumber frame;
     TimePoint at;
@@ -60,6 +67,8 @@ struct Described {
 struct Image {
     message::TileImage image;
 };
+/// Of work that is not answered, where it is done at once.
+struct Noted {};
 /// A neighbour has called: from whoever waits for that, in no connection's name. Answer with Help.
 struct Called {};
 /// What somebody does at one of this host's windows now: from whoever listens to that, in no connection's name.
@@ -77,7 +86,8 @@ struct Ended {};
 struct Outcome {
     Attempt attempt;
     std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described,
-                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called, outcome::Input>
+                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called, outcome::Input,
+                 outcome::Noted>
         what;
 };
 

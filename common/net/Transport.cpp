@@ -98,6 +98,7 @@ struct Transport::Impl {
 
     /// The thread inside.
     void runInside() {
+        if (limits.onThread) limits.onThread();
         for (;; absence.wait()) {
             const Turn::Hold hold = turn.take();
             if (!closing && !busy() && now() < attendantLeft + kAbsence) continue;

@@ -63,6 +63,8 @@ struct TransportLimits {
     /// that link, so that TCP holds its peer back. One message may exceed it. The default is for who takes all at once.
     std::size_t maxUntakenBytes = std::numeric_limits<std::size_t>::max();
     std::chrono::milliseconds heardEvery{20};
+    /// Called first on the thread inside, before it does anything. May be empty.
+    std::function<void()> onThread = {};
     /// Largest payload for a message type; 0 refuses the type. Called on the network thread.
     std::function<std::size_t(std::uint16_t)> maxPayload;
 };

@@ -39,6 +39,8 @@ std::string_view nameOf(FaultKind kind) {
             return "protocol";
         case FaultKind::kBlobsLate:
             return "blobs-late";
+        case FaultKind::kNotShown:
+            return "not-shown";
     }
     return "unknown";
 }
@@ -211,6 +213,7 @@ void ServerSession::Impl::admitHost(Peer& peer, Host& host, const message::Hello
     host.answered = true;
     host.everSwapped = false;
     host.mismatched = false;
+    host.unshown = false;
     host.queriesOpen = 0;
     host.roundTrip = {};
     host.machine = hello.machine;

@@ -21,7 +21,7 @@ enum class HostState : std::uint8_t {
     kSyncing,  ///< fetching blobs, applying the snapshot and the lists since
     kLive,     ///< in the barrier
     kLate,     ///< held back this frame (policies hold and drop)
-    kLost,     ///< disconnected, silent or stalled
+    kLost,     ///< disconnected, silent, stalled, or it does not show what it was told to
 };
 [[nodiscard]] std::string_view nameOf(HostState state);
 
@@ -32,6 +32,7 @@ enum class FaultKind : std::uint8_t {
     kStateMismatch,  ///< its replica differs; repaired by a snapshot
     kProtocol,       ///< said something a host must not say
     kBlobsLate,      ///< did not fetch announced blobs in time
+    kNotShown,       ///< lives, and did not say within SyncPolicy::lostAfter that it shows a frame: out until it does
 };
 [[nodiscard]] std::string_view nameOf(FaultKind kind);
 
@@ -231,8 +232,9 @@ public:
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
 
-    /// Whether frame `nextFrame()` may begin: none is open, and all hosts are there or the start deadline is over. Not
-    /// while every host left in the barrier still draws an older frame (policies hold and drop): nobody would draw it.
+    /// Whether frame `nextFrame()` may begin: none is open, all hosts are there or the start deadline is over, and whoever was
+    /// told to show the last frame has said that it does, or is waited for no longer (SwapBarrier). Not while every host left in
+    /// the barrier still draws an older frame (policies hold and drop): nobody would draw it.
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] FrameNumber nextFrame() const;
     /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter

@@ -9,6 +9,7 @@ void ServerSession::Impl::advance(TimePoint now) {
     if (lastAdvance && now - *lastAdvance > config.sync.lostAfter / 2) excuse(now - *lastAdvance);
     lastAdvance = now;
     sendHeartbeats(now);
+    barrier.told(now);
     if (now < graceUntil) return;
     closeSilent(now);
     closeUnsynced(now);
@@ -94,6 +95,7 @@ TimePoint ServerSession::Impl::nextDeadline() const {
     for (const Announcement& announcement : announcements)
         if (!announcement.awaited.empty()) next = std::min(next, announcement.fetching.deadline(config.blobDeadline));
     next = std::max(next, graceUntil);
+    if (barrier.untold()) return TimePoint{};  // grace is for hosts: we have had our say
     if (anybody) next = std::min(next, nextHeartbeat);
     if (barrier.nextFrame() == config.firstFrame && !barrier.open()) {
         const TimePoint start = *startedAt + config.sync.startDeadline;

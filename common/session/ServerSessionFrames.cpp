@@ -1,4 +1,6 @@
 // Frames, who follows them on and off the barrier, and the blobs that have to be there first.
+#include <fmt/format.h>
+
 #include "common/session/ServerSessionImpl.h"
 
 namespace tessera {
@@ -211,6 +213,20 @@ void ServerSession::Impl::resync(Host& host, TimePoint now) {
     askSnapshot(*find(host.connection));
 }
 
+void ServerSession::Impl::leaveUnshown(Host& host, TimePoint now) {
+    fault(host, FaultKind::kNotShown,
+          fmt::format("it lives, and did not say within {} ms that it shows frame {}; it is out until it does",
+                      config.sync.lostAfter.count(), host.lastSwap.value),
+          host.lastSwap, now);
+    leaveBarrier(host, now);
+    host.state = HostState::kLost;
+    host.unshown = true;
+    host.synced = false;
+    Peer& peer = *find(host.connection);
+    peer.following = false;
+    peer.snapshotAsked = false;
+}
+
 void ServerSession::Impl::queryObjects(const std::string& name, std::uint64_t leaf) {
     Host* host = findHost(name);
     if (!host || !host->mismatched) return;  // it may have gone meanwhile
@@ -257,6 +273,7 @@ void ServerSession::Impl::settle(TimePoint now) {
                                                    outcome.barrierTime, outcome.frameTime, outcome.lastHost,
                                                    std::move(outcome.wait)});
     }
+    for (const std::string& name : outcome.unshown) leaveUnshown(*findHost(name), now);
     for (const std::string& name : outcome.stalled) {
         Host& host = *findHost(name);
         const ConnectionId connection = host.connection;

@@ -84,6 +84,7 @@ struct ServerSession::Impl {
         FrameNumber lastShown;
 
         bool mismatched = false;  ///< out of the barrier until `repair`
+        bool unshown = false;     ///< out of the barrier until it says that it shows `lastSwap`
         std::size_t queriesOpen = 0;
         Duration roundTrip{};
         std::uint64_t pixelProbe = 0;
@@ -163,6 +164,9 @@ struct ServerSession::Impl {
     void reportEverywhere();
     void leaveBarrier(Host& host, TimePoint now);
     void resync(Host& host, TimePoint now);
+    /// It lives, and does not show what it was told to. Whatever it does then, nobody waits for it: it keeps its connection, as
+    /// on a new one it would be let in, and hold the others up, again.
+    void leaveUnshown(Host& host, TimePoint now);
     void queryObjects(const std::string& name, std::uint64_t leaf);
     void repair(const std::string& name, TimePoint now);
     void requestImages(std::uint64_t request, FrameNumber frame);

@@ -136,7 +136,13 @@ void ServerSession::Impl::on(Peer& peer, const message::Shown& message, TimePoin
     if (host.everShown && message.frame <= host.lastShown) return;
     host.everShown = true;
     host.lastShown = message.frame;
-    out.push_back(server_action::FrameShown{host.name, message.frame, message.shownAtNs});
+    // What a host shows that is out of the barrier is no matter of those who are in it.
+    if (host.inBarrier()) out.push_back(server_action::FrameShown{host.name, message.frame, message.shownAtNs});
+    barrier.shown(host.name, message.frame, now);
+    if (host.unshown && message.frame == host.lastSwap) {
+        host.unshown = false;
+        resync(host, now);
+    }
 }
 
 void ServerSession::Impl::on(Peer& peer, const message::BlobsHeld& message, TimePoint) {

@@ -24,7 +24,8 @@ void SwapBarrier::leave(const std::string& host) {
 }
 
 bool SwapBarrier::mayBegin() const {
-    return !open_ && (members_.empty() || count(Progress::kBehind) < members_.size());
+    if (open_ || (!members_.empty() && count(Progress::kBehind) == members_.size())) return false;
+    return std::ranges::none_of(members_, [](const auto& item) { return item.second.toShow && item.second.holdsUp; });
 }
 
 std::vector<std::string> SwapBarrier::begin(FrameNumber frame, TimePoint now) {
@@ -69,13 +70,50 @@ Expected<void> SwapBarrier::ready(const std::string& host, FrameNumber frame, Ti
     return {};
 }
 
+void SwapBarrier::told(TimePoint now) {
+    for (auto& [name, member] : members_)
+        if (member.toShow && !member.toShowSince) member.toShowSince = now;
+}
+
+bool SwapBarrier::untold() const {
+    return std::ranges::any_of(members_, [](const auto& item) { return item.second.toShow && !item.second.toShowSince; });
+}
+
+void SwapBarrier::shown(const std::string& host, FrameNumber frame, TimePoint now) {
+    const auto it = members_.find(host);
+    if (it == members_.end() || !it->second.toShow) return;
+    if (frame >= *it->second.toShow)
+        it->second.toShow.reset();
+    else
+        it->second.toShowSince = now;  // an earlier one: it comes forward
+}
+
 SwapBarrier::Outcome SwapBarrier::poll(TimePoint now, TimePoint known) {
     Outcome outcome;
+    removeUnshown(known, outcome);
+    if (policy_.lateFrame != LateFramePolicy::kWait) waitNoLongerForShown(known);
     removeStalled(known, outcome);
     if (!open_) return outcome;
     leaveLateBehind(known, outcome);
     if (count(Progress::kDrawing) == 0) release(now, outcome);
     return outcome;
+}
+
+void SwapBarrier::waitNoLongerForShown(TimePoint now) {
+    for (auto& [name, member] : members_)
+        if (owesFor(member, shownPatience(), now)) member.holdsUp = false;
+}
+
+void SwapBarrier::removeUnshown(TimePoint now, Outcome& outcome) {
+    for (auto it = members_.begin(); it != members_.end();) {
+        if (!owesFor(it->second, policy_.lostAfter, now)) {
+            ++it;
+            continue;
+        }
+        if (it->second.progress == Progress::kDrawing) lastHost_ = it->first;
+        outcome.unshown.push_back(it->first);
+        it = members_.erase(it);
+    }
 }
 
 void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
@@ -119,6 +157,9 @@ void SwapBarrier::release(TimePoint now, Outcome& outcome) {
     for (auto& [name, member] : members_) {
         if (member.progress == Progress::kDone) {
             member.progress = Progress::kIdle;
+            if (!member.toShow) member.toShowSince.reset();
+            member.toShow = outcome.frame;
+            member.holdsUp = true;
             outcome.show.push_back(name);
         } else if (member.progress == Progress::kBehind && !member.dropped) {
             outcome.held.push_back(name);
@@ -150,9 +191,15 @@ TimePoint SwapBarrier::nextDeadline() const {
     if (open_ && !waiting) return begun_;
     TimePoint next = TimePoint::max();
     const Duration deadline = frameDeadline();
-    for (const auto& [name, member] : members_)
+    for (const auto& [name, member] : members_) {
         if (member.progress == Progress::kDrawing || member.progress == Progress::kBehind)
             next = std::min(next, member.begunAt + deadline);
+        if (!member.toShow) continue;
+        if (!member.toShowSince) return begun_;  // at once: see `told`
+        next = std::min(next, *member.toShowSince + policy_.lostAfter);
+        if (member.holdsUp && policy_.lateFrame != LateFramePolicy::kWait)
+            next = std::min(next, *member.toShowSince + shownPatience());
+    }
     if (open_ && policy_.lateFrame != LateFramePolicy::kWait && count(Progress::kDone) > 0)
         next = std::min(next, firstReady() + policy_.lateAfter);
     return next;
@@ -163,6 +210,11 @@ std::vector<std::string> SwapBarrier::waitingFor() const {
     for (const auto& [name, member] : members_)
         if (member.progress == Progress::kDrawing) names.push_back(name);
     return names;
+}
+
+bool SwapBarrier::owesShown(const std::string& host) const {
+    const auto it = members_.find(host);
+    return it != members_.end() && it->second.toShow;
 }
 
 bool SwapBarrier::contains(const std::string& host) const {

@@ -1,8 +1,10 @@
 /// Nobody shows frame n until everybody has drawn it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,10 @@ namespace tessera {
 /// longer than the frame deadline has stalled and is out, whatever the policy. The frame deadline is
 /// `SyncPolicy::frameDeadline`, but never under three times the median of the recent frames; `firstFrameDeadline` until one has
 /// been drawn.
+///
+/// The next frame begins when all who were told to show the last one have said that they do: so no two shown images differ by
+/// a frame for longer than the word to show takes. Who lives and does not say so within `SyncPolicy::lostAfter` is out, whatever
+/// the policy: it has held the others up once, for that long (hold, drop: for `lateAfter` at most).
 class SwapBarrier {
 public:
     /// `first`: the number of the first frame.
@@ -32,13 +38,20 @@ public:
     /// Removes a host now (lost, resyncing). May release the open frame: see `poll`.
     void leave(const std::string& host);
 
-    /// Whether `begin` makes sense: no frame is open, and not all hosts that are left are behind.
+    /// Whether `begin` makes sense: no frame is open, not all hosts that are left are behind, and the last frame is shown.
     [[nodiscard]] bool mayBegin() const;
     /// Begins `frame`, one past the last; only when no frame is open. Returns who has to draw it.
     std::vector<std::string> begin(FrameNumber frame, TimePoint now);
     /// A repeat for the same frame is harmless, an older frame too (a straggler); a frame that this host was not told
     /// to draw, or one from a host that is not in the barrier, is a protocol error.
     [[nodiscard]] Expected<void> ready(const std::string& host, FrameNumber frame, TimePoint now);
+    /// All that hosts were to be told has been said by `now`, a look at the clock: from then on they have time to show. An event may
+    /// be handled long after its instant, and Swap goes out no sooner.
+    void told(TimePoint now);
+    /// That is to be said.
+    [[nodiscard]] bool untold() const;
+    /// It shows this frame, which it was told to: the caller sees to that. Hosts that are not in the barrier are passed over.
+    void shown(const std::string& host, FrameNumber frame, TimePoint now);
 
     /// What the others waited for: of the frame's last host, and of the one before it. Times are the caller's.
     struct Wait {
@@ -54,6 +67,7 @@ public:
         std::vector<std::string>
             held;  ///< hosts that keep their last image: those behind; under drop, those just dropped
         std::vector<std::string> stalled;  ///< hosts that missed the frame deadline; they have left the barrier
+        std::vector<std::string> unshown;  ///< hosts that do not say that they show what they were told to; they have left too
         Duration barrierTime{};            ///< first ready to release
         Duration frameTime{};              ///< begin to release
         std::string lastHost;              ///< the last one waited for; empty when nobody drew
@@ -72,6 +86,8 @@ public:
     [[nodiscard]] FrameNumber nextFrame() const { return next_; }
     /// Who has not drawn the open frame yet: always known, and reported.
     [[nodiscard]] std::vector<std::string> waitingFor() const;
+    /// Whether this host was told to show a frame and has not said that it does.
+    [[nodiscard]] bool owesShown(const std::string& host) const;
     /// Dropped hosts are not in the barrier.
     [[nodiscard]] bool contains(const std::string& host) const;
     [[nodiscard]] Duration frameDeadline() const;
@@ -90,10 +106,20 @@ private:
         FrameNumber frame;  ///< the last it was told to draw
         TimePoint begunAt{};
         TimePoint readyAt{};
+        std::optional<FrameNumber> toShow;  ///< it was told to, and has not said that it does
+        std::optional<TimePoint> toShowSince;  ///< as far as is known
+        bool holdsUp = false;  ///< the next frame waits for that word
     };
     [[nodiscard]] std::size_t count(Progress progress) const;
     [[nodiscard]] TimePoint firstReady() const;
     [[nodiscard]] Wait waitForLast(TimePoint now) const;
+    /// For the word that a host shows the last frame, before the next one begins without it (hold, drop).
+    [[nodiscard]] Duration shownPatience() const { return std::min<Duration>(policy_.lateAfter, policy_.lostAfter); }
+    [[nodiscard]] static bool owesFor(const Member& member, Duration time, TimePoint now) {
+        return member.toShow && member.toShowSince && now >= *member.toShowSince + time;
+    }
+    void waitNoLongerForShown(TimePoint now);
+    void removeUnshown(TimePoint now, Outcome& outcome);
     void removeStalled(TimePoint now, Outcome& outcome);
     void leaveLateBehind(TimePoint now, Outcome& outcome);
     void release(TimePoint now, Outcome& outcome);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "common/base/FairQueue.h"
+#include "common/base/ThreadPriority.h"
 #include "server/sim/AnswerGate.h"
 #include "server/sim/FilmFiles.h"
 #include "server/sim/FrameMaker.h"
@@ -81,7 +82,7 @@ struct FrameLoop::Impl {
 
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] bool frameIsDue(TimePoint now) const {
-        return mayBegin(now) && now >= pacing.earliest(lastFrameShown());
+        return mayBegin(now) && now >= pacing.earliest();
     }
     [[nodiscard]] bool lastFrameShown() const;
     [[nodiscard]] bool allFramesShown() const {
@@ -266,6 +267,10 @@ Expected<void> FrameLoop::Impl::begin() {
                                 options.recordPath, options.journalPath));
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
+    if (const std::string refused = AheadForNow::refusal(); !refused.empty())
+        log.info(fmt::format("frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
+                             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a pause",
+                             refused, static_cast<int>(Urgency::kReleasing)));
     actions.carryOut(marks.announce(Clock::now()));
     Address bound = options.listen;
     bound.port = *port;
@@ -420,7 +425,7 @@ bool FrameLoop::Impl::lastFrameShown() const {
 
 TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
     const TimePoint wake = std::min({now + kLongestWait, peers.session().nextDeadline(), desk.nextDeadline()});
-    return mayBegin(now) ? std::min(wake, pacing.earliest(lastFrameShown())) : wake;
+    return mayBegin(now) ? std::min(wake, pacing.earliest()) : wake;
 }
 
 void FrameLoop::Impl::makeFrame(TimePoint now) {

@@ -25,16 +25,11 @@ void FramePacing::began(TimePoint now) {
 
 void FramePacing::released(TimePoint now, bool toNobody) {
     open_ = false;
-    releasedAt_ = now;
     ++released_;
     // A frame that waited for a host that was lost says nothing about the next.
     constexpr Duration kLongest = std::chrono::milliseconds(200);
     usualLength_ += (std::min(now - beganAt_, kLongest) - usualLength_) / 8;
     if (toNobody) earliest_ = std::max(earliest_, now + fromSeconds(kSecondsPerFrame));
-}
-
-TimePoint FramePacing::earliest(bool lastShown) const {
-    return lastShown ? earliest_ : std::max(earliest_, releasedAt_ + kShownGrace);
 }
 
 }  // namespace tessera

@@ -5,14 +5,10 @@
 
 namespace tessera {
 
-/// A pure state machine beside the session's barrier: the rate that was asked for, the time that the others get to show
-/// the last frame, and the pace of a wall where nobody draws. Times are the caller's.
+/// A pure state machine beside the session's barrier, which waits for hosts: the rate that was asked for, and the pace of a wall
+/// where nobody draws. Times are the caller's.
 class FramePacing {
 public:
-    /// The next frame begins when all who were told to show the last one have said so: then no two shown images differ
-    /// by a frame. A host that does not say so costs the others this much once, and is found by its other deadlines.
-    static constexpr Duration kShownGrace = std::chrono::milliseconds(50);
-
     /// `rateHz`: frames per second at most; 0: as fast as the wall draws.
     explicit FramePacing(double rateHz);
 
@@ -24,15 +20,14 @@ public:
     [[nodiscard]] std::uint64_t framesReleased() const { return released_; }
     /// From a frame's beginning to its Swap, of late: what a frame that begins now may expect.
     [[nodiscard]] Duration usualLength() const { return usualLength_; }
-    /// Of the next frame. `lastShown`: all who were told to show the last one have said that they did.
-    [[nodiscard]] TimePoint earliest(bool lastShown) const;
+    /// Of the next frame.
+    [[nodiscard]] TimePoint earliest() const { return earliest_; }
 
 private:
     Duration interval_;
     bool open_ = false;
     std::uint64_t released_ = 0;
     TimePoint earliest_{};
-    TimePoint releasedAt_{};
     TimePoint beganAt_{};
     Duration usualLength_ = std::chrono::milliseconds(16);
 };

@@ -1,7 +1,9 @@
 #include "server/sim/Peers.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "common/base/ThreadPriority.h"
 #include "common/codec/MessageCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
@@ -68,8 +70,11 @@ ServerActions Peers::received(const link_event::Received& received, TimePoint at
 
 ServerActions Peers::perform(ServerActions actions) {
     ServerActions left;
+    std::optional<AheadForNow> ahead;
     for (ServerAction& action : actions) {
         if (const auto* wanted = std::get_if<server_action::Send>(&action)) {
+            // Whoever is woken by the first Swap must not take the processor from under the others'.
+            if (!ahead && std::holds_alternative<message::Swap>(*wanted->message)) ahead.emplace();
             send(wanted->connection, wanted->message);
         } else if (const auto* close = std::get_if<server_action::Close>(&action)) {
             transport_.close(LinkId{close->connection.value}, close->reason);

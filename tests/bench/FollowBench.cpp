@@ -174,7 +174,7 @@ HostFrames measureHost(int count) {
         const message::Begin begin{.frame = frame, .payload = encodeFrame({.view = view}), .list = nothingCommitted()};
         const double start = threadUs();
         host.perform({Attempt{1}, work::Draw{begin}});
-        host.perform({Attempt{1}, work::Show{frame}});
+        host.perform({Attempt{1}, work::Shown{frame}});
         frame = frame.next();
         return threadUs() - start;
     };

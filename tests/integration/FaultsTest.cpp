@@ -159,6 +159,24 @@ TEST_F(Faults, AHungDrawThreadIsFoundBehindItsHeartbeats) {
     EXPECT_EQ((*fault)["frame"], 20);
 }
 
+TEST_F(Faults, AHostThatOnlyClaimsToBeAliveHoldsTheWallUpOnceAndIsOut) {
+    LiveWall wall({.wall = "2x2"});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "show-hang@20"} : std::vector<std::string>{});
+    ASSERT_TRUE(wall.server().waitForText("lower-left: not-shown", 40s)) << wall.logs();
+    expectOnlyFrozen(wall, "lower-left");
+    EXPECT_EQ(wall.shownFrame(tileOf("lower-left")), 19);
+    const json report = wall.finish();
+    const json* fault = findFault(report, "lower-left");
+    ASSERT_TRUE(fault) << wall.logs();
+    EXPECT_EQ((*fault)["kind"], "not-shown");
+    EXPECT_EQ((*fault)["frame"], 20);
+    EXPECT_TRUE((*fault)["rejoined_ms"].is_null()) << "it came in again, to hold the others up again";
+    EXPECT_EQ(report["faults"].size(), 1u) << report["faults"].dump(2);
+    EXPECT_EQ(report["sync"]["worst_skew_frames"], 0) << "nobody went on before it was out";
+}
+
 TEST_F(Faults, ASlowHostIsNamedWithTheReason) {
     LiveWall wall({.server = {"--frames", "40"}});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();

@@ -25,6 +25,7 @@ struct ClusterConfig {
 class Cluster : public Witness {
 public:
     explicit Cluster(ClusterConfig config);
+    [[nodiscard]] const ClusterConfig& config() const { return config_; }
 
     void startServer() { owner_.start(); }
     /// Server and everybody at once.

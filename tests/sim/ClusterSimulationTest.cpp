@@ -48,7 +48,7 @@ struct Seen {
     std::uint64_t frames = 0, entries = 0, images = 0, replies = 0, refusals = 0;
 
     void add(Cluster& cluster) {
-        for (int kind = 0; kind <= static_cast<int>(FaultKind::kBlobsLate); ++kind)
+        for (int kind = 0; kind <= static_cast<int>(FaultKind::kNotShown); ++kind)
             faults[static_cast<FaultKind>(kind)] += cluster.server().faults(static_cast<FaultKind>(kind));
         frames += cluster.server().released();
         entries += cluster.server().entries();
@@ -188,6 +188,39 @@ TEST(ClusterSimulation, AHungDrawThreadCostsTheOthersOneFrameDeadline) {
     EXPECT_EQ(wall.server().faults(FaultKind::kDrawStalled), 1u);
     EXPECT_EQ(wall.server().faults(FaultKind::kSilent), 0u);
     EXPECT_TRUE(wall.runUntilAllInStep(2s));
+}
+
+TEST(ClusterSimulation, AHostThatOnlyClaimsToBeAliveHoldsTheOthersUpOnceAndIsOutUntilItShows) {
+    Running wall;
+    wall.server().mayFail("host1");
+    wall.host(1).stopShowing();
+    wall.run(1s);
+    const Duration gap = wall.longestGap();
+    EXPECT_LE(gap, 250ms + kUsualGap);
+    EXPECT_GE(gap, 250ms);
+    EXPECT_EQ(wall.server().faults(FaultKind::kNotShown), 1u);
+    EXPECT_EQ(wall.server().faults(FaultKind::kSilent), 0u) << "its heartbeats go on";
+    wall.run(5s);
+    EXPECT_LE(wall.longestGap(), kUsualGap) << "nobody waits for it any more";
+    EXPECT_EQ(wall.server().faults(FaultKind::kNotShown), 1u);
+    EXPECT_EQ(wall.server().entries(), 4u) << "it is not let in again before it shows";
+    wall.host(1).showAgain();
+    EXPECT_TRUE(wall.runUntilAllInStep(500ms));
+    EXPECT_EQ(wall.server().entries(), 5u);
+}
+
+TEST(ClusterSimulation, AHostThatShowsLateButAnswersIsWaitedForAndNoFrameIsAhead) {
+    Running wall;
+    for (int i = 0; i < 10; ++i) {
+        wall.host(1).stopShowing();
+        wall.run(200ms);  // nearly what a silent one may take
+        wall.requireEverybodyInStep();  // a fault would have thrown
+        wall.host(1).showAgain();
+        wall.run(100ms);
+        const Duration gap = wall.longestGap();
+        EXPECT_LE(gap, 200ms + kUsualGap);
+        EXPECT_GE(gap, 150ms) << "another frame began meanwhile";
+    }
 }
 
 TEST(ClusterSimulation, UnderHoldAHungDrawThreadCostsTheOthersOneLateFrame) {

@@ -68,6 +68,13 @@ void Owner::received(ConnectionId connection, Epoch epoch, std::shared_ptr<const
                 (ready->stateHash == frame_.stateHash ? frame_.ready : frame_.wrong).emplace(host->second, at);
             if (ready->frame == toldToDraw_[host->second]) answered_.insert(host->second);
         }
+        if (const auto* shown = std::get_if<message::Shown>(&*message); shown && host != hostOf_.end())
+            if (const auto told = toldToShow_.find(host->second); told != toldToShow_.end()) {
+                if (shown->frame < told->second.first)
+                    told->second.second = std::max(told->second.second, at);  // an earlier one: it comes forward
+                else
+                    toldToShow_.erase(told);
+            }
         return session_.received(connection, epoch, *message, at);
     });
 }
@@ -129,6 +136,9 @@ void Owner::planWork() {
 void Owner::maybeBegin() {
     if (finished_ || now() < nextBegin_ || !session_.mayBegin(now())) return;
     if (!prepared_) prepare();
+    if (config_.session.sync.lateFrame == LateFramePolicy::kWait)
+        for (const auto& [host, told] : toldToShow_)
+            if (members_.contains(host)) violated("begins a frame before " + host + " has said that it shows the last one");
     FrameContent content = *std::exchange(prepared_, std::nullopt);
     content.frame = session_.nextFrame();
     if (content.frame.value != released_) violated("a frame begins that does not follow the last one released");
@@ -211,6 +221,7 @@ void Owner::on(const server_action::Send& action) {
     } else if (const auto* swap = std::get_if<message::Swap>(action.message.get())) {
         if (!frame_.open || swap->frame != frame_.number) violated("swaps a frame that is not open");
         if (!frame_.ready.contains(host)) violated("swaps on " + host + " before it is ready");
+        toldToShow_.insert_or_assign(host, std::pair(swap->frame, now()));
     }
     network_.toClient(action.connection, session_.epoch(), *action.message);
 }
@@ -263,6 +274,7 @@ void Owner::left(const std::string& host) {
     behind_.erase(host);
     frame_.drawing.erase(host);
     toldToDraw_.erase(host);
+    toldToShow_.erase(host);
 }
 
 /// Nobody is condemned early, and nobody later than its deadline by more than our own standstills.
@@ -272,6 +284,14 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
         if (fault.detectedAfter < sync.lostAfter) violated(fault.host + " is called silent too early");
         if (fault.detectedAfter > sync.lostAfter + excuse(sayingAt_ - fault.detectedAfter))
             violated(fault.host + " is called silent too late");
+    }
+    if (fault.kind == FaultKind::kNotShown) {
+        const auto told = toldToShow_.find(fault.host);
+        if (told == toldToShow_.end()) violated(fault.host + " is called to account for what it shows");
+        const TimePoint since = told->second.second;
+        const bool first = sync.lateFrame == LateFramePolicy::kWait;  // else it may owe an earlier frame too
+        if (first && sayingAt_ < since + sync.lostAfter) violated(fault.host + " is called not to show too early");
+        if (sayingAt_ > since + sync.lostAfter + excuse(since)) violated(fault.host + " is called not to show too late");
     }
     if (fault.kind == FaultKind::kDrawStalled) {
         const Duration drawing = sayingAt_ - drawingSince_.at(fault.host);
@@ -308,8 +328,8 @@ void Owner::on(const server_action::FrameReleased& action) {
             behind_.insert(host);
             inStep_.erase(host);
             if (sync.lateFrame == LateFramePolicy::kDrop) members_.erase(host);
-        } else if (sayingAt_ - frame_.begun < sync.frameDeadline) {
-            violated("forgets " + host);
+        } else if (sayingAt_ - frame_.begun < sync.frameDeadline && !toldToShow_.contains(host)) {
+            violated("forgets " + host);  // who does not show what it was told to is out, and its fault follows
         }
     }
     for (const std::string& host : action.held)

@@ -139,6 +139,7 @@ private:
     std::set<std::string> mayFail_, members_, behind_, inStep_, answered_;
     std::map<std::string, TimePoint> drawingSince_;
     std::map<std::string, FrameNumber> toldToDraw_;  ///< the frame of the last Begin
+    std::map<std::string, std::pair<FrameNumber, TimePoint>> toldToShow_;  ///< and has not said that it does: that frame, since
     Duration longestFrame_{};
     std::vector<BlobInfo> sceneBlobs_;
     std::map<FaultKind, std::uint64_t> faults_;

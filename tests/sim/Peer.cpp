@@ -19,6 +19,8 @@ void Peer::start() {
     running_ = true;
     haveScene_ = false;
     everShown_ = false;
+    showsNothing_ = false;
+    unshown_ = nullptr;
     drawFree_ = now();
     dial();
 }
@@ -216,13 +218,31 @@ void Peer::on(const client_action::Draw& action) {
 }
 
 void Peer::on(const client_action::Show& action) {
-    onDrawThread(random_.between(0ms, 1ms), [this, frame = action.frame] {
+    // Whatever the draw thread is at.
+    const auto show = [this, frame = action.frame] {
         if (everShown_ && frame <= shown_) violated("shows an older frame than it did");
         everShown_ = true;
         shown_ = frame;
         shownAt_ = now();
         witness_.shows(config_.name, frame);
         carryOut(session_->shown(frame, localNow()));
+    };
+    if (showsNothing_)
+        unshown_ = [this, attempt = attempt_, show] {
+            if (attempt == attempt_) inSession(show);
+        };
+    else
+        soon(random_.between(0ms, 1ms), show);
+}
+
+void Peer::showAgain() {
+    showsNothing_ = false;
+    if (const auto show = std::exchange(unshown_, nullptr)) show();
+}
+
+void Peer::soon(Duration after, std::function<void()> what) {
+    timeline_.after(after, [this, attempt = attempt_, what = std::move(what)] {
+        if (attempt == attempt_) inSession(what);
     });
 }
 

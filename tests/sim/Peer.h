@@ -44,6 +44,9 @@ public:
     void thaw();
     /// The draw thread stands still for so long; the session's thread goes on.
     void hangDrawing(Duration duration) { drawFree_ = std::max(drawFree_, now() + duration); }
+    /// The session's thread says that it lives and shows nothing any more, until it is told to again: then the last image.
+    void stopShowing() { showsNothing_ = true; }
+    void showAgain();
     void drawSlower(double factor) { slowness_ = factor; }
     /// One bit of the replica flips.
     void corrupt() {
@@ -101,6 +104,8 @@ private:
     void on(const client_action::MeetNeighbours&) {}
     void on(const client_action::Disconnect& action);
     void on(const client_action::Finish& action);
+    /// After so long, on the session's thread, if it is still the same attempt.
+    void soon(Duration after, std::function<void()> what);
     /// A job of the draw thread; `done` runs on the session's thread afterwards.
     void onDrawThread(Duration work, std::function<void()> done);
     void apply(const ModelList& list);
@@ -127,6 +132,8 @@ private:
     std::deque<std::function<void()>> inbox_;  ///< what waits while frozen
     TimePoint drawFree_{};
     double slowness_ = 1;
+    bool showsNothing_ = false;
+    std::function<void()> unshown_;  ///< what it was told to show meanwhile
 
     std::set<BlobId> store_;
     ModelScene scene_;

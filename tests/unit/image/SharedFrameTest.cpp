@@ -9,6 +9,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <thread>
 
 #include "tests/unit/TestFolder.h"
@@ -103,11 +104,36 @@ TEST(SharedFrame, IsDrawnIntoWithoutShowingIt) {
     draw(3, kHeightPx);  // begun again
     writer->prepared(3);
     EXPECT_EQ(readSharedFrame(path)->frame, 1u);
-    EXPECT_EQ(writer->shownPicture(), pictureOf(1));
     ASSERT_TRUE(writer->show());
     EXPECT_EQ(readSharedFrame(path)->frame, 3u);
     EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(3));
-    EXPECT_EQ(writer->shownPicture(), pictureOf(3));
+}
+
+TEST(SharedFrame, AReadyPictureIsShownByAnotherThanItsWriter) {
+    const test::TestFolder folder;
+    auto writer = SharedFrameWriter::create(folder / "shown.frame", kWidthPx, kHeightPx).value();
+    const auto shown = [&] { return readSharedFrame(folder / "shown.frame"); };
+    std::optional<ReadyFrame> before;
+    for (std::uint64_t frame = 1; frame < 6; ++frame) {
+        writer.prepare(frame, pictureOf(frame));
+        const std::vector<ReadyFrame> ready{writer.ready()};
+        if (before) {
+            EXPECT_EQ(shown()->picture, pictureOf(frame - 1)) << "not before it is shown";
+            EXPECT_EQ(before->picture(), pictureOf(frame - 1)) << "and the one before stays";
+        } else {
+            EXPECT_FALSE(shown());
+        }
+        std::thread([&] { EXPECT_TRUE(ReadyFrame::show(ready)); }).join();
+        EXPECT_EQ(shown()->frame, frame);
+        EXPECT_EQ(shown()->picture, pictureOf(frame));
+        before = ready.front();
+    }
+    // Whoever holds a picture keeps its file, though the writer is gone.
+    writer.prepare(7, pictureOf(7));
+    const ReadyFrame last = writer.ready();
+    { const SharedFrameWriter gone = std::move(writer); }
+    EXPECT_TRUE(ReadyFrame::show(std::span(&last, 1)));
+    EXPECT_EQ(shown()->picture, pictureOf(7));
 }
 
 TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {

@@ -151,7 +151,7 @@ TEST(PartSharing, ADividedPictureIsTheWholeOneWhoeverDrawsItsParts) {
             sharing.begin(FrameNumber(frame), digestOf(FrameNumber(frame)), viewOf(FrameNumber(frame)));
             sharing.end();
             while (!over && at == frame)
-                if (!sharing.help(*helper.renderer, helper.aspect, helper.scene)) std::this_thread::yield();
+                if (!sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; })) std::this_thread::yield();
         }
     });
     owner.sharing.meet("right " + found.get() + "\nnobody 1/2\nright\n\nright x y\n");
@@ -231,13 +231,43 @@ TEST(PartSharing, DividesWhereTimeLiesIdleAndStopsWhereNobodyHelps) {
     while (partsBesideIdle() == 0) ASSERT_LT(++pause, 20) << "but some time";
 }
 
+/// At Swap everybody has drawn: what a neighbour still draws for it is for nobody, and its own next frame waits.
+TEST(PartSharing, APartIsLeftAtAnyPointAndGivenBackWhenItsHelperIsWantedElsewhere) {
+    Owner helper({.mode = ShareMode::kAlways, .cores = 2});
+    Board board = Board::create().value();
+    const Tile other = tilesOf(helper.wall, "right").front();
+    const std::vector<PixelRect> parts{other.rect};
+    helper.sharing.meet("right " + board.place() + "\n");
+    helper.sharing.begin(5_frame, digestOf(5_frame), viewOf(5_frame));
+    helper.sharing.end();
+    int leftAt = 0;
+    for (bool done = false; !done; ++leftAt) {
+        ASSERT_LT(leftAt, 1'000);
+        board.post(digestOf(5_frame), 1, parts);
+        int asked = 0;
+        done = helper.sharing.help(*helper.renderer, helper.aspect, helper.scene, [&] { return asked++ >= leftAt; });
+        if (done) break;
+        EXPECT_EQ(asked, leftAt + 1) << "it goes on";
+        EXPECT_FALSE(board.doneElsewhere(0));
+        ASSERT_TRUE(board.take(0)) << "its owner cannot have it back";
+        board.withdraw();
+    }
+    EXPECT_GT(leftAt, 6) << "asked too seldom";
+    Picture drawn = Picture::filled(other.rect.width, other.rect.height, 0, 0, 0);
+    const NeighbourBoard seen = NeighbourBoard::open(helper.board.place()).value();
+    const auto done = board.doneElsewhere(0);
+    ASSERT_TRUE(done);
+    ASSERT_TRUE(seen.copy(done->slot, Board::stamp(static_cast<std::uint32_t>(leftAt) + 1, 1, 0), parts[0], other.rect, drawn));
+    EXPECT_TRUE(drawn == helper.whole(other, 5_frame)) << "what was left before shows";
+}
+
 TEST(PartSharing, HelpsOnlyWithTheSameFrameAndAProcessorToSpare) {
     Owner helper({.mode = ShareMode::kAuto, .cores = 2});
     Board board = Board::create().value();
     const Tile other = tilesOf(helper.wall, "right").front();
     const auto parts = cutIntoParts(other.rect, 4);
     helper.sharing.meet("right " + board.place() + "\n");
-    const auto helps = [&] { return helper.sharing.help(*helper.renderer, helper.aspect, helper.scene); };
+    const auto helps = [&] { return helper.sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; }); };
     board.is(Activity::kDrawing);
     board.post(digestOf(5_frame), 1, parts);
     EXPECT_FALSE(helps()) << "it has not drawn yet itself";
@@ -260,7 +290,7 @@ TEST(PartSharing, HelpsOnlyWithTheSameFrameAndAProcessorToSpare) {
     busy.sharing.meet("right " + board.place() + "\n");
     busy.sharing.begin(5_frame, digestOf(5_frame), viewOf(5_frame));
     busy.sharing.end();
-    EXPECT_FALSE(busy.sharing.help(*busy.renderer, busy.aspect, busy.scene)) << "the owner has the only processor";
+    EXPECT_FALSE(busy.sharing.help(*busy.renderer, busy.aspect, busy.scene, [] { return false; })) << "the owner has the only processor";
     board.post(digestOf(5_frame), 1, std::vector{PixelRect{.x = 0, .y = 0, .width = 64, .height = 64}});
     helper.sharing.begin(5_frame, digestOf(5_frame), viewOf(5_frame));
     helper.sharing.end();

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <random>
+#include <thread>
 
 #include "client/image/SharedFrame.h"
 #include "common/base/Channel.h"
@@ -53,7 +54,8 @@ protected:
     bool performOrAgain(decltype(Work::what) what) {
         const Work work{Attempt{1}, std::move(what)};
         auto outcome = host_->again(work);
-        return outcome ? outcomes_.push(std::move(*outcome)) : host_->perform(work);
+        if (!outcome) return host_->perform(work);
+        return std::holds_alternative<outcome::Noted>(outcome->what) || outcomes_.push(std::move(*outcome));
     }
     /// The next outcome, which must be a T.
     template <typename T>
@@ -84,17 +86,20 @@ protected:
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
         EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
         const auto drawn = next<outcome::Drawn>();
-        EXPECT_TRUE(performOrAgain(work::Show{number}));
-        EXPECT_TRUE(next<outcome::Shown>());
+        if (drawn) show(*drawn);
+        EXPECT_TRUE(performOrAgain(work::Shown{number}));
         if (!drawn || !decodeStats(drawn->stats)) return {};
         return decodeStats(drawn->stats)->tiles.front();
     }
     void drawAndShow(FrameNumber frame) {
         ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
-        ASSERT_TRUE(next<outcome::Drawn>());
-        ASSERT_TRUE(perform(work::Show{frame}));
-        ASSERT_TRUE(next<outcome::Shown>());
+        const auto drawn = next<outcome::Drawn>();
+        ASSERT_TRUE(drawn);
+        show(*drawn);
+        ASSERT_TRUE(perform(work::Shown{frame}));
     }
+    /// As the session thread does it.
+    static void show(const outcome::Drawn& drawn) { ASSERT_TRUE(ReadyFrame::show(drawn.pictures)); }
 
     test::TestFolder folder_;
     Log log_{"test"};
@@ -211,8 +216,8 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
 }
 
-/// A host that works ahead of need is not late with showing: somebody else flips the word.
-TEST_F(RenderHostTest, ShowsAtOnceWhatIsDrawn) {
+/// Whoever shows pictures needs nothing of the draw thread, which may work ahead of need or draw for a neighbour meanwhile.
+TEST_F(RenderHostTest, WhatIsDrawnIsShownByWhomItIsHandedTo) {
     start({.output = folder_.path()});
     Aspect scene = makeBall();
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
@@ -223,15 +228,31 @@ TEST_F(RenderHostTest, ShowsAtOnceWhatIsDrawn) {
     View view;
     view.position = {0.3, 0, 0};
     ASSERT_TRUE(perform(work::Draw{beginOf(1_frame, {}, view)}));
-    ASSERT_TRUE(next<outcome::Drawn>());
+    const auto drawn = next<outcome::Drawn>();
+    ASSERT_TRUE(drawn);
+    ASSERT_EQ(drawn->pictures.size(), 1u);
     EXPECT_EQ(shown().picture, before);
+    std::thread session([&] { show(*drawn); });
     while (host_->workAhead()) {
     }
-    const auto swapped = host_->again({Attempt{3}, work::Show{1_frame}});
-    ASSERT_TRUE(swapped);
-    EXPECT_EQ(std::get<outcome::Shown>(swapped->what).frame, 1_frame);
+    session.join();
     EXPECT_EQ(shown().frame, 1u);
-    EXPECT_NE(shown().picture, before);
+    const Picture after = shown().picture;
+    EXPECT_NE(after, before);
+    // Until the draw thread hears of it, what is asked of it is what was shown before; and that stays whole.
+    ASSERT_TRUE(perform(work::SendImages{{.request = 5, .frame = 0_frame}}));
+    const auto image = next<outcome::Image>();
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->image.frame, 0_frame);
+    EXPECT_EQ(decodePng(image->image.png.bytes())->picture, before);
+    EXPECT_TRUE(host_->again({Attempt{3}, work::Shown{1_frame}}));
+    ASSERT_TRUE(perform(work::SendImages{{.request = 6, .frame = 0_frame}}));
+    EXPECT_EQ(decodePng(next<outcome::Image>()->image.png.bytes())->picture, after);
+    // The next one is drawn where nobody looks.
+    view.position = {0.6, 0, 0};
+    ASSERT_TRUE(perform(work::Draw{beginOf(2_frame, {}, view)}));
+    ASSERT_TRUE(next<outcome::Drawn>());
+    EXPECT_EQ(shown().picture, after);
 }
 
 TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
@@ -242,7 +263,6 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
     const auto again = [&](decltype(Work::what) what) { return host_->again({Attempt{3}, std::move(what)}); };
     EXPECT_FALSE(again(work::Draw{beginOf(0_frame)})) << "nothing is drawn yet";
-    EXPECT_FALSE(again(work::Show{0_frame}));
     const TileStats first = frame(FrameNumber(0));
     EXPECT_FALSE(again(work::Draw{beginOf(1_frame)})) << "drawn, but not seen to stand still";
     const TileStats second = frame(FrameNumber(1));
@@ -256,9 +276,8 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
         EXPECT_EQ(said.stateHash, scene.stateHash());
         EXPECT_EQ(decodeStats(said.stats)->tiles.front(), second);
         EXPECT_EQ(shown().frame, number - 1) << "not before Show";
-        const auto swapped = again(work::Show{FrameNumber(number)});
-        ASSERT_TRUE(swapped);
-        EXPECT_EQ(std::get<outcome::Shown>(swapped->what).frame, FrameNumber(number));
+        show(said);
+        EXPECT_TRUE(again(work::Shown{FrameNumber(number)}));
         EXPECT_EQ(shown().frame, number);
         EXPECT_EQ(shown().picture, picture);
     }
@@ -269,11 +288,12 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     ChangeList list;
     list.nextFreeId = 5'000;
     EXPECT_FALSE(again(work::Draw{beginOf(6_frame, share(encodeChangeList(list)))})) << "a list";
-    EXPECT_TRUE(again(work::Draw{beginOf(6_frame)}));
+    const auto drawn = again(work::Draw{beginOf(6_frame)});
+    ASSERT_TRUE(drawn);
     ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 7_frame}}));
-    EXPECT_FALSE(again(work::Show{6_frame})) << "somebody waits for images";
-    ASSERT_TRUE(perform(work::Show{6_frame}));
-    ASSERT_TRUE(next<outcome::Shown>());
+    show(std::get<outcome::Drawn>(drawn->what));
+    EXPECT_FALSE(again(work::Shown{6_frame})) << "somebody waits for images";
+    ASSERT_TRUE(perform(work::Shown{6_frame}));
     EXPECT_EQ(shown().frame, 6u);
     configure(makeWall());
     EXPECT_FALSE(again(work::Draw{beginOf(7_frame)})) << "another wall";
@@ -293,11 +313,11 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
     const auto drawn = next<outcome::Drawn>();
     ASSERT_TRUE(drawn);
     EXPECT_EQ(drawn->stateHash, scene.stateHash());
-    ASSERT_TRUE(perform(work::Show{0_frame}));
-    EXPECT_TRUE(next<outcome::Shown>());
+    EXPECT_TRUE(drawn->pictures.empty());
+    ASSERT_TRUE(perform(work::Shown{0_frame}));
     // And then at once, as any host does it whose pictures stay.
     EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(1_frame)}}));
-    EXPECT_TRUE(host_->again({Attempt{1}, work::Show{1_frame}}));
+    EXPECT_TRUE(host_->again({Attempt{1}, work::Shown{1_frame}}));
     // Whoever asks for pictures hears at once that there are none.
     ASSERT_TRUE(perform(work::SendImages{{.request = 9, .frame = 5_frame}}));
     const auto image = next<outcome::Image>();
@@ -315,9 +335,8 @@ TEST_F(RenderHostTest, LeavesToItsOwnThreadWhatMayWait) {
     ASSERT_TRUE(next<outcome::Applied>());
     for (std::uint64_t number = 0; number < 2; ++number) frame(FrameNumber(number));
     EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(2_frame)}}));
-    EXPECT_FALSE(host_->again({Attempt{1}, work::Show{2_frame}})) << "the disk may be behind";
-    ASSERT_TRUE(perform(work::Show{2_frame}));
-    ASSERT_TRUE(next<outcome::Shown>());
+    EXPECT_FALSE(host_->again({Attempt{1}, work::Shown{2_frame}})) << "the disk may be behind";
+    ASSERT_TRUE(perform(work::Shown{2_frame}));
     EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(3_frame)}}));
     EXPECT_FALSE(host_->again({Attempt{1}, work::Draw{beginOf(4_frame)}})) << "a fault to be injected";
 }
@@ -406,10 +425,10 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
     ASSERT_TRUE(next<outcome::Applied>());
     const std::string path = folder_ / "tiles/front-0-0/shown.frame";
     ASSERT_TRUE(perform(work::Draw{beginOf(0_frame)}));
-    ASSERT_TRUE(next<outcome::Drawn>());
+    const auto drawn = next<outcome::Drawn>();
+    ASSERT_TRUE(drawn);
     EXPECT_FALSE(readSharedFrame(path));
-    ASSERT_TRUE(perform(work::Show{0_frame}));
-    ASSERT_TRUE(next<outcome::Shown>());
+    show(*drawn);
     const auto shown = readSharedFrame(path);
     ASSERT_TRUE(shown);
     EXPECT_EQ(shown->frame, 0u);
@@ -417,6 +436,7 @@ TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
     const std::set<std::uint8_t> shades(shown->picture.rgb.begin(), shown->picture.rgb.end());
     EXPECT_GT(shades.size(), 20u) << "there is a ball in it";
 
+    ASSERT_TRUE(perform(work::Shown{0_frame}));
     EXPECT_FALSE(perform(work::Finish{}));
     const auto png = readFile(folder_ / "tiles/front-0-0/000000.png", 1'000'000);
     ASSERT_TRUE(png);

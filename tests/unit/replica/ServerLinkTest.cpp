@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <thread>
 
 #include "common/codec/MessageCodec.h"
 #include "tests/unit/HistoryLiterals.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {
@@ -232,6 +234,88 @@ TEST_F(ServerLinkTest, DoesAtOnceWhatTakesNoTimeWhileTheDrawThreadHasNothingToDo
     EXPECT_EQ(done, 1);
     server_.say(control, message::Over{"over"});
     EXPECT_TRUE(waitForEnd().over);
+}
+
+/// What the draw thread is at after it has drawn, a part for a neighbour or a program that may be needed, is no business of the
+/// others: they show the frame now.
+TEST_F(ServerLinkTest, ShowsInTheInstantOfTheSwapWhateverTheDrawThreadIsAt) {
+    const test::TestFolder folder;
+    auto left = SharedFrameWriter::create(folder / "left/shown.frame", 8, 4).value(), right = SharedFrameWriter::create(folder / "right/shown.frame", 8, 4).value();
+    const auto shown = [&](const std::string& tile) {
+        const auto image = readSharedFrame(folder / (tile + "/shown.frame"));
+        return image ? static_cast<int>(image->frame) : -1;
+    };
+    start();
+    const LinkId control = welcome();
+    ASSERT_TRUE(work_.popFor(kPatience)) << "Configure";
+    work_.done();
+    for (const FrameNumber frame : {0_frame, 1_frame, 2_frame}) {
+        server_.say(control, message::Begin{frame, {}, share(CommittedList{1_seq, 9_hash, {}, {}})});
+        ASSERT_TRUE(std::holds_alternative<work::Draw>(work_.popFor(kPatience).value().what));
+        for (SharedFrameWriter* file : {&left, &right}) file->prepare(frame.value, Picture::filled(8, 4, 1, 2, 3));
+        link_->tell({Attempt{1}, outcome::Drawn{frame, 9_hash, {}, {left.ready(), right.ready()}}});
+        EXPECT_EQ(server_.hear<message::Ready>()->second.frame, frame);
+        EXPECT_EQ(shown("left"), static_cast<int>(frame.value) - 1) << "not before the others";
+        EXPECT_FALSE(work_.more());
+        server_.say(control, message::Swap{frame});
+        // The draw thread has its piece of work in hand: `done` is not said.
+        const auto said = server_.hear<message::Shown>();
+        ASSERT_TRUE(said) << "frame " << frame.value << " waits for the draw thread";
+        EXPECT_EQ(said->second.frame, frame);
+        EXPECT_EQ(shown("left"), static_cast<int>(frame.value));
+        EXPECT_EQ(shown("right"), static_cast<int>(frame.value));
+        EXPECT_TRUE(work_.more()) << "so that it leaves what is for nobody now";
+        work_.done();
+        const auto noted = work_.popFor(kPatience);
+        ASSERT_TRUE(noted && std::holds_alternative<work::Shown>(noted->what)) << "it hears before the next frame";
+        EXPECT_EQ(std::get<work::Shown>(noted->what).frame, frame);
+        work_.done();
+    }
+    server_.say(control, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, PicturesOfALostConnectionAreNotShownOnTheNext) {
+    const test::TestFolder folder;
+    auto file = SharedFrameWriter::create(folder / "shown.frame", 8, 4).value();
+    start();
+    const LinkId first = welcome();
+    server_.say(first, message::Begin{0_frame, {}, share(CommittedList{1_seq, 9_hash, {}, {}})});
+    while (!std::holds_alternative<work::Draw>(work_.popFor(kPatience).value().what)) {
+    }
+    file.prepare(0, Picture::filled(8, 4, 1, 2, 3));
+    link_->tell({Attempt{1}, outcome::Drawn{0_frame, 9_hash, {}, {file.ready()}}});
+    ASSERT_TRUE(server_.hear<message::Ready>());
+    server_.hangUp(first);
+    const LinkId second = welcome();
+    server_.say(second, message::Begin{1_frame, {}, share(CommittedList{1_seq, 9_hash, {}, {}})});
+    while (!std::holds_alternative<work::Draw>(work_.popFor(kPatience).value().what)) {
+    }
+    link_->tell({Attempt{2}, outcome::Drawn{1_frame, 9_hash, {}, {}}});
+    ASSERT_TRUE(server_.hear<message::Ready>());
+    server_.say(second, message::Swap{1_frame});
+    ASSERT_TRUE(server_.hear<message::Shown>());
+    EXPECT_FALSE(readSharedFrame(folder / "shown.frame")) << "a picture that nobody released";
+    server_.say(second, message::Over{"over"});
+    EXPECT_TRUE(waitForEnd().over);
+}
+
+TEST_F(ServerLinkTest, LeavesWhereAPictureCannotBeShown) {
+    const test::TestFolder folder;
+    auto file = SharedFrameWriter::create(folder / "tile/shown.frame", 8, 4).value();
+    start();
+    const LinkId control = welcome();
+    server_.say(control, message::Begin{0_frame, {}, share(CommittedList{1_seq, 9_hash, {}, {}})});
+    while (!std::holds_alternative<work::Draw>(work_.popFor(kPatience).value().what)) {
+    }
+    file.prepare(0, Picture::filled(8, 4, 1, 2, 3));
+    std::filesystem::remove_all(folder / "tile");
+    link_->tell({Attempt{1}, outcome::Drawn{0_frame, 9_hash, {}, {file.ready()}}});
+    ASSERT_TRUE(server_.hear<message::Ready>());
+    server_.say(control, message::Swap{0_frame});
+    const HostEnd end = waitForEnd();
+    EXPECT_FALSE(end.over);
+    EXPECT_NE(end.error.message.find("cannot put the shown image in place"), std::string::npos) << end.error.message;
 }
 
 TEST_F(ServerLinkTest, AnswersOfAnEarlierConnectionComeToNothing) {

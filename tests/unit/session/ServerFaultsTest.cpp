@@ -11,7 +11,16 @@ struct Live : ServerFixture {
         ready(a, begin());
         ready(b, 0_frame);
         take(session.advance(now));
+        for (const ConnectionId c : {a, b}) show(c);
         forget();
+    }
+    /// Another frame, which both have drawn and are told to show.
+    FrameNumber drawn() {
+        const FrameNumber frame = begin();
+        ready(a, frame);
+        ready(b, frame);
+        take(session.advance(now));
+        return frame;
     }
     ConnectionId a, b;
 };
@@ -246,6 +255,58 @@ TEST(ServerFaults, AMismatchNobodyLooksAtEndsAtTheSyncDeadline) {
     s.run(510ms, {s.a, s.b});
     EXPECT_TRUE(s.closed(s.b));
     EXPECT_FALSE(s.closed(s.a));
+}
+
+TEST(ServerFaults, AHostThatLivesAndDoesNotShowIsOutAndNamedUntilItDoes) {
+    Live s;
+    const FrameNumber frame = s.drawn();
+    s.show(s.a);
+    s.showing = false;
+    s.run(240ms, {s.a, s.b});
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    EXPECT_FALSE(s.session.mayBegin(s.now)) << "it is waited for";
+    s.run(20ms, {s.a, s.b});
+    const auto faults = s.actions<server_action::Fault>();
+    ASSERT_EQ(faults.size(), 1u);
+    EXPECT_EQ(faults[0].host, "b");
+    EXPECT_EQ(faults[0].kind, FaultKind::kNotShown);
+    EXPECT_NE(faults[0].detail.find("shows frame 1"), std::string::npos) << faults[0].detail;
+    EXPECT_TRUE(s.session.mayBegin(s.now));
+    EXPECT_EQ(s.state("b"), HostState::kLost);
+    EXPECT_FALSE(s.closed(s.b)) << "a new connection would let it in again";
+    s.forget();
+    for (int i = 0; i < 5; ++i) {
+        ASSERT_TRUE(s.session.mayBegin(s.now)) << i;
+        s.ready(s.a, s.begin(s.commit()));
+        s.show(s.a);
+        s.run(2s, {s.a, s.b});
+    }
+    EXPECT_TRUE(s.sent<message::Begin>(s.b).empty());
+    EXPECT_TRUE(s.sent<message::Changes>(s.b).empty());
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty()) << "it has held the others up once";
+    s.say(s.b, message::Shown{frame, 1});
+    EXPECT_EQ(s.actions<server_action::FrameShown>().size(), 5u) << "an old picture is no matter of the others";
+    ASSERT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+    s.snapshot(s.b);
+    s.synced(s.b);
+    s.begin();
+    EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
+    ASSERT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
+    EXPECT_TRUE(s.actions<server_action::HostEntered>()[0].rejoined);
+}
+
+TEST(ServerFaults, WhatAHostShowsWhileTheServerStandsStillIsHeardBeforeItIsCondemned) {
+    Live s;
+    s.drawn();
+    s.show(s.a);
+    s.pass(400ms);
+    s.take(s.session.advance(s.now));  // its word lies unread
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    EXPECT_FALSE(s.session.mayBegin(s.now));
+    s.show(s.b);
+    s.run(100ms, {s.a, s.b});
+    EXPECT_TRUE(s.actions<server_action::Fault>().empty());
+    EXPECT_TRUE(s.session.mayBegin(s.now));
 }
 
 TEST(ServerFaults, ASyncedHostWithAnotherHashIsAMismatch) {

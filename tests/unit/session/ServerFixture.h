@@ -48,18 +48,32 @@ struct ServerFixture {
     std::uint64_t lastConnection = 0;
     Sequence sequence{5};  ///< of the scene
     ServerActions done;    ///< since the last `forget()`
+    std::map<ConnectionId, FrameNumber> toldToShow;
+    bool showing = true;   ///< whoever is alive in `run` says what it shows
 
     void forget() { done.clear(); }
-    void take(ServerActions actions) { done.insert(done.end(), actions.begin(), actions.end()); }
+    void take(ServerActions actions) {
+        for (const ServerAction& action : actions)
+            if (const auto* send = std::get_if<server_action::Send>(&action))
+                if (const auto* swap = std::get_if<message::Swap>(send->message.get())) toldToShow[send->connection] = swap->frame;
+        done.insert(done.end(), actions.begin(), actions.end());
+    }
     void pass(Duration time) { now += time; }
     /// Time passes, everybody in `alive` heartbeats, and the session looks at the clock, as often as it asks to.
     void run(Duration time, const std::vector<ConnectionId>& alive = {}) {
         const TimePoint end = now + time;
         while (now < end) {
             now += 10ms;
-            for (const ConnectionId c : alive) say(c, message::Heartbeat{.sentAtNs = 1});
+            for (const ConnectionId c : alive) {
+                say(c, message::Heartbeat{.sentAtNs = 1});
+                if (showing) show(c);
+            }
             take(session.advance(now));
         }
+    }
+    /// Says that it shows what it was last told to.
+    void show(ConnectionId connection) {
+        if (const auto told = toldToShow.extract(connection)) say(connection, message::Shown{told.mapped(), 1});
     }
 
     ConnectionId open() {

@@ -39,6 +39,9 @@ TEST(ServerFrames, SwapsOnceEverybodyIsReady) {
     EXPECT_EQ(released[0].barrierTime, 5ms);
     EXPECT_EQ(released[0].frameTime, 15ms);
     EXPECT_EQ(released[0].lastHost, "b");
+    s.show(s.a);
+    EXPECT_FALSE(s.session.mayBegin(s.now)) << "b has not said that it shows it";
+    s.show(s.b);
     EXPECT_TRUE(s.session.mayBegin(s.now));
 }
 

@@ -29,12 +29,21 @@ SwapBarrier barrierOf(LateFramePolicy late, const Names& hosts) {
     return barrier;
 }
 
-/// One frame that everybody draws in time.
+/// One frame that everybody draws in time, and shows at once.
 void wholeFrame(SwapBarrier& barrier, Duration begun, Duration drawing) {
     const FrameNumber frame = barrier.nextFrame();
     for (const std::string& host : barrier.begin(frame, at(begun)))
         ASSERT_TRUE(barrier.ready(host, frame, at(begun + drawing)));
-    ASSERT_TRUE(barrier.poll(at(begun + drawing)).released);
+    const SwapBarrier::Outcome outcome = barrier.poll(at(begun + drawing));
+    ASSERT_TRUE(outcome.released);
+    for (const std::string& host : outcome.show) barrier.shown(host, frame, at(begun + drawing));
+}
+/// One that everybody has drawn at `ready`, and nobody says to show.
+void releasedFrame(SwapBarrier& barrier, Duration ready) {
+    const FrameNumber frame = barrier.nextFrame();
+    for (const std::string& host : barrier.begin(frame, at(ready))) ASSERT_TRUE(barrier.ready(host, frame, at(ready)));
+    ASSERT_TRUE(barrier.poll(at(ready)).released);
+    barrier.told(at(ready));
 }
 
 TEST(SwapBarrier, ReleasesAFrameOnceEverybodyHasDrawnIt) {
@@ -256,11 +265,89 @@ TEST(SwapBarrier, NoFrameBeginsWhileOnlyHostsThatAreBehindAreLeft) {
     barrier.begin(0_frame, at(0ms));
     ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
     ASSERT_TRUE(barrier.poll(at(110ms)).released);
+    barrier.shown("a", 0_frame, at(110ms));
     EXPECT_TRUE(barrier.mayBegin());
     barrier.leave("a");
     EXPECT_FALSE(barrier.mayBegin());
     ASSERT_TRUE(barrier.ready("b", 0_frame, at(150ms)));
     EXPECT_TRUE(barrier.mayBegin());
+}
+
+TEST(SwapBarrier, NoFrameBeginsBeforeAllSayThatTheyShowTheLast) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
+    releasedFrame(barrier, 10ms);
+    EXPECT_FALSE(barrier.mayBegin());
+    EXPECT_TRUE(barrier.owesShown("b"));
+    barrier.shown("a", 0_frame, at(11ms));
+    // However long that takes: a host that answers is followed, up to lostAfter.
+    for (const Duration time : {60ms, 400ms, 799ms}) {
+        EXPECT_TRUE(barrier.poll(at(10ms + time)).unshown.empty());
+        EXPECT_FALSE(barrier.mayBegin());
+    }
+    barrier.shown("b", 0_frame, at(809ms));
+    EXPECT_TRUE(barrier.mayBegin());
+    EXPECT_EQ(barrier.nextDeadline(), TimePoint::max());
+    EXPECT_EQ(barrier.begin(1_frame, at(810ms)), (Names{"a", "b"}));
+}
+
+TEST(SwapBarrier, WhoNeverSaysThatItShowsHoldsTheOthersUpOnceAndIsOut) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
+    releasedFrame(barrier, 10ms);
+    barrier.shown("a", 0_frame, at(11ms));
+    EXPECT_EQ(barrier.nextDeadline(), at(810ms));
+    EXPECT_TRUE(barrier.poll(at(900ms), at(809ms)).unshown.empty()) << "its word may lie unread";
+    EXPECT_FALSE(barrier.mayBegin());
+    const SwapBarrier::Outcome outcome = barrier.poll(at(810ms));
+    EXPECT_EQ(outcome.unshown, Names{"b"});
+    EXPECT_TRUE(outcome.stalled.empty());
+    EXPECT_FALSE(barrier.contains("b"));
+    EXPECT_TRUE(barrier.mayBegin());
+    wholeFrame(barrier, 820ms, 5ms);
+    EXPECT_TRUE(barrier.mayBegin()) << "nobody waits for it a second time";
+}
+
+TEST(SwapBarrier, TimeToShowRunsFromWhenItWasSaidNotFromTheEventThatIsHandledLate) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a"});
+    (void)barrier.begin(0_frame, at(0ms));
+    ASSERT_TRUE(barrier.ready("a", 0_frame, at(10ms)));
+    ASSERT_TRUE(barrier.poll(at(10ms)).released);  // handled at 2 s
+    EXPECT_LE(barrier.nextDeadline(), at(10ms)) << "the clock is to be looked at";
+    barrier.told(at(2'000ms));
+    EXPECT_TRUE(barrier.poll(at(2'000ms)).unshown.empty());
+    EXPECT_EQ(barrier.nextDeadline(), at(2'800ms));
+    EXPECT_EQ(barrier.poll(at(2'800ms)).unshown, Names{"a"});
+}
+
+TEST(SwapBarrier, WhoLeavesIsNotWaitedForToShow) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
+    releasedFrame(barrier, 10ms);
+    barrier.shown("a", 0_frame, at(11ms));
+    barrier.leave("b");
+    EXPECT_TRUE(barrier.mayBegin());
+    barrier.shown("b", 0_frame, at(12ms));  // harmless
+    EXPECT_FALSE(barrier.contains("b"));
+}
+
+TEST(SwapBarrier, HoldAndDropWaitNoLongerForShowingThanForDrawing) {
+    for (const LateFramePolicy late : {LateFramePolicy::kHold, LateFramePolicy::kDrop}) {
+        SwapBarrier barrier = barrierOf(late, {"a", "b"});
+        releasedFrame(barrier, 10ms);
+        barrier.shown("a", 0_frame, at(11ms));
+        EXPECT_EQ(barrier.nextDeadline(), at(110ms));
+        (void)barrier.poll(at(109ms));
+        EXPECT_FALSE(barrier.mayBegin());
+        (void)barrier.poll(at(110ms));
+        EXPECT_TRUE(barrier.mayBegin());
+        EXPECT_EQ(barrier.nextDeadline(), at(810ms)) << "and is not asked for again and again";
+        EXPECT_EQ(barrier.begin(1_frame, at(120ms)), (Names{"a", "b"}));
+        ASSERT_TRUE(barrier.ready("a", 1_frame, at(130ms)));
+        ASSERT_TRUE(barrier.ready("b", 1_frame, at(130ms)));
+        ASSERT_TRUE(barrier.poll(at(130ms)).released);
+        barrier.told(at(130ms));
+        barrier.shown("a", 1_frame, at(131ms));
+        EXPECT_EQ(barrier.poll(at(810ms)).unshown, Names{"b"}) << "since the first that it owes";
+        EXPECT_FALSE(barrier.contains("b"));
+    }
 }
 
 TEST(SwapBarrier, AReadyOfAHostThatLeftIsNoReasonToCallOthersLate) {

@@ -12,25 +12,18 @@ constexpr TimePoint kStart{1h};
 
 TEST(FramePacing, TheFirstFrameMayBeginAtOnce) {
     FramePacing pacing(60);
-    EXPECT_LE(pacing.earliest(false), kStart);
+    EXPECT_LE(pacing.earliest(), kStart);
     EXPECT_FALSE(pacing.frameOpen());
 }
 
-TEST(FramePacing, WithoutARateTheNextBeginsWhenTheLastIsShown) {
+TEST(FramePacing, WithoutARateTheNextMayBeginAtOnce) {
     FramePacing pacing(0);
     pacing.began(kStart);
     EXPECT_TRUE(pacing.frameOpen());
     pacing.released(kStart + 3ms, false);
     EXPECT_FALSE(pacing.frameOpen());
     EXPECT_EQ(pacing.framesReleased(), 1u);
-    EXPECT_LE(pacing.earliest(true), kStart + 3ms);
-}
-
-TEST(FramePacing, WhoeverDoesNotSayThatItShowsCostsTheOthersTheGraceOnly) {
-    FramePacing pacing(0);
-    pacing.began(kStart);
-    pacing.released(kStart + 3ms, false);
-    EXPECT_EQ(pacing.earliest(false), kStart + 3ms + FramePacing::kShownGrace);
+    EXPECT_LE(pacing.earliest(), kStart + 3ms);
 }
 
 TEST(FramePacing, FramesOnTimeKeepTheRateAndALateOneIsNotCaughtUp) {
@@ -38,11 +31,11 @@ TEST(FramePacing, FramesOnTimeKeepTheRateAndALateOneIsNotCaughtUp) {
     for (int i = 0; i < 5; ++i) {
         pacing.began(kStart + i * 10ms);
         pacing.released(kStart + i * 10ms + 4ms, false);
-        ASSERT_EQ(pacing.earliest(true), kStart + (i + 1) * 10ms);
+        ASSERT_EQ(pacing.earliest(), kStart + (i + 1) * 10ms);
     }
     pacing.began(kStart + 75ms);  // 50 was due
     pacing.released(kStart + 76ms, false);
-    EXPECT_EQ(pacing.earliest(true), kStart + 85ms);
+    EXPECT_EQ(pacing.earliest(), kStart + 85ms);
 }
 
 TEST(FramePacing, FramesLastAsLongAsOfLate) {
@@ -62,7 +55,7 @@ TEST(FramePacing, AWallWhereNobodyDrawsKeepsThePaceOfTheClock) {
     FramePacing pacing(0);
     pacing.began(kStart);
     pacing.released(kStart, true);
-    const Duration sixtieth = pacing.earliest(true) - kStart;
+    const Duration sixtieth = pacing.earliest() - kStart;
     EXPECT_NEAR(toMilliseconds(sixtieth), 1000.0 / 60, 1e-6);
 }
 
