@@ -172,7 +172,10 @@ int main(int argc, char** argv) {
     app.add_option("--device", arguments.device, "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
         ->type_name("N")
         ->check(CLI::Range(0, 63));
-    app.add_option("--culler", arguments.culler, cullerNames() + " (the wall's, else auto)")->type_name("K");
+    // Two lines of the help.
+    std::string cullers = cullerNames();
+    if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';
+    app.add_option("--culler", arguments.culler, cullers + " (the wall's, else auto)")->type_name("K");
     app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
     app.add_option("--threads", arguments.threads,
                    "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")

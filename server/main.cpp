@@ -21,6 +21,10 @@ using namespace tessera;
 struct Arguments {
     std::string wall = "1x1";
     std::vector<std::string> scenes;
+    std::vector<double> at;
+    double fit = 0, pointRadius = 0;
+    std::string up;
+    Placing placing;
     std::string listen = "127.0.0.1:0";
     std::vector<std::string> assets, allowed;
     std::uint64_t frames = 0;
@@ -66,6 +70,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     ServerOptions options;
     options.wall = std::move(*wall);
     options.scenes = arguments.scenes;
+    options.placing = arguments.placing;
     options.listen = *address;
     options.import.assetFolders = arguments.assets;
     options.allowed = arguments.allowed;
@@ -121,6 +126,12 @@ int main(int argc, char** argv) {
     const CLI::Validator named([](std::string& text) { return text.empty() ? std::string("is empty") : std::string(); },
                                "");
     app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S")->check(named);
+    app.add_option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
+        ->type_name("y|z")
+        ->check(CLI::IsMember({"y", "z"}).description(""));
+    const CLI::Option* at = app.add_option("--at", arguments.at, "Where each file's origin comes; with --fit the\nmiddle of its underside")->type_name("X Y Z")->expected(3);
+    const CLI::Option* fit = app.add_option("--fit", arguments.fit, "So long becomes the longest side of each")->type_name("METRES");
+    const CLI::Option* radius = app.add_option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units")->type_name("R");
     app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
     app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
     app.add_option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
@@ -166,6 +177,15 @@ int main(int argc, char** argv) {
         return app.exit(e);
     } catch (const CLI::ParseError& e) {
         fmt::print(stderr, "tessera-server: {}; see --help\n", e.what());
+        return exitCode(ErrorCode::kUsage);
+    }
+    Placing& placing = arguments.placing;
+    if (*at) placing.at = Vec3d(arguments.at[0], arguments.at[1], arguments.at[2]);
+    if (*fit) placing.fit = arguments.fit;
+    if (*radius) placing.pointRadius = arguments.pointRadius;
+    if (!arguments.up.empty()) placing.up = arguments.up == "z" ? UpAxis::kZ : UpAxis::kY;
+    if (const Expected<void> sound = checkPlacing(placing); !sound) {
+        fmt::print(stderr, "tessera-server: {}: {}; see --help\n", optionsText(placing), sound.error().message);
         return exitCode(ErrorCode::kUsage);
     }
     Log log("tessera-server");

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/TextTable.h"
+#include "common/animation/KeyTrack.h"
 
 namespace tessera {
 namespace {
@@ -66,6 +68,39 @@ void countKeys(Application& application, std::vector<PlayerLine>& lines) {
             if (const KeyFrames* frames = told->get<KeyFrames>(track)) line.keys = std::max<std::size_t>(line.keys, frames->times.sizeBytes() / sizeof(double));
 }
 
+/// Where a seek leads, and how long what is sought lasts; nothing where that is not known (yet).
+struct Sought {
+    double time = 0;
+    std::optional<double> length = {};
+    bool goesRound = false;
+};
+
+/// Beyond an end the time stays there, or goes round, as it would if it played. What no time is stays, and the server refuses it.
+Sought soughtTime(Application& application, const ObjectInfo& node, double seconds) {
+    constexpr double kLongest = 1e9;  // as the table of types has it
+    Sought sought{.time = seconds};
+    const Expected<SceneExcerpt> told = application.fetchTree({.node = node.id, .levels = 0, .coreType = node.coreType});
+    if (!told || !(std::abs(seconds) <= kLongest)) return sought;
+    sought.length = told->lengthOf(node.core);
+    const Object core = told->find(node.core);
+    if (!sought.length || !core) return sought;
+    const auto* animation = core.as<Animation>();
+    const auto* motion = core.as<Motion>();
+    const auto* movie = core.as<Movie>();
+    const bool once = animation ? animation->mode == Animation::kOnce : motion ? motion->mode == Motion::kOnce : movie && movie->mode == Movie::kOnce;
+    sought.goesRound = !once;
+    // A motion that goes round counts on.
+    if (once || !motion) sought.time = foldedTime(seconds, *sought.length, once ? Animation::kOnce : animation ? animation->mode : Animation::kLoop);
+    return sought;
+}
+
+std::string soughtText(const Sought& sought, double seconds) {
+    if (!sought.length || (seconds >= 0 && seconds <= *sought.length)) return fmt::format("is at {:g} s", sought.time);
+    const std::string beyond = seconds < 0 ? fmt::format("{:g} s is before its beginning", seconds) : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
+    if (sought.goesRound) return fmt::format("is at {:g} s: {}, and it goes round", sought.time, beyond);
+    return fmt::format("stopped at {:g} s: {}", sought.time, beyond);
+}
+
 }  // namespace
 
 Expected<Answer> run(Application& application, const verb::Animations&) {
@@ -120,9 +155,11 @@ Expected<Answer> run(Application& application, const verb::Play& wanted) {
         set.template operator()<&Animation::playing, &Motion::playing, &Movie::playing>(*wanted.playing);
         said = *wanted.playing ? "plays" : "stands";
     }
+    std::optional<Sought> sought;
     if (wanted.time) {
-        set.template operator()<&Animation::time, &Motion::time, &Movie::time>(*wanted.time);
-        said = fmt::format("is at {:g} s", *wanted.time);
+        sought = soughtTime(application, *node, *wanted.time);
+        set.template operator()<&Animation::time, &Motion::time, &Movie::time>(sought->time);
+        said = soughtText(*sought, *wanted.time);
     }
     if (wanted.speed) {
         type == typeOf<Movie>() ? setField<&Movie::speed>(edits, node->core, *wanted.speed) : setField<&Animation::speed>(edits, node->core, *wanted.speed);
@@ -130,7 +167,13 @@ Expected<Answer> run(Application& application, const verb::Play& wanted) {
     }
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
-    return Answer{fmt::format("{} {} (change {})\n", node->path, said, committed->sequence.value), {{"sequence", committed->sequence.value}, {"node", node->path}}, {}};
+    nlohmann::ordered_json json = {{"sequence", committed->sequence.value}, {"node", node->path}};
+    if (sought) {
+        json["time"] = sought->time;
+        json["length"] = nullptr;
+        if (sought->length) json["length"] = *sought->length;
+    }
+    return Answer{fmt::format("{} {} (change {})\n", node->path, said, committed->sequence.value), std::move(json), {}};
 }
 
 }  // namespace tessera

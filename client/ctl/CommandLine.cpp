@@ -26,7 +26,7 @@ struct Words {
     verb::Tree tree;
     verb::Load load;
     std::vector<double> loadAt;
-    double loadScale = 0, loadFit = 0;
+    double loadScale = 0, loadFit = 0, loadRadius = 0;
     std::string loadUp;
     verb::Set set;
     verb::Get get;
@@ -262,7 +262,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* loadScale = load->add_option("--scale", in.loadScale, "So many times its own size")->type_name("S")->check(numberFault);
     const CLI::Option* loadFit = load->add_option("--fit", in.loadFit, "So long becomes its longest side, as it stands\nbefore anything plays, in those units")
                                      ->type_name("METRES")->check(numberFault);
-    load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else\n+Z of .stl and .off, +Y of others)")->check(CLI::IsMember({"y", "z"}));
+    load->add_option("--up", in.loadUp, "Which of its axes is up (as it says; else +Z of\n.stl, .off and flat clouds of points, +Y of others)")
+        ->type_name("y|z")->check(CLI::IsMember({"y", "z"}).description(""));
+    const CLI::Option* loadRadius = load->add_option("--point-radius", in.loadRadius, "Of all its points, in the file's own units")
+                                        ->type_name("R")->check(numberFault);
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
     move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();
@@ -348,7 +351,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::App* playOne = ofAnimation("play", "An animation goes on from where it is");
     const CLI::App* pauseOne = ofAnimation("pause", "An animation stands");
     CLI::App* seek = ofAnimation("seek", "An animation shows another time");
-    seek->add_option("SECONDS", in.seconds, "From its beginning")->required()->check(numberFault);
+    seek->add_option("SECONDS", in.seconds, "From its beginning; beyond an end it stays there, or\ngoes round")->required()->check(numberFault);
     CLI::App* speedOf = ofAnimation("speed", "How fast an animation plays");
     speedOf->add_option("FACTOR", in.speed, "1: as made; below 0: backwards")->required()->check(numberFault);
 
@@ -431,6 +434,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             if (*loadAt) placing.at = vector3(in.loadAt);
             if (*loadScale) placing.scale = in.loadScale;
             if (*loadFit) placing.fit = in.loadFit;
+            if (*loadRadius) placing.pointRadius = in.loadRadius;
             if (!in.loadUp.empty()) placing.up = in.loadUp == "z" ? UpAxis::kZ : UpAxis::kY;
             if (const Expected<void> sound = checkPlacing(placing); !sound) return fail(ErrorCode::kUsage, "load: " + sound.error().message);
             return in.load;

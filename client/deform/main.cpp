@@ -109,9 +109,9 @@ int main(int argc, char** argv) {
         },
         "0 to 1000000", "seconds");
     app.add_option("--server", options.server, "The wall's server")->type_name("ADDR:PORT")->capture_default_str();
-    app.add_option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist (degrees)\nor swell (per cent); AMOUNT A or FROM..TO")->required()->type_name("HOW");
-    app.add_option("--stagger", options.stagger, "How much later each further body of a NODE begins, seconds")->check(numberOfSeconds)->capture_default_str();
-    app.add_option("--seconds", options.seconds, "Then all is led back (0: as long as the wall runs). Of the\nwall's own time, 60 frames a second: a slow wall takes longer")->check(numberOfSeconds);
+    app.add_option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist\n(degrees) or swell (per cent); AMOUNT A or\nFROM..TO")->required()->type_name("HOW");
+    app.add_option("--stagger", options.stagger, "How much later each further body of a NODE begins,\nseconds")->check(numberOfSeconds)->capture_default_str();
+    app.add_option("--seconds", options.seconds, "Then all is led back (0: as long as the wall\nruns). Of the wall's own time, 60 frames a second:\na slow wall takes longer")->check(numberOfSeconds);
     app.add_option("--wait", options.wait, "So many seconds for a wall that is not there yet")->check(numberOfSeconds);
     try {
         app.parse(argc, argv);

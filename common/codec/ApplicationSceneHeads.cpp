@@ -73,6 +73,7 @@ void putLoad(proto::application::Load& to, const request::Load& from) {
     if (from.placing.scale) to.set_scale(*from.placing.scale);
     if (from.placing.fit) to.set_fit(*from.placing.fit);
     to.set_up(static_cast<std::uint32_t>(from.placing.up));
+    if (from.placing.pointRadius) to.set_point_radius(*from.placing.pointRadius);
 }
 
 request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker& in) {
@@ -82,6 +83,7 @@ request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker
     if (from.has_fit()) load.placing.fit = in.finite(from.fit());
     if (from.up() > static_cast<std::uint32_t>(UpAxis::kZ)) in.refuse(ErrorCode::kBadInput, "an axis that is none");
     load.placing.up = static_cast<UpAxis>(from.up());
+    if (from.has_point_radius()) load.placing.pointRadius = in.finite(from.point_radius());
     return load;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "common/base/Error.h"
 #include "common/math/Types.h"
@@ -18,15 +19,19 @@ struct Placing {
     std::optional<double> scale;  ///< above 0
     std::optional<double> fit;    ///< above 0, instead of `scale`: how long the longest side of its box becomes
     UpAxis up = UpAxis::kOfFile;
+    std::optional<double> pointRadius;  ///< above 0, in the file's own units: of all its points, whatever it says of them
 
-    /// Whether a person has said anything.
+    /// Whether a person has said anything of where it stands.
     [[nodiscard]] bool said() const { return at || scale || fit || up != UpAxis::kOfFile; }
 };
 
 /// Where anything may be placed, and how large or small it may become.
-inline constexpr double kMaxPlacingCoordinate = 1e15, kMaxPlacingScale = 1e12;
+inline constexpr double kMaxPlacingCoordinate = 1e15, kMaxPlacingScale = 1e12, kMaxPlacedRadius = 1e12;
 
 /// What is wrong with it.
 [[nodiscard]] Expected<void> checkPlacing(const Placing& placing);
+
+/// As the options of a command line say it, with one space between words: "--at 1 2 3 --up z". Empty: nothing is said.
+[[nodiscard]] std::string optionsText(const Placing& placing);
 
 }  // namespace tessera

@@ -1,5 +1,6 @@
-# What `cmake --install` puts where. Component `programs`: bin/ (see tessera_program). Component `application`: the library for
-# applications, so that find_package(Tessera) gives Tessera::application and the layers below it.
+# What `cmake --install` puts where. Component `programs`: bin/ (see tessera_program). Component `share`: walls, scenes and guides.
+# Component `application`: the library for applications, so that find_package(Tessera) gives Tessera::application and the layers
+# below it.
 include(CMakePackageConfigHelpers)
 
 set(application_layers base input math change field cores scene session wall output codec net application)
@@ -37,4 +38,22 @@ install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/Tesser
   DESTINATION ${package_folder} COMPONENT application)
 
 # Scene files for protobuf in other languages.
-install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT programs)
+install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT share)
+
+# Folders as they are, with whatever their files name, so that nothing has to be listed here.
+foreach(folder walls scenes screens examples)
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/${folder} DESTINATION share/tessera COMPONENT share USE_SOURCE_PERMISSIONS
+    PATTERN "__pycache__" EXCLUDE)
+endforeach()
+install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screens.md ${CMAKE_SOURCE_DIR}/deploy/test-picture.png
+  ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/server/import/WRITING.md DESTINATION share/tessera COMPONENT share)
+install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera COMPONENT share RENAME README.md)
+
+# What deploy/install builds: all that is installed.
+add_custom_target(installable)
+add_dependencies(installable programs ${application_targets} tessera_proto scene_schema)
+
+# For deploy/build: a name a line.
+get_property(offered GLOBAL PROPERTY TESSERA_PROGRAMS)
+list(JOIN offered "\n" offered)
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/programs.txt CONTENT "${offered}\n")

@@ -157,6 +157,13 @@ function(tessera_reuse_headers name)
   endif()
 endfunction()
 
+# All that a person starts: what run-wall, run-tests and install build, and deploy/build links into out/bin. Each program enters itself.
+add_custom_target(programs)
+function(tessera_offer name)
+  add_dependencies(programs ${name})
+  set_property(GLOBAL APPEND PROPERTY TESSERA_PROGRAMS ${name})
+endfunction()
+
 # tessera_program(NAME LINK …): main.cpp of the current folder.
 function(tessera_program name)
   cmake_parse_arguments(ARG "" "" "LINK;SOURCES" ${ARGN})
@@ -173,6 +180,7 @@ function(tessera_program name)
     target_precompile_headers(${name} REUSE_FROM tessera_precompiled)
   endif()
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
+  tessera_offer(${name})
 endfunction()
 
 # tessera_reuse_headers_for_tests(NAME): of a program of our own tests, compiled at -O1.

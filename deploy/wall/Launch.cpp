@@ -101,6 +101,13 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--frames", options.frames != 0 && remote == nullptr ? std::to_string(options.frames) : "");
     if (options.testPicture) s.push_back("--test-picture");
     for (const std::string& scene : options.scenes) add("--scene", scene);
+    add("--up", options.up);
+    add("--fit", options.fit);
+    add("--point-radius", options.pointRadius);
+    if (!options.at.empty()) {
+        s.emplace_back("--at");
+        s.insert(s.end(), options.at.begin(), options.at.end());
+    }
     for (const std::string& folder : options.assets) add("--assets", folder);
     // Who is shown a scene may load what lies beside it.
     std::set<std::string> allowed;

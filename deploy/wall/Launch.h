@@ -15,6 +15,9 @@ namespace tessera {
 struct LaunchOptions {
     std::string wall = "2x2";
     std::vector<std::string> scenes;
+    // Of the server: how each scene stands; empty: as its file says.
+    std::string up, fit, pointRadius;
+    std::vector<std::string> at;
     std::uint64_t frames = 120;  ///< 0: until it is stopped
     std::string size;    ///< empty: the wall's own
     int samples = 0;     ///< 0: the wall's own

@@ -21,6 +21,13 @@ int main(int argc, char** argv) {
     app.add_option("--scene", options.scenes, "Scene or model file; may be repeated")
         ->type_name("S")
         ->check(named);
+    // The server says what is wrong with a number.
+    app.add_option("--up", options.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
+        ->type_name("y|z")
+        ->check(CLI::IsMember({"y", "z"}).description(""));
+    app.add_option("--at", options.at, "Where each file's origin comes; with --fit the\nmiddle of its underside")->type_name("X Y Z")->expected(3)->check(CLI::Number.description(""));
+    app.add_option("--fit", options.fit, "So long becomes the longest side of each")->type_name("METRES")->check(CLI::Number.description(""));
+    app.add_option("--point-radius", options.pointRadius, "Of all their points, in their files' own units")->type_name("R")->check(CLI::Number.description(""));
     auto* const frames = app.add_option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
         ->type_name("N")
         ->check(CLI::Range(1, 100'000'000));
@@ -31,7 +38,10 @@ int main(int argc, char** argv) {
     app.add_option("--budget", options.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
         ->type_name("MS");
     app.add_option("--camera", options.camera, "Node of the camera to use")->type_name("C");
-    app.add_option("--culler", options.culler, tessera::cullerNames() + " (the wall's, else auto)")
+    // Two lines of the help.
+    std::string cullers = cullerNames();
+    if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';
+    app.add_option("--culler", options.culler, cullers + " (the wall's, else auto)")
         ->type_name("K")
         ->check([](const std::string& name) {
             const auto culler = tessera::parseCuller(name);
@@ -47,7 +57,7 @@ int main(int argc, char** argv) {
     // For measurements (run-bench screen).
     app.add_option("--window-log", options.windowLog)->group("");
     // "always" is for tests: every tile is divided, whether that pays or not.
-    app.add_option("--share", options.share, "Clients share arrays and parts of tiles: auto or off (auto)")
+    app.add_option("--share", options.share, "Clients share arrays and parts of tiles:\nauto or off (auto)")
         ->type_name("S")
         ->check(CLI::IsMember({"auto", "off", "always"}).description(""));
     app.add_option("--output", options.output, "Folder for pictures and report (out)")->type_name("DIR");
@@ -61,7 +71,7 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1, 256));
     app.add_flag("--keep-frames", options.keepFrames, "Keep every frame's tiles; with ffmpeg\nalso DIR/wall.mp4");
     app.add_flag("--outputs", options.outputs, "Also DIR/outputs/TILE.png: what each projector\ngets (stereo, warp, blend, colour)");
-    auto* const start = app.add_flag("--start", options.start, "Start hosts on the machines that the wall names, by\nssh (until stopped)");
+    auto* const start = app.add_flag("--start", options.start, "Start hosts on the machines that the wall names,\nby ssh (until stopped)");
     app.add_flag("--start-anyway", options.startAnyway, "... without those whose machine lacks something")->needs(start);
     app.add_option("--listen", options.listen, "Of the server (where the machines reach this one)")->type_name("ADDR:PORT");
     app.add_option("--ssh", options.ssh, "The program that is ssh (ssh)")->type_name("PROGRAM")->check(named)->needs(start);

@@ -81,6 +81,7 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     file->path = path;
     file->label = label;
     file->isScene = isScene;
+    if (options.placing) file->pointRadius = options.placing->pointRadius;
     file->content = std::move(*content);
     file->blobs = std::move(output->blobs);
     file->meshes = indexByName(file->content.mesh());
@@ -124,7 +125,7 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
     if (!proto::scene::Mesh::Primitive_IsValid(message.primitive()))
         return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': primitive {} is none of its words", readName(name, ""), static_cast<int>(message.primitive())));
     geometry.primitive = message.primitive();
-    if (geometry.primitive == Geometry::kPoints) geometry.pointRadius = message.point_radius();
+    if (geometry.primitive == Geometry::kPoints) geometry.pointRadius = pointRadius.value_or(message.point_radius());
     if (message.line_width() != 0) geometry.lineWidth = message.line_width();
     if (!(geometry.lineWidth >= Geometry::kThinnestLinePx && geometry.lineWidth <= Geometry::kWidestLinePx))
         return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""), geometry.lineWidth,

@@ -22,6 +22,7 @@ struct LoadedFile {
     std::string path;      ///< canonical
     std::string label;     ///< as it was named, for messages
     bool isScene = false;  ///< .tsct or .tsc: its top-level nodes stand for themselves
+    std::optional<double> pointRadius;  ///< of all its points, whatever it says
     proto::scene::SceneFile content;
     std::vector<Blob> blobs;
 

@@ -13,6 +13,7 @@
 #include "common/scene/FieldTable.h"
 #include "common/wall/View.h"
 #include "server/import/AssetFolders.h"
+#include "server/import/FlatCloud.h"
 #include "server/import/TableCores.h"
 #include "server/rules/NameCheck.h"
 #include "server/rules/SceneRules.h"
@@ -232,10 +233,13 @@ Transform SceneAssembly::standOf(const LoadedFile& file, const Placing& placing)
     Transform place;
     UpAxis up = placing.up;
     if (up == UpAxis::kOfFile) {
-        const bool z = file.content.up_axis() == kSaysZUp || (file.content.up_axis() != kSaysYUp && !file.isScene && mostlyZUp(file.path));
+        const bool says = file.isScene || file.content.up_axis() == kSaysZUp || file.content.up_axis() == kSaysYUp;
+        const bool flat = !says && !mostlyZUp(file.path) && isFlatCloud(file);
+        const bool z = says ? file.content.up_axis() == kSaysZUp : flat || mostlyZUp(file.path);
         up = z ? UpAxis::kZ : UpAxis::kY;
-        if (!file.isScene && file.content.up_axis() != kSaysZUp && file.content.up_axis() != kSaysYUp)
-            note(fmt::format("{}: it does not say which way is up; {} is taken to be (--up {} says otherwise)", file.label, z ? "+Z" : "+Y", z ? "y" : "z"));
+        if (!says)
+            note(fmt::format("{}: it does not say which way is up{}; {} is taken to be (--up {} says otherwise)", file.label,
+                             flat ? ", and its points lie flat as if seen from above" : "", z ? "+Z" : "+Y", z ? "y" : "z"));
     }
     if (up == UpAxis::kZ) place.rotation = Quatd(std::sqrt(0.5), -std::sqrt(0.5), 0, 0);  // Z comes to Y
     if (placing.at && !placing.fit) place.translation = *placing.at;  // with `fit`: once it is known how large it is

@@ -45,10 +45,14 @@ Sound checkNames(const ChangeList& list) {
     for (const FieldColumn& column : list.columns) {
         if (column.type != typeOf<Node>() || column.field != fieldId<&Node::name>) continue;
         const auto* names = std::get_if<std::vector<std::string>>(&column.values);
-        for (std::size_t row = 0; names != nullptr && row < std::min(names->size(), column.ids.size()); ++row)
+        for (std::size_t row = 0; names != nullptr && row < std::min(names->size(), column.ids.size()); ++row) {
+            // Paths begin at the root and leave its name out; a file of a root that has one comes back a level deeper.
+            if (column.ids[row] == kRootNode && !(*names)[row].empty())
+                return tl::unexpected(Fault{kRootNode, typeOf<Node>(), {ErrorCode::kRefused, "it is the root, which has no name: all paths begin there; name a node below it"}});
             // Whoever looks at lists says what is no UTF-8.
             if (isUtf8((*names)[row]) && !isOneLine((*names)[row]))
                 return tl::unexpected(Fault{column.ids[row], typeOf<Node>(), {ErrorCode::kBadInput, "its name has a line break or another control character"}});
+        }
     }
     return {};
 }

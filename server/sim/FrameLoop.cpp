@@ -173,7 +173,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .budget = &budget,
              .movies = &movies}),
       pacing(options.rateHz),
-      startScene(options.scenes),
+      startScene(options.scenes, options.placing),
       peers(sessionConfig(), blobs,
             [this](LinkEvent event) {
                 const LinkId link = linkOf(event);
@@ -232,7 +232,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
     if (options.journalPath.empty()) return Journal::Opened();
-    return Journal::open({.folder = options.journalPath, .scenes = options.scenes}, blobs, log, [this] {
+    return Journal::open({.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log, [this] {
         if (inbox.push(kOurselves, JournalProgress{})) peers.wake();
     });
 }

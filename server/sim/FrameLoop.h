@@ -17,6 +17,7 @@ namespace tessera {
 struct ServerOptions {
     Wall wall;
     std::vector<std::string> scenes;
+    Placing placing = {};  ///< of each of the scenes
     Address listen{.host = "127.0.0.1", .port = 0};
     ImportOptions import;
     std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets

@@ -22,12 +22,12 @@ struct StartScene::Draft {
     }
 };
 
-StartScene::StartScene(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+StartScene::StartScene(std::vector<std::string> paths, Placing placing) : paths_(std::move(paths)), placing_(placing) {}
 StartScene::~StartScene() = default;
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
     if (paths_.empty()) return {};
-    if (!loader.order({.ticket = ticket, .path = paths_[lists_.size()], .parent = kRootNode, .asked = false}))
+    if (!loader.order({.ticket = ticket, .path = paths_[lists_.size()], .parent = kRootNode, .placing = placing_, .asked = false}))
         return fail(ErrorCode::kLimit, "too many files wait to be loaded already");
     return {};
 }

@@ -17,7 +17,8 @@ class StartScene {
 public:
     static constexpr std::size_t kMostInlines = 256;
 
-    explicit StartScene(std::vector<std::string> paths);
+    /// `placing`: of each of the files.
+    explicit StartScene(std::vector<std::string> paths, Placing placing = {});
     ~StartScene();
 
     /// The first file; the others follow. Orders carry this ticket.
@@ -31,6 +32,7 @@ private:
     [[nodiscard]] std::optional<std::vector<ChangeList>> goOn(Loader& loader, std::uint64_t ticket);
 
     std::vector<std::string> paths_;
+    Placing placing_;
     std::vector<ChangeList> lists_;
     std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
     std::size_t inlines_ = 0;

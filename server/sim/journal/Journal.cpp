@@ -32,7 +32,7 @@ std::vector<std::string> absolute(std::vector<std::string> scenes) {
 
 std::string listed(const std::vector<std::string>& scenes) {
     std::string text;
-    for (const std::string& scene : scenes) text += " --scene " + scene;
+    for (const std::string& scene : scenes) text += (scene.starts_with("--") ? " " : " --scene ") + scene;
     return text.empty() ? "no --scene" : text.substr(1);
 }
 
@@ -41,6 +41,8 @@ std::string listed(const std::vector<std::string>& scenes) {
 Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& arrays, Log& log,
                                         std::function<void()> onProgress) {
     options.scenes = absolute(std::move(options.scenes));
+    // No path begins so once it is whole. Journals of those who said nothing of it are as they were.
+    if (!options.scenes.empty() && !options.placing.empty()) options.scenes.push_back(std::move(options.placing));
     Expected<JournalFolder> folder = JournalFolder::hold(options.folder);
     if (!folder) return tl::unexpected(folder.error());
     const Expected<JournalFiles> files = folder->files();

@@ -18,6 +18,7 @@ namespace tessera {
 struct JournalOptions {
     std::string folder;
     std::vector<std::string> scenes;  ///< what --scene says
+    std::string placing;              ///< options that say how they stand ("--up z"); empty: none
     JournalLimits limits;
 };
 

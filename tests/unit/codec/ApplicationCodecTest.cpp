@@ -147,6 +147,7 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_EQ(load.placing.scale, 0.5);
     EXPECT_FALSE(load.placing.fit);
     EXPECT_EQ(load.placing.up, UpAxis::kZ);
+    EXPECT_EQ(load.placing.pointRadius, 0.25);
 
     const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4])));
     EXPECT_EQ(*view.position, Vec3d(1, 2, 3));

@@ -142,7 +142,7 @@ inline std::vector<ApplicationRequest> everyRequest() {
     return {request::Propose{some(300), {some(0), some(200)}, 4711},
             request::Undo{},
             request::GetStatus{},
-            request::Load{"models/2CylinderEngine.glb", ObjectId{17}, {.at = Vec3d(1, 2, 3), .scale = 0.5, .up = UpAxis::kZ}},
+            request::Load{"models/2CylinderEngine.glb", ObjectId{17}, {.at = Vec3d(1, 2, 3), .scale = 0.5, .up = UpAxis::kZ, .pointRadius = 0.25}},
             view,
             request::Pick{12.5, -3},
             request::GetContacts{},

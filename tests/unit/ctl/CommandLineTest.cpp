@@ -55,6 +55,9 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(placing.fit, 2.5);
     EXPECT_EQ(placing.up, UpAxis::kZ);
     EXPECT_FALSE(placing.scale);
+    EXPECT_FALSE(placing.pointRadius);
+    EXPECT_EQ(parsed<verb::Load>("load a.ply --point-radius 0.02").placing.pointRadius, 0.02);
+    EXPECT_NE(refusal("--server a:1 load a.ply --point-radius -1").find("a radius of points of -1"), std::string::npos);
     EXPECT_EQ(parsed<verb::Load>("load a.stl --scale 0.01").placing.scale, 0.01);
     for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2", "--at 1e300 0 0", "--at 1 2", "--up x"})
         EXPECT_FALSE(refusal(std::string("--server a:1 load a.stl ") + bad).empty()) << bad;

@@ -91,6 +91,63 @@ TEST(Placing, OfFormatsThatSayWhichWayIsUpNothingIsGuessed) {
     EXPECT_FALSE(hasNote(gltf, "way is up"));
 }
 
+/// A hill as a plane scans it: 200 m by 120 m, 20 m high, the sky's birds and the ground's echoes among the points.
+std::string hillPly(char up, double height = 20) {
+    std::string points;
+    std::size_t count = 0;
+    const auto add = [&](double x, double y, double h) {
+        points += up == 'z' ? fmt::format("{} {} {}\n", x, y, h) : fmt::format("{} {} {}\n", x, h, -y);
+        ++count;
+    };
+    for (int i = 0; i < 40; ++i)
+        for (int k = 0; k < 30; ++k) add(5 * i, 4 * k, height * std::exp(-0.01 * ((i - 20) * (i - 20) + (k - 15) * (k - 15))));
+    add(100, 60, 900);
+    add(30, 20, -400);
+    return fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nend_header\n{}", count, points);
+}
+
+TEST(Placing, AFlatCloudWasScannedFromAbove) {
+    const Scratch scratch;
+    const PlacedFile hill = placedFile(scratch.write("hill.ply", hillPly('z')), Placing());
+    ASSERT_EQ(hill.error, "");
+    EXPECT_LT(hill.box.lower.y(), -399) << "its heights stand up";
+    EXPECT_GT(hill.box.upper.y(), 899);
+    EXPECT_TRUE(hasNote(hill, "it does not say which way is up, and its points lie flat as if seen from above; +Z is taken to be (--up y says otherwise)"))
+        << (hill.notes.empty() ? "" : hill.notes.front());
+    const PlacedFile told = placedFile(scratch.write("told.ply", hillPly('z')), Placing{.up = UpAxis::kY});
+    EXPECT_GT(told.box.upper.z(), 899) << "who says so is believed";
+    EXPECT_FALSE(hasNote(told, "way is up"));
+    // The same hill of somebody whose Y is up, a hall, which is as high as it is wide, and a surface of faces are as they were.
+    for (const std::string& other : {scratch.write("yhill.ply", hillPly('y')), scratch.write("hall.ply", hillPly('z', 100)), scratch.write("plate.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 1\nf 1 2 3 4\n")}) {
+        const PlacedFile placed = placedFile(other, Placing());
+        EXPECT_EQ(placed.error, "") << other;
+        EXPECT_TRUE(hasNote(placed, "up; +Y is taken to be (--up z says otherwise)")) << other;
+    }
+}
+
+TEST(Placing, PointsHaveTheRadiusThatAPersonSays) {
+    const Scratch scratch;
+    const auto radiusOf = [&](const std::string& path, std::optional<double> radius) {
+        ImportOptions options = importOptions();
+        options.placing = Placing{.pointRadius = radius};
+        Expected<ImportedScene> scene = importScene(path, kRootNode, options);
+        EXPECT_TRUE(scene) << messageOf(scene);
+        if (!scene) return -1.0;
+        const ImportedAspect aspect(std::move(*scene));
+        for (const ObjectId id : aspect->ids())
+            if (const auto* geometry = aspect->get<Geometry>(id); geometry && geometry->primitive == Geometry::kPoints) return geometry->pointRadius;
+        return -1.0;
+    };
+    const std::string hill = scratch.write("hill.ply", hillPly('z'));
+    EXPECT_NE(radiusOf(hill, std::nullopt), 0.75);
+    EXPECT_EQ(radiusOf(hill, 0.75), 0.75);
+    const std::string scene = scratch.write("dots.tsct", "node { name: \"dots\" points { radius: 0.1 point {} point { x: 1 } } }\n");
+    EXPECT_EQ(radiusOf(scene, std::nullopt), 0.1);
+    EXPECT_EQ(radiusOf(scene, 0.75), 0.75);
+    EXPECT_EQ(radiusOf(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), 0.5), 0.5) << "what a scene imports too";
+    EXPECT_NE(placedFile(hill, Placing{.pointRadius = 0.0}).error, "");
+}
+
 TEST(Placing, AtScaleAndFit) {
     const Scratch scratch;
     const std::string obj = scratch.write("slab.obj", slabObj());
@@ -152,7 +209,7 @@ TEST(Placing, WhatCannotBeIsRefusedInWords) {
     const std::string obj = scratch.write("slab.obj", slabObj());
     const std::string point = scratch.write("point.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n");
     const double nan = std::nan("");
-    for (const Placing& bad : {Placing{.at = Vec3d(nan, 0, 0)}, Placing{.at = Vec3d(0, 1e16, 0)}, Placing{.scale = 0.0}, Placing{.scale = nan}, Placing{.scale = -1.0},
+    for (const Placing& bad : {Placing{.at = Vec3d(nan, 0, 0)}, Placing{.at = Vec3d(0, nan, 0)}, Placing{.at = Vec3d(0, 1e16, 0)}, Placing{.scale = 0.0}, Placing{.scale = nan}, Placing{.scale = -1.0},
                                Placing{.fit = 0.0}, Placing{.fit = 1e300}, Placing{.scale = 1.0, .fit = 1.0}})
         EXPECT_NE(placedFile(obj, bad).error, "");
     EXPECT_NE(placedFile(point, Placing{.fit = 1.0}).error.find("no size"), std::string::npos) << placedFile(point, Placing{.fit = 1.0}).error;

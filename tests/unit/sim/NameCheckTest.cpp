@@ -39,6 +39,20 @@ TEST(NameCheck, AnEditCannotBreakTheLinesOfAList) {
     EXPECT_NE(refusalOf("a\xff\n").find("not UTF-8"), std::string::npos);
 }
 
+/// A saved scene whose root had a name came back a level deeper: every path in it was another one.
+TEST(NameCheck, TheRootHasNone) {
+    Committer committer;
+    const auto renamed = [&](const std::string& name) {
+        ChangeListBuilder builder;
+        builder.set(kRootNode, typeOf<Node>(), fieldId<&Node::name>, FieldValue(name));
+        const auto applied = committer.apply(builder.take(), Committer::Inverse::kMade);
+        return applied ? "" : applied.error().message;
+    };
+    EXPECT_EQ(renamed("hall"), "Node #1: it is the root, which has no name: all paths begin there; name a node below it");
+    EXPECT_EQ(committer.scene().root().name, "");
+    EXPECT_EQ(renamed(""), "") << "it is so already";
+}
+
 TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) {
     for (char32_t point = 0; point <= 0x10FFFF; ++point) {
         if (point >= 0xD800 && point <= 0xDFFF) continue;

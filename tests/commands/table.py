@@ -1,0 +1,235 @@
+"""How each command line of extract.py is run once, small. What no row here knows, and no rule of plan.py, is an error of the test `commands.List`.
+
+`$T` is a folder of the run's own, `$BUILT` the build folder with the tests, `$DATA` the real models (TESSERA_TEST_DATA); `ctl` asks the wall of the row's scene,
+whose address is `$WALL`. A port of one's own: `$PORT`, `$PORT2`.
+"""
+from dataclasses import dataclass
+
+HALL = "deploy/scenes/engine-hall.tsct"
+YARD = "tests/data/scenes/yard.tsct"
+SURFACE = "tests/data/scenes/surface.tsct"
+
+
+@dataclass
+class Row:
+    group: str  # the test that runs it
+    run: str = ""  # shell; empty: the line as it stands
+    scene: str = ""  # a wall (a server, a host) runs it meanwhile
+    draws: bool = False  # that host does
+    options: str = ""  # of that wall's server, after --scene
+    display: bool = False  # on a desktop without a screen
+    keys: str = ""  # typed on a terminal
+    code: int = 0
+    says: str = ""  # must be in what it says
+    leaves: tuple = ()  # files that must be there afterwards
+    needs: tuple = ()  # programs, or folders below $DATA; without them it says that it was skipped
+    changes: tuple = ()  # (what, by what) of the line, where that says it shorter than `run`
+    slow: bool = False  # takes minutes: in run-tests --all alone
+    elsewhere: str = ""  # nothing is run: why, and what shows it
+
+
+def asked(run, scene=YARD, **more):
+    return Row("Asked", run, scene, draws=True, **more)
+
+
+def file(run, **more):
+    return Row("Files", run, **more)
+
+
+RAN = "[       OK ]"  # of a program of tests
+SELF = Row("", elsewhere="it is what runs this list")
+SSH = Row("", elsewhere="needs sshd: integration.StartedBySsh runs it against one on loopback")
+# The wall file of the guide on real screens, as the guide has it.
+MY_WALL = "tests/commands/made wall deploy/real-screens.md >$T/my.wall"
+
+ROWS = {
+    # ------------------------------------------------------------------ the scripts
+    "./deploy/run-tests": Row("ScriptsOfTests", "./deploy/run-tests --no-install -R '^unit_base\\.Hash'", says="passed, 0 skipped"),
+    "./deploy/run-tests --all": SELF,
+    "./deploy/run-tests --fuzz 60": Row("ScriptsOfTests", "./deploy/run-tests --no-install --fuzz 1", needs=("clang++-14",), slow=True),
+    "./deploy/install PREFIX": Row("Install", "./deploy/install --no-install $T/prefix", says="install: ", leaves=("$T/prefix/bin/tessera-window", "$T/prefix/share/tessera/LICENSE")),
+    # Of what has just been installed.
+    "tessera-wall --wall 2x2 --scene share/tessera/scenes/materials.tsct": Row(
+        "Installed", "./deploy/install --no-install $T/prefix && cd $T/prefix && bin/tessera-wall --wall 1x1 --scene share/tessera/scenes/materials.tsct --frames 2 --size 64x36", leaves=("$T/prefix/out/wall.png",)),
+    "tessera-wall --wall 2x2 --assets /usr/share/assimp/models": Row("", elsewhere="the beginning of a line"),
+    "./deploy/install": Row("Install", code=2, says="usage: ./deploy/install"),
+    "./deploy/install /opt/tessera": Row("", elsewhere="install PREFIX, to another place"),
+    "./deploy/build build tessera-collide": Row(
+        "Build", 'mkdir -p out/bin; ln -sf /nowhere/tessera-gone out/bin/; '
+                   './deploy/build build tessera-collide && out/bin/tessera-collide --help >$T/log; [ ! -L out/bin/tessera-gone ]; '
+                   '[ -z "${SANDBOX:-}" ] || [ ! -e out/bin/tessera-wall ]'),
+    "./deploy/run-drill": Row("Build", "./deploy/run-drill --no-install --rows kill-host --repetitions 1 --nodes 1000", needs=("ip",), leaves=("out/drill.json",)),
+    "./deploy/run-bench": Row("ScriptsOfTests", code=2, says="which one?"),
+    "./deploy/run-tests --fuzz": Row("", elsewhere="tests/fuzz/README.md has the whole line"),
+    "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
+    "./deploy/run-wall --gallery": Row("Gallery", "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall 1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms", leaves=("out/gallery.png",)),
+    "./deploy/run-wall --scene ANY.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),
+    "./deploy/run-wall --help": Row("Options", "./deploy/run-wall --help", says="--point-radius R"),
+    "cmake -DTESSERA_UNITY=OFF build": Row(  # in a sandbox alone: in a tree of one's own it would compile everything anew
+        "Build", '[ -n "${SANDBOX:-}" ] || exit 77; cmake -DTESSERA_UNITY=OFF build >$T/log && ninja -C build tessera-ctl >$T/log && [ -e build/client/ctl/CMakeFiles/tessera_ctl.dir/Verbs.cpp.o ]'),
+    "cmake --install": Row("", elsewhere="install PREFIX runs it"),
+    "ctest --test-dir build -R NAME": Row("", elsewhere="run-tests runs it, with a NAME"),
+
+    # ------------------------------------------------------------------ programs of tests, by themselves
+    "TESSERA_SAY=1 build/bin/unit_geometry --gtest_filter=EarClipping.*": Row("Tests", "TESSERA_SAY=1 $BUILT/bin/unit_geometry --gtest_filter='EarClipping.*'", says=RAN),
+    "build/bin/fuzz_lists tests/fuzz/corpus/lists": Row("Tests", "$BUILT/bin/fuzz_lists tests/fuzz/corpus/lists"),
+    "TESSERA_SEED=44 ./bin/sim_cluster --gtest_filter=ClusterSimulation.KeepsItsLawsWhereEverybodyWaits": Row("Tests", "cd $BUILT && TESSERA_SEED=44 ./bin/sim_cluster --gtest_filter=ClusterSimulation.KeepsItsLawsWhereEverybodyWaits", says=RAN),
+    "TESSERA_SEED=N build/bin/truth_subdivision": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/truth_subdivision --gtest_filter=FreeformSweep.MissesNoContactOfAnyNet", says=RAN),
+    "TESSERA_SEED=N build/bin/unit_freeform_query": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/unit_freeform_query --gtest_filter='FreeformBoxGaps.*'", says=RAN),
+    "TESSERA_SEED=7 build/bin/unit_manipulators": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/unit_manipulators --gtest_filter='Drag.*'", says=RAN),
+    "TESSERA_SEED=7 build/bin/unit_movies": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/unit_movies --gtest_filter='*RandomHistories*'", says=RAN),
+    "TESSERA_SEED=N build/bin/unit_subdivision": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/unit_subdivision --gtest_filter=LimitEvaluator.HasNoGapsAcrossAnyEdge", says=RAN),
+
+    # ------------------------------------------------------------------ on a wall that runs
+    "tessera-ctl --server ADDR:PORT status": asked("ctl status", says="frame"),
+    "tessera-ctl --server master:7000 status": asked("ctl status", says="frame"),
+    "tessera-ctl --server … status": asked("ctl status"),
+    "tessera-ctl status": asked("ctl status"),
+    "tessera-ctl types": Row("Asked", "tessera-ctl types", says="Geometry"),
+    "tessera-ctl budget": asked("ctl budget"),
+    "tessera-ctl contacts": asked("ctl contacts"),
+    "tessera-ctl --server ADDR:PORT contacts": asked("ctl contacts"),
+    "tessera-ctl get": asked("ctl get /carriage", says="translation"),
+    "tessera-ctl set": asked("ctl set /carriage translation -2 0.5 1"),
+    "tessera-ctl load": asked("ctl load $PWD/tests/data/outside/crane.tsct", options="--allow $PWD/tests/data", says="loaded"),
+    "tessera-ctl load --at --scale --fit --up": asked("ctl load $PWD/tests/data/outside/crane.tsct --at 1 0 2 --scale 2 --up y && ctl load $PWD/tests/data/outside/crane.tsct --fit 2", options="--allow $PWD/tests/data", says="loaded"),
+    "tessera-ctl save": asked("ctl save $T/now.tsc && tessera-check $T/now.tsc", leaves=("$T/now.tsc",)),
+    "tessera-ctl --server ADDR:PORT save FILE.tsc": asked("ctl save $T/now.tsc && ctl save $T/now.tsct && tessera-check $T/now.tsc $T/now.tsct", leaves=("$T/now.tsc", "$T/now.tsct")),
+    "tessera-ctl snapshot": asked("ctl snapshot $T/now.png", leaves=("$T/now.png",)),
+    "tessera-ctl --server ADDR:PORT snapshot now.png": asked("cd $T && ctl snapshot now.png", leaves=("$T/now.png",)),
+    "tessera-ctl show": asked("ctl show test-picture && ctl show scene"),
+    "tessera-ctl show test-picture [--count]": asked("ctl show test-picture --count && ctl show scene"),
+    "tessera-ctl --server ADDR:PORT show test-picture": asked("ctl show test-picture && ctl show scene"),
+    "tessera-ctl view": asked("ctl view --scale 1.5"),
+    "tessera-ctl view --reset": asked("ctl view --reset"),
+    "tessera-ctl view --head me 0.2 1.6 0.7": asked("ctl view --head viewer 0.2 1.6 0.7"),
+    "tessera-ctl navigate walk": asked("ctl navigate walk"),
+    "tessera-ctl animations": asked("ctl animations", says="/drive"),
+    "tessera-ctl inlines": asked("ctl inlines"),
+    "tessera-ctl find EXPRESSION": asked("ctl find //ball", says="/row"),
+    "tessera-ctl clone NODE [--deep] [--share TYPE|NODE]": asked("ctl clone /post && ctl clone /post --deep --share Material"),
+    "tessera-ctl set NODE points@17 x y z": asked("ctl set /cube/skin/surface points@3 -0.6 0.5 0.5 || ctl set /cube/skin points@3 -0.6 0.5 0.5", scene=SURFACE),
+    "tessera-ctl play|pause|seek|speed NODE": asked("ctl pause /drive && ctl seek /drive 99 && ctl play /drive", says="stopped at 1 s: 99 s is beyond its end, 1 s"),
+    "tessera-ctl trackers": asked("ctl trackers"),
+    "tessera-ctl --server ADDR:PORT trackers": asked("ctl trackers"),
+    "tessera-ctl pick --wand NAME": asked("ctl pick --wand right", code=3, says="right"),
+    "tessera-ctl play-tracker 127.0.0.1:5000": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
+    "tessera-ctl play-tracker HOST:PORT": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
+    "tessera-ctl fly": Row("Asked", "ctl fly", YARD, draws=True, keys="w\x1b[Aq\x03"),
+    "tessera-ctl --server ADDR:PORT fly": Row("Asked", "ctl fly", YARD, draws=True, keys="w\x1b[Aq\x03"),
+    "tessera-ctl seek": asked("ctl seek /drive -1", says="stopped at 0 s"),
+    "tessera-ctl drag": asked("ctl drag 32 18 40 18 || [ $? = 3 ]", scene="deploy/scenes/gallery/60-manipulators.tsct"),
+    "tessera-deform --server ADDR:PORT bend:20:4:/NODE": asked("tessera-deform --server $WALL bend:20:4:/jelly --seconds 0.1", scene=SURFACE),
+    "tessera-deform --server ADDR:PORT bend-x:0..28:4:/ring/animal --seconds 8": Row("Slow", "tessera-deform --server $WALL bend-x:0..28:4:/ring/animal --seconds 0.1", "deploy/scenes/rearing.tsct"),
+
+    # ------------------------------------------------------------------ of shipped scenes
+    "tessera-ctl … seek /tour/walk 12": Row("Rooms", "ctl seek /tour/walk 12", "deploy/scenes/gallery.tsct", says="is at 12 s"),
+    'tessera-ctl … set "/court/ball 0/geometry" controlPoints@63 0.9 0.6 0.9': Row("Rooms", 'ctl set "/court/ball 0/geometry" controlPoints@63 0.9 0.6 0.9', "deploy/scenes/bent.tsct"),
+    "tessera-ctl … set /sign/text text Hello": Row("Rooms", "ctl set /sign/text text Hello", "deploy/scenes/letters.tsct"),
+    "tessera-ctl … set /knot/field surfaceValue 200": Row("Rooms", "ctl set /knot/field surfaceValue 200", "deploy/scenes/volume.tsct"),
+    "tessera-ctl … set /church/proxy_group wanted true": Row("Rooms", "ctl set /church/proxy_group wanted true", "deploy/scenes/village/village.tsct"),
+    "tessera-ctl … inlines": Row("Rooms", "ctl inlines", "deploy/scenes/village/village.tsct", says="house.tsct"),
+    "tessera-ctl … set /house/inline wanted true": Row("Rooms", "ctl set /house/inline wanted true", "deploy/scenes/village/village.tsct"),
+    "tessera-ctl … set /garden/animal/surface points@158 0.8 3 -0.3": Row("Rooms", "ctl set /garden/animal/surface points@158 0.8 3 -0.3", "deploy/scenes/subdivision.tsct"),
+    "tessera-ctl … animations": Row("Rooms", "ctl animations", "deploy/scenes/moving.tsct", says="/crawl"),
+    "tessera-ctl --server ADDR:PORT move /hall/trolley 5 0 0 --by": Row("Hall", "ctl move /hall/trolley 5 0 0 --by", HALL),
+    # Of a script its first line.
+    "tessera-server --wall 2x2 --scene deploy/scenes/engine-hall.tsct --assets /usr/share/assimp/models \\": Row(
+        "Hall", says="was stopped by /hall/right row/machine", leaves=("$T/stops.png",),
+        changes=(("--size 1600x900", "--size 64x36 --rate 5"), ("127.0.0.1:7000", "127.0.0.1:$PORT"), ("--output out", "--output $T/out"), ("deploy/scenes/engine-stops.png", "$T/stops.png"))),
+    "build/bin/example-carousel ADDR:PORT /fair/hub": Row("Rooms", "out/bin/example-carousel $WALL /fair/hub 0.02", "deploy/examples/carousel/carousel.tsct"),
+
+    # ------------------------------------------------------------------ servers and hosts by hand
+    "tessera-server … --record show.tsr": Row("ByHand", f"cd $T && by_hand --record show.tsr && tessera-replay show.tsr", says="the same"),
+    "tessera-server --record FILE": Row("", elsewhere="README.md has the whole line"),
+    "tessera-wall --record FILE": Row("ByHand", "tessera-wall --wall 1x1 --size 64x36 --scene tests/data/scenes/yard.tsct --frames 3 --output $T --record $T/w.tsr && tessera-replay $T/w.tsr", says="the same"),
+    "tessera-server --wall wall.wall --scene hall.tsct --listen 0.0.0.0:7000": Row("ByHand", "by_hand", says="over"),
+    "tessera-client --server master:7000 --host upper-left": Row("ByHand", "by_hand", says="over"),
+    "tessera-server --wall 2x2 --scene hall.tsct --listen 127.0.0.1:7000 --threads 4 --record hall.rec": Row("ByHand", "cd $T && by_hand --threads 4 --record hall.rec && tessera-replay hall.rec --threads 1 && tessera-replay hall.rec --contacts >contacts.jsonl", says="the same", leaves=("$T/contacts.jsonl",)),
+    "tessera-replay hall.rec --threads 1": Row("", elsewhere="with the line before it"),
+    "tessera-replay hall.rec --contacts > contacts.jsonl": Row("", elsewhere="with the line before it"),
+    "tessera-replay FILE [--threads N] [--frames N] [--json] [--contacts]": Row("ByHand", "by_hand --record $T/f.rec && tessera-replay $T/f.rec --threads 2 --frames 2 --json", says='"frames"'),
+    "tessera-server --wall wall.wall --scene hall.tsct --listen 0.0.0.0:7000 --journal /var/lib/wall": Row("ByHand", "by_hand --journal $T/journal && by_hand --journal $T/journal", says="goes on"),
+    "tessera-server --journal DIR": Row("", elsewhere="deploy/README.md has the whole line"),
+    "tessera-server --wall wall.wall --scene hall.tsct --assets /usr/share/assimp/models --listen 0.0.0.0:7000": Row("ByHand", "by_hand --assets /usr/share/assimp/models", says="over"),
+    "tessera-client --server master:7000 --host upper-left --output /var/lib/tessera": Row("ByHand", "HOST_OPTIONS='--output $T/host' by_hand", says="over"),
+    "tessera-server --no-input": Row("ByHand", "by_hand --no-input", says="over"),
+    "tessera-server --no-notices": Row("ByHand", "by_hand --no-notices", says="over"),
+    "tessera-server --allow DIR…": Row("ByHand", "by_hand --allow $T /usr/share", says="over"),
+    "ExecStart=tessera-server": Row("ByHand", "by_hand --journal $T/state", says="over"),
+    "ExecStart=tessera-client": Row("Desk", "HOST_OPTIONS='--window 0 --full-screen --surface egl' by_hand", display=True, says="over"),
+    "tessera-client --surface none": Row("ByHand", "HOST_OPTIONS='--surface none' by_hand", says="over"),
+    "tessera-client --check": Row("ByHand", "tessera-client --check", says="surface"),
+    "tessera-wall --start": SSH,
+    "tessera-wall --start --wall my.wall --scene hall.tsct": SSH,
+    "tessera-wall --start --wall my.wall --test-picture": SSH,
+    "tessera-wall --start --wall my.wall --scene hall.tsct --restart --output out": SSH,
+    "tessera-wall --test-picture": Row("ByHand", "tessera-wall --test-picture --size 64x36 --frames 2 --output $T", leaves=("$T/wall.png",)),
+    "tessera-wall --outputs": Row("ByHand", "tessera-wall --wall deploy/screens/stereo.wall --test-picture --frames 2 --output $T --outputs", leaves=("$T/outputs/front-0-0-left.png",)),
+    "tessera-wall --wall my.wall --scene hall.tsct --outputs": Row("ByHand", f"{MY_WALL} && tessera-wall --wall $T/my.wall --size 160x40 --scene tests/data/scenes/yard.tsct --frames 2 --output $T/out --outputs", leaves=("$T/out/outputs/desk-0-0.png",)),
+    "tessera-wall --wall 1x1 --size 960x540 --frames 20": Row("ByHand", "tessera-wall --wall 1x1 --size 96x54 --frames 2 --scene tests/data/scenes/yard.tsct --output $T", leaves=("$T/wall.png",)),
+    "./deploy/run-wall --wall deploy/screens/stereo.wall --frames 3 --outputs": Row("Options", "./deploy/run-wall --no-install --wall deploy/screens/stereo.wall --frames 2 --size 64x36 --outputs", leaves=("out/outputs/front-0-0-left.png",)),
+
+    "tessera-wall --scene field.ply --up z --fit 3 --at 0 0 -1 --point-radius 0.02": Row(
+        "ByHand", "tests/commands/made field $T/field.ply && tessera-wall --wall 1x1 --size 64x36 --frames 2 --output $T --scene $T/field.ply --up z --fit 3 --at 0 0 -1 --point-radius 0.02", leaves=("$T/wall.png",)),
+
+    # ------------------------------------------------------------------ on a desktop
+    "./deploy/run-wall --window": Row("Desk", "./deploy/run-wall --no-install --window --size 160x90 --frames 2 --scene tests/data/scenes/yard.tsct", display=True, leaves=("out/report.json",)),
+    "tessera-client --window": Row("Desk", "HOST_OPTIONS=--window by_hand", display=True, says="over"),
+    "tessera-client … --window HDMI-0 1 --full-screen": Row("Desk", "HOST_OPTIONS='--window 0 --full-screen' by_hand", display=True, says="over"),
+    "tessera-client … --surface egl --device 0": Row("Desk", "HOST_OPTIONS='--surface egl --device 0' by_hand", says="over"),
+    "tessera-window --monitors": Row("Desk", display=True, says="0:"),
+    "tessera-wall --wall 2x2 --test-picture --window": Row("Desk", "tessera-wall --wall 2x2 --test-picture --window --size 160x90 --frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
+    "tessera-wall --window": Row("Desk", "tessera-wall --wall 1x1 --scene tests/data/scenes/yard.tsct --window --size 64x36 --frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
+    "tessera-server --wall my.wall --test-picture --listen 127.0.0.1:7000 &": Row(
+        "Desk", f"{MY_WALL} && tessera-server --wall $T/my.wall --size 160x40 --test-picture --listen 127.0.0.1:$PORT --frames 3 & tessera-client --server 127.0.0.1:$PORT --host here --window; wait", display=True, says="over"),
+    "tessera-client --server 127.0.0.1:7000 --host here --window DP-1 DP-2 --full-screen --vsync": Row("", elsewhere="with the line before it, on one monitor; --vsync needs a monitor's driver"),
+    "tessera-client --check --window DP-1 --surface egl --device 1": Row("Desk", "tessera-client --check --window 0 --surface egl --device 0", display=True),
+    "build/bin/tessera-wall --wall 1x1 --window --scene deploy/examples/carousel/carousel.tsct &": Row(
+        "Desk", "tessera-wall --wall 1x1 --window --scene deploy/examples/carousel/carousel.tsct --size 64x36 --frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
+
+    # ------------------------------------------------------------------ files
+    "tessera-convert IN OUT": file("tessera-convert tests/data/scenes/yard.tsct $T/yard.tsc", leaves=("$T/yard.tsc",)),
+    "tessera-convert IN OUT.tsct": file("tessera-convert /usr/share/assimp/models/glTF2/BoxTextured-glTF-Binary/BoxTextured.glb $T/box.tsct && tessera-check $T/box.tsct", leaves=("$T/box.tsct",)),
+    "tessera-convert --optimise": file("tessera-convert --optimise tests/data/scenes/yard.tsct $T/yard.tsc", leaves=("$T/yard.tsc",)),
+    "tessera-convert --optimise IN OUT.tsc": file("tessera-convert --optimise tests/data/scenes/yard.tsct $T/yard.tsc && tessera-check $T/yard.tsc", leaves=("$T/yard.tsc",)),
+    "tessera-convert --optimise --steps merge": file("tessera-convert --optimise --steps merge tests/data/scenes/yard.tsct $T/merged.tsc", leaves=("$T/merged.tsc",)),
+    "tessera-convert IN.mpcdi OUT.wall": file("tests/commands/made mpcdi $T/in.mpcdi && tessera-convert $T/in.mpcdi $T/out.wall && tessera-check $T/out.wall", leaves=("$T/out.wall",)),
+    "tessera-convert calibration.mpcdi my.wall": file("cd $T && $ROOT/tests/commands/made mpcdi calibration.mpcdi && tessera-convert calibration.mpcdi my.wall", leaves=("$T/my.wall",)),
+    "tessera-check FILE…": file("tessera-check tests/data/scenes/yard.tsct deploy/walls/2x2.wall"),
+    "tessera-check FILE.wall": file("tessera-check deploy/walls/2x2.wall"),
+    "tessera-check my.wall": file(f"{MY_WALL} && tessera-check $T/my.wall"),
+    "tessera-collide A.obj B.stl --poses poses.txt --query all --json": file(
+        "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query all --json", says='"hit"'),
+    "tessera-collide A B --poses FILE --query any|all|distance|toi|depth": file(
+        "tests/commands/made boxes $T && cd $T && for q in any all distance depth; do tessera-collide A.obj B.stl --poses poses.txt --query $q; done && tessera-collide A.obj B.stl --poses ways.txt --query toi"),
+    "tessera-collide A.obj --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
+    "tessera-collide A --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
+    # Of a script its first line.
+    "at() { awk -v d=$1 'BEGIN { for (i = 0; i < 500; i++) print d*cos(i), d*sin(i)*cos(2*i), d*sin(i)*sin(2*i),": Row(
+        "Files", needs=("scan/stanford_bun_zipper.ply",), says="mean",
+        changes=(("i < 500", "i < 5"), ("at 0.5 >far", "cd $T; at 0.5 >far"), ("BUNNY BUNNY", "$DATA/scan/stanford_bun_zipper.ply $DATA/scan/stanford_bun_zipper.ply"))),
+    "tessera-evaluate bishop.obj --at places.txt --json": file("tests/commands/made boxes $T && cd $T && tessera-evaluate A.obj --at places.txt --json", says='"point"'),
+    "tessera-evaluate blades.obj --scheme nurbs --at places.txt": file("tests/commands/made boxes $T && cd $T && tessera-evaluate patch.obj --scheme nurbs --at places.txt"),
+    "tessera-evaluate SURFACE --at FILE [--scheme catmull-clark|loop|nurbs|bilinear] [--json]": file(
+        "tests/commands/made boxes $T && cd $T && for s in catmull-clark bilinear; do tessera-evaluate A.obj --at places.txt --scheme $s; done && tessera-evaluate triangles.obj --at places.txt --scheme loop --json"),
+}
+
+# Of benchmarks in --real: as little as they can, where the line does not say how much.
+LITTLE = {
+    **{name: "--quick" for name in ("collision", "realignment", "spherical", "deforming", "freeform", "neighbours", "ray", "pipeline", "scene")},
+    "cull": "--frames 1", "drawing": "--frames 1", "sorting": "--frames 1", "screen": "--frames 4", "load": "--nodes 10000", "follow": "--edits 4", "rules": "--edits 4",
+}
+
+# What no document shows as a line: what was installed, and the options of `./deploy/run-wall --help` that no line above uses. Together they use each once.
+MORE_LINES = [
+    ("Installed", "./deploy/install --no-install $T/prefix && tests/commands/check-installed $T/prefix", ("$T/prefix/share/tessera/LICENSE",)),
+    ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --samples 1 --budget 500 --camera /camera/camera --culler frustum "
+                "--surface osmesa --share off --output $T/a --assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames --listen 127.0.0.1:$PORT --no-input --no-notices "
+                "--restart --allow-unconfined-import", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
+    ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --journal $T/journal --surface egl --device 0 --output $T/b "
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01", ("$T/b/wall.png", "$T/journal")),
+    # No host of this wall names a machine, so that no ssh is called.
+    ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
+    ("Options", "./deploy/run-wall --no-install --version", ()),
+]

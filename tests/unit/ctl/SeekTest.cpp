@@ -1,0 +1,69 @@
+// Where a seek leads that goes beyond an end.
+#include <gtest/gtest.h>
+
+#include "client/ctl/Verbs.h"
+#include "tests/unit/application/ScriptedServer.h"
+
+namespace tessera {
+namespace {
+
+using test::ScriptedServer;
+
+Blob blobOf(const std::vector<double>& numbers) { return Blob::of(std::span<const double>(numbers)); }
+
+/// The crane walks four seconds: /hall/walk, of a mode. Ids follow those of the server's own scene.
+ChangeList walkOf(std::int64_t mode) {
+    constexpr ObjectId kWalk{20}, kAnimation{21}, kFrames{22};
+    ChangeListBuilder edits;
+    edits.create(kWalk, typeOf<Node>());
+    edits.create(kAnimation, typeOf<Animation>());
+    edits.create(kFrames, typeOf<KeyFrames>());
+    edits.place(kWalk, test::kHall);
+    setField<&Node::name>(edits, kWalk, std::string("walk"));
+    setField<&Node::core>(edits, kWalk, kAnimation);
+    setField<&Animation::channels>(edits, kAnimation, RefList{kFrames});
+    setField<&Animation::mode>(edits, kAnimation, mode);
+    setField<&KeyFrames::target>(edits, kFrames, test::kCraneCore);
+    setField<&KeyFrames::field>(edits, kFrames, std::string("translation"));
+    setField<&KeyFrames::times>(edits, kFrames, blobOf({0, 4}));
+    setField<&KeyFrames::values>(edits, kFrames, blobOf({0, 0, 0, 1, 0, 0}));
+    return edits.take();
+}
+
+class Seek : public testing::Test {
+protected:
+    CtlOutcome seek(const ScriptedServer& server, const char* seconds, bool json = false) {
+        std::vector<std::string> words = {"--server", server.address(), "--timeout", "5", "seek", "/hall/walk", seconds};
+        if (json) words.insert(words.begin(), "--json");
+        return runCtl(words);
+    }
+    double timeOf(const ScriptedServer& server) {
+        const CtlOutcome told = runCtl({"--server", server.address(), "--json", "animations"});
+        return nlohmann::json::parse(told.out)["animations"][0]["time"].get<double>();
+    }
+};
+
+TEST_F(Seek, BeyondTheEndSaysWhereItStopped) {
+    ScriptedServer server;
+    server.commit(walkOf(Animation::kOnce));
+    EXPECT_EQ(seek(server, "1.5").out.rfind("/hall/walk is at 1.5 s (change", 0), 0u);
+    EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk stopped at 4 s: 99 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "99").out;
+    EXPECT_EQ(timeOf(server), 4) << "what is shown is what it says";
+    EXPECT_EQ(seek(server, "-2").out.rfind("/hall/walk stopped at 0 s: -2 s is before its beginning (change", 0), 0u);
+    const auto json = nlohmann::json::parse(seek(server, "99", true).out);
+    EXPECT_EQ(json["time"], 4);
+    EXPECT_EQ(json["length"], 4);
+    EXPECT_EQ(nlohmann::json::parse(seek(server, "4", true).out)["time"], 4);
+}
+
+TEST_F(Seek, BeyondTheEndOfWhatGoesRoundSaysWhereItIs) {
+    ScriptedServer server;
+    server.commit(walkOf(Animation::kLoop));
+    EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk is at 3 s: 99 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "99").out;
+    EXPECT_EQ(timeOf(server), 3);
+    EXPECT_EQ(nlohmann::json::parse(seek(server, "-1", true).out)["time"], 3);
+    EXPECT_EQ(nlohmann::json::parse(seek(server, "2.5", true).out)["time"], 2.5);
+}
+
+}  // namespace
+}  // namespace tessera
