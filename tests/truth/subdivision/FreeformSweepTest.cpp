@@ -18,6 +18,7 @@
 #include <sstream>
 
 #include "common/freeform/subdivision/LimitEvaluator.h"
+#include "common/math/Compose.h"
 #include "server/collision/freeform/FreeformQuery.h"
 #include "server/tools/evaluate/ObjControlMesh.h"
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/math/Compose.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"
 
 namespace tessera::test {

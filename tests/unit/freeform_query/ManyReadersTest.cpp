@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "common/math/Compose.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"
 
 namespace tessera::test {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/math/Compose.h"
 #include "server/collision/query/DistanceQuery.h"
 #include "server/collision/query/TouchQuery.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/geometry/Mesh.h"
+#include "common/math/Compose.h"
 
 namespace tessera {
 namespace {

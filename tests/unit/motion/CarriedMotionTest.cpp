@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/math/Compose.h"
 #include "server/collision/query/BodyWay.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "tests/property/Seeds.h"

@@ -1,6 +1,7 @@
 // Surfaces looked at as balls that cover them, beside the surfaces themselves.
 #include <gtest/gtest.h>
 
+#include "common/math/Compose.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/PairContact.h"
 #include "server/collision/representation/PointSetQueries.h"

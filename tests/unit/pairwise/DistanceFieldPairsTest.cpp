@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "common/math/Compose.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/PairTable.h"
 #include "tests/unit/query/Bodies.h"

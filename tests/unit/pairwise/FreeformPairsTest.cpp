@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/freeform/subdivision/LimitTessellation.h"
+#include "common/math/Compose.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/PairTable.h"

@@ -1,4 +1,5 @@
 // Sets of points through the table, in the world: beside distances in long double.
+#include "common/math/Compose.h"
 #include "server/collision/pairwise/PointPairs.h"
 
 #include <gtest/gtest.h>

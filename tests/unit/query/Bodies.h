@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/math/Compose.h"
 #include "server/collision/mesh/InstructionSet.h"
 #include "server/collision/tree/TriangleTree.h"
 #include "tests/unit/collision/BruteForce.h"

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/Workers.h"
+#include "common/math/Compose.h"
 #include "server/collision/query/ContactQuery.h"
 #include "tests/unit/query/Bodies.h"
 

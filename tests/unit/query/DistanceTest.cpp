@@ -1,3 +1,4 @@
+#include "common/math/Compose.h"
 #include "server/collision/query/DistanceQuery.h"
 
 #include <gtest/gtest.h>

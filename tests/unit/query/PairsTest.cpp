@@ -4,6 +4,7 @@
 #include <random>
 #include <string>
 
+#include "common/math/Compose.h"
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/tree/Kernels.h"
 #include "tests/unit/query/Bodies.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/base/Workers.h"
+#include "common/math/Compose.h"
 #include "server/collision/query/TouchFront.h"
 #include "server/collision/query/TouchQuery.h"
 #include "tests/unit/query/Bodies.h"

@@ -1,4 +1,5 @@
 // Queries of height fields beside brute force and beside those of trees over the same meshes.
+#include "common/math/Compose.h"
 #include "server/collision/representation/HeightFieldQueries.h"
 
 #include <gtest/gtest.h>

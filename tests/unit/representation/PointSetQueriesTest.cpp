@@ -1,4 +1,5 @@
 // Balls against surfaces, hulls and each other: beside distances in long double, closed forms and the trees of points.
+#include "common/math/Compose.h"
 #include "server/collision/representation/PointSetQueries.h"
 
 #include <gtest/gtest.h>

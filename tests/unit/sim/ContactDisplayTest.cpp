@@ -1,4 +1,5 @@
 /// Marks appear, follow and vanish; nobody else notices.
+#include "common/math/Compose.h"
 #include "server/sim/display/ContactDisplay.h"
 
 #include <gtest/gtest.h>

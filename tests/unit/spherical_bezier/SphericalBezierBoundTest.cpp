@@ -1,3 +1,4 @@
+#include "common/math/Compose.h"
 #include "server/collision/spherical_bezier/SphericalBezierBound.h"
 
 #include <gtest/gtest.h>
