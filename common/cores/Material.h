@@ -15,7 +15,7 @@ struct Material {
     Vec4f baseColor{0.8f, 0.8f, 0.8f, 1.0f};
     float metallic = 0.0f;
     float roughness = 0.6f;
-    Vec3f emissive = Vec3f::Zero();
+    Vec3f emissive = Vec3f::Zero();  ///< of any strength (KHR_materials_emissive_strength)
     ObjectId baseColorImage;  ///< an Image (sRGB, alpha)
     bool doubleSided = false;
     /// What alpha means. Auto: blended where baseColor's own is below 1, else ignored. Mask: what is below `alphaCutoff` is
@@ -60,10 +60,10 @@ struct Material {
 template <>
 inline constexpr auto kDescription<Material> =
     describe("Material",
-             field<&Material::baseColor>(1, "baseColor").affects(Effect::kLook),
-             field<&Material::metallic>(2, "metallic").affects(Effect::kLook),
-             field<&Material::roughness>(3, "roughness").affects(Effect::kLook),
-             field<&Material::emissive>(4, "emissive").affects(Effect::kLook),
+             field<&Material::baseColor>(1, "baseColor").lookBetween(0, 1),
+             field<&Material::metallic>(2, "metallic").lookBetween(0, 1),
+             field<&Material::roughness>(3, "roughness").lookBetween(0, 1),
+             field<&Material::emissive>(4, "emissive").lookBetween(0, 1e9),
              field<&Material::baseColorImage>(5, "baseColorImage").to<Image>().affects(Effect::kLook),
              field<&Material::doubleSided>(6, "doubleSided").affects(Effect::kLook),
              field<&Material::alphaMode>(7, "alphaMode")
@@ -72,35 +72,35 @@ inline constexpr auto kDescription<Material> =
                          {Material::kMask, "mask"},
                          {Material::kBlend, "blend"}})
                  .affects(Effect::kLook),
-             field<&Material::alphaCutoff>(8, "alphaCutoff").between(0, 1e6).affects(Effect::kLook),
+             field<&Material::alphaCutoff>(8, "alphaCutoff").lookBetween(0, 1e6),
              field<&Material::metallicRoughnessImage>(9, "metallicRoughnessImage").to<Image>().affects(Effect::kLook),
              field<&Material::normalImage>(10, "normalImage").to<Image>().affects(Effect::kLook),
-             field<&Material::normalScale>(11, "normalScale").between(-1e3, 1e3).affects(Effect::kLook),
+             field<&Material::normalScale>(11, "normalScale").lookBetween(-1e3, 1e3),
              field<&Material::occlusionImage>(12, "occlusionImage").to<Image>().affects(Effect::kLook),
-             field<&Material::occlusionStrength>(13, "occlusionStrength").between(0, 1).affects(Effect::kLook),
+             field<&Material::occlusionStrength>(13, "occlusionStrength").lookBetween(0, 1),
              field<&Material::emissiveImage>(14, "emissiveImage").to<Image>().affects(Effect::kLook),
              field<&Material::unlit>(15, "unlit").affects(Effect::kLook),
-             field<&Material::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
-             field<&Material::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
-             field<&Material::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook),
+             field<&Material::clearcoat>(16, "clearcoat").lookBetween(0, 1),
+             field<&Material::clearcoatRoughness>(17, "clearcoatRoughness").lookBetween(0, 1),
+             field<&Material::transmission>(18, "transmission").lookBetween(0, 1),
              field<&Material::shading>(19, "shading")
                  .oneOf({{Material::kMetalRoughness, "metal-roughness"}, {Material::kPhong, "phong"}})
                  .affects(Effect::kLook),
-             field<&Material::specular>(20, "specular").between(0, 1e3).affects(Effect::kLook),
-             field<&Material::specularColor>(21, "specularColor").between(0, 1e3).affects(Effect::kLook),
-             field<&Material::shininess>(22, "shininess").between(0, 1e4).affects(Effect::kLook),
-             field<&Material::ior>(23, "ior").between(1, 100).affects(Effect::kLook),
+             field<&Material::specular>(20, "specular").lookBetween(0, 1e3),
+             field<&Material::specularColor>(21, "specularColor").lookBetween(0, 1e3),
+             field<&Material::shininess>(22, "shininess").lookBetween(0, 1e4),
+             field<&Material::ior>(23, "ior").lookBetween(1, 100),
              field<&Material::fill>(24, "fill")
                  .oneOf({{Material::kFilled, "filled"}, {Material::kEdges, "edges"}, {Material::kCorners, "corners"}})
                  .affects(Effect::kLook),
-             field<&Material::lineWidth>(25, "lineWidth").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
-             field<&Material::pointSize>(26, "pointSize").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&Material::lineWidth>(25, "lineWidth").unit(Unit::kPixel).lookBetween(0.1, 64),
+             field<&Material::pointSize>(26, "pointSize").unit(Unit::kPixel).lookBetween(0.1, 64),
              field<&Material::layers>(27, "layers").to<TextureLayer>().affects(Effect::kLook),
              field<&Material::passes>(28, "passes").to<Material>().affects(Effect::kLook),
              field<&Material::program>(29, "program").to<SurfaceProgram>().affects(Effect::kLook),
              field<&Material::uniforms>(30, "uniforms").to<Uniform>().affects(Effect::kLook),
              field<&Material::coarser>(31, "coarser").to<Material>().affects(Effect::kLook),
-             field<&Material::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook))
+             field<&Material::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).lookBetween(0, 1e6))
         .notACore();
 
 }  // namespace tessera
