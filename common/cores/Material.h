@@ -15,7 +15,7 @@ struct Material {
     Vec4f baseColor{0.8f, 0.8f, 0.8f, 1.0f};
     float metallic = 0.0f;
     float roughness = 0.6f;
-    Vec3f emissive = Vec3f::Zero();
+    Vec3f emissive = Vec3f::Zero();  ///< of any strength (KHR_materials_emissive_strength)
     ObjectId baseColorImage;  ///< an Image (sRGB, alpha)
     bool doubleSided = false;
     /// What alpha means. Auto: blended where baseColor's own is below 1, else ignored. Mask: what is below `alphaCutoff` is
@@ -60,10 +60,10 @@ struct Material {
 template <>
 inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
     return describe("Material",
-             field<&T::baseColor>(1, "baseColor").affects(Effect::kLook),
-             field<&T::metallic>(2, "metallic").affects(Effect::kLook),
-             field<&T::roughness>(3, "roughness").affects(Effect::kLook),
-             field<&T::emissive>(4, "emissive").affects(Effect::kLook),
+             field<&T::baseColor>(1, "baseColor").lookBetween(0, 1),
+             field<&T::metallic>(2, "metallic").lookBetween(0, 1),
+             field<&T::roughness>(3, "roughness").lookBetween(0, 1),
+             field<&T::emissive>(4, "emissive").lookBetween(0, 1e9),
              field<&T::baseColorImage>(5, "baseColorImage").to(Image::kType).affects(Effect::kLook),
              field<&T::doubleSided>(6, "doubleSided").affects(Effect::kLook),
              field<&T::alphaMode>(7, "alphaMode")
@@ -72,35 +72,35 @@ inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
                          {Material::kMask, "mask"},
                          {Material::kBlend, "blend"}})
                  .affects(Effect::kLook),
-             field<&T::alphaCutoff>(8, "alphaCutoff").between(0, 1e6).affects(Effect::kLook),
+             field<&T::alphaCutoff>(8, "alphaCutoff").lookBetween(0, 1e6),
              field<&T::metallicRoughnessImage>(9, "metallicRoughnessImage").to(Image::kType).affects(Effect::kLook),
              field<&T::normalImage>(10, "normalImage").to(Image::kType).affects(Effect::kLook),
-             field<&T::normalScale>(11, "normalScale").between(-1e3, 1e3).affects(Effect::kLook),
+             field<&T::normalScale>(11, "normalScale").lookBetween(-1e3, 1e3),
              field<&T::occlusionImage>(12, "occlusionImage").to(Image::kType).affects(Effect::kLook),
-             field<&T::occlusionStrength>(13, "occlusionStrength").between(0, 1).affects(Effect::kLook),
+             field<&T::occlusionStrength>(13, "occlusionStrength").lookBetween(0, 1),
              field<&T::emissiveImage>(14, "emissiveImage").to(Image::kType).affects(Effect::kLook),
              field<&T::unlit>(15, "unlit").affects(Effect::kLook),
-             field<&T::clearcoat>(16, "clearcoat").between(0, 1).affects(Effect::kLook),
-             field<&T::clearcoatRoughness>(17, "clearcoatRoughness").between(0, 1).affects(Effect::kLook),
-             field<&T::transmission>(18, "transmission").between(0, 1).affects(Effect::kLook),
+             field<&T::clearcoat>(16, "clearcoat").lookBetween(0, 1),
+             field<&T::clearcoatRoughness>(17, "clearcoatRoughness").lookBetween(0, 1),
+             field<&T::transmission>(18, "transmission").lookBetween(0, 1),
              field<&T::shading>(19, "shading")
                  .oneOf({{Material::kMetalRoughness, "metal-roughness"}, {Material::kPhong, "phong"}})
                  .affects(Effect::kLook),
-             field<&T::specular>(20, "specular").between(0, 1e3).affects(Effect::kLook),
-             field<&T::specularColor>(21, "specularColor").between(0, 1e3).affects(Effect::kLook),
-             field<&T::shininess>(22, "shininess").between(0, 1e4).affects(Effect::kLook),
-             field<&T::ior>(23, "ior").between(1, 100).affects(Effect::kLook),
+             field<&T::specular>(20, "specular").lookBetween(0, 1e3),
+             field<&T::specularColor>(21, "specularColor").lookBetween(0, 1e3),
+             field<&T::shininess>(22, "shininess").lookBetween(0, 1e4),
+             field<&T::ior>(23, "ior").lookBetween(1, 100),
              field<&T::fill>(24, "fill")
                  .oneOf({{Material::kFilled, "filled"}, {Material::kEdges, "edges"}, {Material::kCorners, "corners"}})
                  .affects(Effect::kLook),
-             field<&T::lineWidth>(25, "lineWidth").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
-             field<&T::pointSize>(26, "pointSize").unit(Unit::kPixel).between(0.1, 64).affects(Effect::kLook),
+             field<&T::lineWidth>(25, "lineWidth").unit(Unit::kPixel).lookBetween(0.1, 64),
+             field<&T::pointSize>(26, "pointSize").unit(Unit::kPixel).lookBetween(0.1, 64),
              field<&T::layers>(27, "layers").to(TextureLayer::kType).affects(Effect::kLook),
              field<&T::passes>(28, "passes").to(Material::kType).affects(Effect::kLook),
              field<&T::program>(29, "program").to(SurfaceProgram::kType).affects(Effect::kLook),
              field<&T::uniforms>(30, "uniforms").to(Uniform::kType).affects(Effect::kLook),
              field<&T::coarser>(31, "coarser").to(Material::kType).affects(Effect::kLook),
-             field<&T::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook))
+             field<&T::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).lookBetween(0, 1e6))
         .notACore();
 };
 

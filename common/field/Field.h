@@ -87,6 +87,9 @@ struct FieldInfo {
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
     double least = -std::numeric_limits<double>::infinity();
     double greatest = std::numeric_limits<double>::infinity();
+    /// Where a file has another number, its reader takes the nearest good one and says so; edits are refused. Of looks: a scene
+    /// is not lost for them.
+    bool nearestFromFiles = false;
     WordUse wordUse = WordUse::kNone;
     std::array<FieldWord, kMaxWords> wordStore{};
     std::uint8_t wordCount = 0;
@@ -120,6 +123,12 @@ struct FieldInfo {
         FieldInfo info = *this;
         info.least = low;
         info.greatest = high;
+        return info;
+    }
+    /// The same, and files that have another number are taken with the nearest good one.
+    [[nodiscard]] constexpr FieldInfo lookBetween(double low, double high) const {
+        FieldInfo info = between(low, high).affects(Effect::kLook);
+        info.nearestFromFiles = true;
         return info;
     }
     /// Of an array whose elements are so many floats, or doubles: people may say some of them (`tessera-ctl set`).

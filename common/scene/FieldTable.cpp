@@ -229,8 +229,9 @@ std::uint64_t schemaHash() {
     for (const TypeInfo& type : allTypes()) {
         text += fmt::format("{} {} {}\n", type.name, type.type.value, type.isCore);
         for (const FieldInfo& info : type.fields) {
-            text += fmt::format("{} {} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
-                                info.refType.value_or(ObjectType()).value, info.anyObject, static_cast<int>(info.wordUse));
+            text += fmt::format("{} {} {} {} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
+                                info.refType.value_or(ObjectType()).value, info.anyObject, static_cast<int>(info.wordUse), info.least,
+                                info.greatest);
             for (const FieldWord& word : info.words()) text += fmt::format(" {}={}", word.word, word.number);
             text += '\n';
         }
@@ -349,6 +350,21 @@ Expected<void> checkValue(const FieldInfo& field, const FieldValue& value) {
             if (!id || !seen.insert(id).second) return bad(id ? "names an object twice" : "names none among others");
     }
     return {};
+}
+
+std::string takeNearest(const FieldInfo& field, FieldValue& value) {
+    std::string said;
+    const auto bring = [&]<typename Number>(Number& number) {
+        const auto nearest = static_cast<Number>(std::clamp(static_cast<double>(number), field.least, field.greatest));
+        if (!std::isfinite(number) || nearest == number) return;
+        if (said.empty())
+            said = fmt::format("{} {} is not between {} and {}: {} is taken", field.name, number, field.least, field.greatest, nearest);
+        number = nearest;
+    };
+    if (!field.nearestFromFiles) return said;
+    if (auto* floats = std::get_if<Floats>(&value)) std::ranges::for_each(std::span(floats->values).first(floats->width), bring);
+    if (auto* doubles = std::get_if<Doubles>(&value)) std::ranges::for_each(std::span(doubles->values).first(doubles->width), bring);
+    return said;
 }
 
 }  // namespace tessera

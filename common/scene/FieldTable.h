@@ -88,7 +88,7 @@ Object Object::of(const T& value) {
     return {allTypes()[kTypeIndex<T>], &value};
 }
 
-/// Hash over numbers, names, kinds, widths, references and words of all types and fields. Two programs with different hashes
+/// Hash over numbers, names, kinds, widths, references, words and bounds of all types and fields. Two programs with different hashes
 /// do not understand each other's change lists.
 [[nodiscard]] std::uint64_t schemaHash();
 
@@ -111,6 +111,9 @@ void forEachRef(const Object& object, const std::function<void(ObjectId)>& visit
 /// Why a value cannot be one of this field, whatever the scene: another kind or width, a number that is not finite or out of
 /// its bounds, a word that is none, a rotation without direction. Refs are not looked up.
 [[nodiscard]] Expected<void> checkValue(const FieldInfo& field, const FieldValue& value);
+/// For readers of files: brings finite numbers of a field that says so (`FieldInfo::nearestFromFiles`) within its bounds, and says
+/// what became of the first of them: "roughness 9 is not between 0 and 1: 1 is taken". Empty: it is as it was.
+[[nodiscard]] std::string takeNearest(const FieldInfo& field, FieldValue& value);
 
 /// A C++ value as a FieldValue, by the type of its member.
 template <typename T>

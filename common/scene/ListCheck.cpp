@@ -359,10 +359,10 @@ Expected<void> ListCheck::checkValues(const FieldColumn& column, const TypeInfo&
             if (!std::isfinite(number)) return bad(i / field.width, "not a finite number");
             if (number < field.least || number > field.greatest)
                 return bad(i / field.width,
-                           std::isinf(field.greatest) ? fmt::format("{} is less than {}", number, field.least)
+                           std::isinf(field.greatest) ? fmt::format("{} is less than {}", numbers[i], field.least)
                            : std::isinf(field.least)
-                               ? fmt::format("{} is more than {}", number, field.greatest)
-                               : fmt::format("{} is not between {} and {}", number, field.least, field.greatest));
+                               ? fmt::format("{} is more than {}", numbers[i], field.greatest)
+                               : fmt::format("{} is not between {} and {}", numbers[i], field.least, field.greatest));
         }
         return {};
     };

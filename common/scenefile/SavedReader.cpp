@@ -21,6 +21,8 @@ using pb::internal::WireFormatLite;
 
 /// Room for a million children. Messages take a small multiple of it, one at a time.
 constexpr std::size_t kMaxObjectBytes = std::size_t{8} << 20;
+/// What nobody would read further.
+constexpr std::size_t kMaxMended = 1000;
 
 tl::unexpected<Error> damaged() {
     return fail(ErrorCode::kBadInput, "what it saved is damaged");
@@ -336,6 +338,8 @@ private:
                 break;
             }
         }
+        if (const std::string what = takeNearest(entry, value); !what.empty() && result_.mended.size() < kMaxMended)
+            result_.mended.push_back(savedObjectText(placeOfParsed(item), item.type->info->name, what));
         if (Expected<void> good = checkValue(entry, value); !good) return good;
         entry.store(object, value);
         return {};

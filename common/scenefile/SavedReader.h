@@ -32,6 +32,8 @@ struct SavedScene {
     std::vector<ObjectId> tops;
     LaterParts later;
     std::vector<std::string> notes;  ///< what a newer version wrote, in words
+    /// Numbers that became the nearest good ones (`takeNearest`): an earlier version saved them, or a person wrote them. As savedObjectText.
+    std::vector<std::string> mended;
 };
 
 /// "line:column: object 7 (Material): why", as errors of `readSaved` begin.

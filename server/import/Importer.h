@@ -74,6 +74,9 @@ struct ImportedScene {
     /// Of the notes those that say what is wrong in a scene's text, with its place: pictures that are not there or cannot be read. What names them is
     /// drawn without. Whoever shows a scene goes on; whoever checks or keeps it may not.
     std::vector<std::string> faults;
+    /// Of the notes those about numbers of a scene's materials that are out of their bounds, with their places: the nearest good ones are taken. Whoever
+    /// shows or keeps a scene goes on; whoever checks it may not.
+    std::vector<std::string> mended;
     /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.
     LaterParts later;
 };

@@ -176,14 +176,6 @@ Expected<Transform> readTransform(const proto::scene::Transform& message) {
     return transform;
 }
 
-Expected<Material> readMaterial(const proto::scene::Material& message) {
-    Expected<Material> material = readTableObject<Material>(message);
-    if (!material) return material;
-    for (float* share : {&material->baseColor.w(), &material->metallic, &material->roughness})
-        *share = std::clamp(*share, 0.0f, 1.0f);
-    return material;
-}
-
 Expected<Environment> readEnvironment(const proto::scene::Environment& message) {
     const Vec3d gravity(message.gravity().x(), message.gravity().y(), message.gravity().z());
     if (!(gravity.cwiseAbs().maxCoeff() <= kStrongestGravity))

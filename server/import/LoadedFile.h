@@ -62,7 +62,6 @@ struct LoadedFile {
 // Plain-form values, checked: every number finite, every rotation a rotation.
 [[nodiscard]] Expected<Quatd> readRotation(const proto::scene::Rotation& message);
 [[nodiscard]] Expected<Transform> readTransform(const proto::scene::Transform& message);
-[[nodiscard]] Expected<Material> readMaterial(const proto::scene::Material& message);
 [[nodiscard]] Expected<Environment> readEnvironment(const proto::scene::Environment& message);
 /// Key frames as the Motion core stores them.
 [[nodiscard]] Expected<Blob> readKeys(const proto::scene::Motion& message);

@@ -168,6 +168,12 @@ void SceneAssembly::note(std::string text) {
     if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
 }
 
+void SceneAssembly::noteMended(const LoadedFile& file, const std::string& what) {
+    const std::string text = failInFile(file.label, {ErrorCode::kBadInput, what}).value().message;
+    note(text);
+    if (file.isScene && result_.mended.size() < kMaxNotes) result_.mended.push_back(text);
+}
+
 void SceneAssembly::noteControls(const LoadedFile& file, std::string_view name) {
     if (!isOneLine(name)) note(file.label + ": names of nodes have line breaks or other control characters: '?' stands for them");
 }

@@ -487,8 +487,10 @@ Expected<ObjectId> SceneAssembly::materialCore(LoadedFile& file, const std::stri
     const auto found = file.materials.find(name);
     if (found == file.materials.end())
         return fail(ErrorCode::kBadInput, fmt::format("there is no material '{}'", readName(name, "")));
-    Expected<Material> material = readMaterial(*found->second);
+    std::vector<Mended> mended;
+    Expected<Material> material = readTableObject<Material>(*found->second, &mended);
     if (!material) return failWith(fmt::format("material '{}'", readName(name, "")), material.error());
+    for (const Mended& number : mended) noteMended(file, fmt::format("{}material '{}': {}", placeIn(*found->second, number.field), readName(name, ""), number.what));
     const google::protobuf::Message& message = *found->second;
     for (const FieldEntry& field : findType(Material::kType)->fields) {
         if (field.kind != FieldKind::kRef || field.refType != Image::kType) continue;

@@ -56,8 +56,9 @@ Expected<FieldValue> readMessage(const Message& value, const FieldInfo& field) {
     if (const auto* color = dynamic_cast<const proto::scene::Color*>(&value)) {
         const Expected<Vec3f> rgb = readColor(*color);
         if (!rgb) return tl::unexpected(rgb.error());
-        // Below what its field may be it is refused as it stands, not brought up to nothing as others are.
-        if (std::min({color->r(), color->g(), color->b()}) < field.least) return numbersOf(field, {color->r(), color->g(), color->b()});
+        // Out of what its field may be it goes on as it stands, not brought near as others are.
+        if (const auto [least, most] = std::minmax({color->r(), color->g(), color->b()}); least < field.least || most > field.greatest)
+            return numbersOf(field, {color->r(), color->g(), color->b(), color->has_a() ? color->a() : 1.0});
         return numbersOf(field, {rgb->x(), rgb->y(), rgb->z(), color->has_a() ? color->a() : 1.0});
     }
     if (const auto* vector = dynamic_cast<const proto::scene::Vector*>(&value)) {
@@ -114,13 +115,20 @@ const Message& contentOf(const proto::scene::Node& node) {
     return node.GetReflection()->GetMessage(node, contentField(node));
 }
 
-Expected<TableFields> readTableFields(const Message& message, const TypeInfo& type) {
+std::string placeIn(const proto::scene::Material& material, int field) {
+    const auto at = material.at().find(static_cast<std::uint32_t>(field));
+    return at == material.at().end() ? std::string() : fmt::format("{}:{}: ", at->second >> 32, at->second & 0xffffffffu);
+}
+
+Expected<TableFields> readTableFields(const Message& message, const TypeInfo& type, std::vector<Mended>* mended) {
     TableFields fields;
     for (const FieldEntry& field : type.fields) {
         const Said said = findSaid(message, field);
         if (!said.field || !message.GetReflection()->HasField(message, said.field)) continue;
         Expected<FieldValue> value = readField(message, said, field);
         if (!value) return failWith(std::string(said.field->name()), value.error());
+        if (mended)
+            if (std::string what = takeNearest(field, *value); !what.empty()) mended->push_back({said.field->number(), std::move(what)});
         if (Expected<void> good = checkValue(field, *value); !good) return tl::unexpected(good.error());
         fields.emplace_back(field.id, std::move(*value));
     }

@@ -1,10 +1,11 @@
 #include "server/text/TextRuns.h"
 
 #include <fmt/format.h>
+#include <fribidi.h>
 #include <hb.h>
 
 #include <algorithm>
-#include <optional>
+#include <numeric>
 
 namespace tessera {
 namespace {
@@ -30,16 +31,66 @@ Decoded decodeAt(std::string_view text, std::size_t at) {
     return {character, bytes};
 }
 
-bool isControl(char32_t c) { return c < 0x20 || (c >= 0x7F && c < 0xA0) || c == 0x2028 || c == 0x2029 || (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069); }
+/// But for those that say directions: runsOf follows them, and shapers show nothing for them.
+bool isControl(char32_t c) { return c < 0x20 || (c >= 0x7F && c < 0xA0) || c == 0x2028 || c == 0x2029; }
 
-enum class Way : std::uint8_t { kLeftToRight, kRightToLeft, kNumber, kNeither };
+/// A bracket that is open: what closes it, and the script that it has.
+struct OpenBracket {
+    hb_codepoint_t closing = 0;
+    hb_script_t script = HB_SCRIPT_COMMON;
+};
 
-Way wayOf(char32_t c) {
-    hb_unicode_funcs_t* unicode = hb_unicode_funcs_get_default();
-    if (hb_unicode_general_category(unicode, c) == HB_UNICODE_GENERAL_CATEGORY_DECIMAL_NUMBER) return Way::kNumber;
-    const hb_script_t script = hb_unicode_script(unicode, c);
-    if (script == HB_SCRIPT_COMMON || script == HB_SCRIPT_INHERITED || script == HB_SCRIPT_UNKNOWN) return Way::kNeither;
-    return hb_script_get_horizontal_direction(script) == HB_DIRECTION_RTL ? Way::kRightToLeft : Way::kLeftToRight;
+/// Of each character that of a letter: blanks, signs and marks have that of what is before them, else of the first letter, and a bracket that of the one
+/// that opens it (Unicode's annex 24, 5.1 and 5.2). Common where there is no letter.
+std::vector<hb_script_t> scriptsOf(std::u32string_view line) {
+    hb_unicode_funcs_t* const unicode = hb_unicode_funcs_get_default();
+    std::vector<hb_script_t> scripts;
+    std::vector<OpenBracket> open;
+    hb_script_t last = HB_SCRIPT_COMMON;
+    for (const char32_t c : line) {
+        const hb_script_t own = hb_unicode_script(unicode, c);
+        const hb_unicode_general_category_t category = hb_unicode_general_category(unicode, c);
+        const hb_codepoint_t mirrored = hb_unicode_mirroring(unicode, c);
+        if (own != HB_SCRIPT_COMMON && own != HB_SCRIPT_INHERITED && own != HB_SCRIPT_UNKNOWN) {
+            if (last == HB_SCRIPT_COMMON) {
+                std::ranges::fill(scripts, own);
+                for (OpenBracket& bracket : open) bracket.script = own;
+            }
+            last = own;
+        } else if (mirrored != c && (category == HB_UNICODE_GENERAL_CATEGORY_OPEN_PUNCTUATION || category == HB_UNICODE_GENERAL_CATEGORY_INITIAL_PUNCTUATION)) {
+            open.push_back({.closing = mirrored, .script = last});
+        } else if (mirrored != c && (category == HB_UNICODE_GENERAL_CATEGORY_CLOSE_PUNCTUATION || category == HB_UNICODE_GENERAL_CATEGORY_FINAL_PUNCTUATION)) {
+            const auto opened = std::find_if(open.rbegin(), open.rend(), [&](const OpenBracket& bracket) { return bracket.closing == c; });
+            if (opened != open.rend()) {
+                last = opened->script;
+                open.erase(opened.base() - 1, open.end());
+            }
+        }
+        scripts.push_back(last);
+    }
+    return scripts;
+}
+
+/// A line by Unicode's annex 9: the level of each character, and which of them stands where, from left to right.
+struct Levels {
+    std::vector<FriBidiLevel> of;
+    std::vector<FriBidiStrIndex> standing;
+};
+
+Levels levelsOf(std::u32string_view line) {
+    const auto length = static_cast<FriBidiStrIndex>(line.size());
+    const std::vector<FriBidiChar> characters(line.begin(), line.end());
+    std::vector<FriBidiCharType> types(line.size());
+    std::vector<FriBidiBracketType> brackets(line.size());
+    Levels levels{std::vector<FriBidiLevel>(line.size()), std::vector<FriBidiStrIndex>(line.size())};
+    std::iota(levels.standing.begin(), levels.standing.end(), 0);
+    fribidi_get_bidi_types(characters.data(), length, types.data());
+    fribidi_get_bracket_types(characters.data(), length, types.data(), brackets.data());
+    FriBidiParType lineWay = FRIBIDI_PAR_ON;  // as its first letter
+    const bool placed = fribidi_get_par_embedding_levels_ex(types.data(), brackets.data(), length, &lineWay, levels.of.data()) != 0 &&
+                        fribidi_reorder_line(0, types.data(), length, 0, lineWay, levels.of.data(), nullptr, levels.standing.data()) != 0;
+    TESSERA_CHECK(placed, "levels of a line: there is no memory");  // nothing else fails
+    return levels;
 }
 
 }  // namespace
@@ -58,31 +109,22 @@ Expected<std::vector<std::u32string>> linesOf(std::string_view utf8) {
 }
 
 std::vector<TextRun> runsOf(std::u32string_view line) {
-    std::vector<Way> ways;
-    for (const char32_t c : line) ways.push_back(wayOf(c));
-    const auto first = std::ranges::find_if(ways, [](Way way) { return way == Way::kLeftToRight || way == Way::kRightToLeft; });
-    const bool lineRightToLeft = first != ways.end() && *first == Way::kRightToLeft;
-    // A number is a letter from left to right, and signs inside it are part of it.
-    std::vector<bool> rightToLeft(line.size(), lineRightToLeft);
-    bool before = lineRightToLeft;
-    for (std::size_t i = 0; i < line.size();) {
-        if (ways[i] != Way::kNeither) {
-            before = rightToLeft[i] = ways[i] == Way::kRightToLeft;
-            ++i;
-            continue;
-        }
-        std::size_t end = i;
-        while (end < line.size() && ways[end] == Way::kNeither) ++end;
-        const bool after = end < line.size() ? ways[end] == Way::kRightToLeft : lineRightToLeft;
-        const bool betweenDigits = end - i == 1 && i > 0 && end < line.size() && ways[i - 1] == Way::kNumber && ways[end] == Way::kNumber;
-        for (; i < end; ++i) rightToLeft[i] = betweenDigits ? false : before == after ? before : lineRightToLeft;
-    }
+    if (line.empty()) return {};
+    const std::vector<hb_script_t> scripts = scriptsOf(line);
+    const Levels levels = levelsOf(line);
     std::vector<TextRun> runs;
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        if (runs.empty() || runs.back().rightToLeft != rightToLeft[i]) runs.push_back({.characters = {}, .rightToLeft = rightToLeft[i]});
-        runs.back().characters.push_back(line[i]);
+    FriBidiLevel before = 0;
+    for (const FriBidiStrIndex standing : levels.standing) {
+        const auto at = static_cast<std::size_t>(standing);
+        const FriBidiLevel level = levels.of[at];
+        const bool rightToLeft = level % 2 != 0;
+        TextRun* const last = runs.empty() ? nullptr : &runs.back();
+        const bool goesOn = last != nullptr && level == before && static_cast<std::uint32_t>(scripts[at]) == last->script && (rightToLeft ? at + 1 == last->begin : at == last->begin + last->length);
+        if (!goesOn) runs.push_back({.begin = at, .length = 0, .rightToLeft = rightToLeft, .script = static_cast<std::uint32_t>(scripts[at])});
+        runs.back().begin = std::min(runs.back().begin, at);
+        ++runs.back().length;
+        before = level;
     }
-    if (lineRightToLeft) std::ranges::reverse(runs);
     return runs;
 }
 

@@ -187,10 +187,12 @@ struct Typesetter::Setting {
     std::size_t missing = 0;
 
     /// In the font's units, from the pen on; moves the pen.
-    void add(const TextRun& run, double& pen, double baseline) {
+    void add(std::u32string_view line, const TextRun& run, double& pen, double baseline) {
         const BufferPtr buffer(hb_buffer_create());
-        hb_buffer_add_utf32(buffer.get(), reinterpret_cast<const std::uint32_t*>(run.characters.data()), static_cast<int>(run.characters.size()), 0, -1);
+        // All of the line: letters are joined by what is beside them.
+        hb_buffer_add_utf32(buffer.get(), reinterpret_cast<const std::uint32_t*>(line.data()), static_cast<int>(line.size()), static_cast<unsigned>(run.begin), static_cast<int>(run.length));
         hb_buffer_set_direction(buffer.get(), run.rightToLeft ? HB_DIRECTION_RTL : HB_DIRECTION_LTR);
+        if (const auto script = static_cast<hb_script_t>(run.script); script != HB_SCRIPT_COMMON) hb_buffer_set_script(buffer.get(), script);
         hb_buffer_set_language(buffer.get(), hb_language_from_string("en", -1));  // the same wherever it runs
         hb_buffer_guess_segment_properties(buffer.get());
         hb_shape(font.shaping, buffer.get(), nullptr, 0);
@@ -233,7 +235,7 @@ Expected<TextOutlines> Typesetter::set(const Text& text, std::vector<std::string
         const double baseline = -text.lineSpacing * static_cast<double>(i) * OutlinePoint::kPerEm;
         double pen = 0;
         for (const TextRun& run : runsOf((*lines)[i])) {
-            setting.add(run, pen, baseline);
+            setting.add((*lines)[i], run, pen, baseline);
             if (pen * (*font)->perUnit() > kFarthest) return fail(ErrorCode::kLimit, fmt::format("line {} of the text is longer than 2048 em", i + 1));
         }
         const double share = text.alignment == Text::kCenter ? 0.5 : text.alignment == Text::kRight ? 1 : 0;

@@ -23,7 +23,7 @@ public:
     Typesetter& operator=(const Typesetter&) = delete;
 
     /// Of text, font, lineSpacing and alignment. Lines end at '\n'; a tab is four spaces; other control characters are left out. What runs from right to
-    /// left is placed so, in lines that begin with it and in others. A letter that the font has not is a box. `notes` is told what is not as asked for.
+    /// left is placed so, in lines that begin with it and in others (TextRuns.h). A letter that the font has not is a box. `notes` is told what is not as asked for.
     ///
     /// Refused: what is no UTF-8, more than kMostTextBytes, a line longer or lines farther apart than 4096 em; where no font is installed.
     [[nodiscard]] Expected<TextOutlines> set(const Text& text, std::vector<std::string>& notes);

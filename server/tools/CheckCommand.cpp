@@ -62,7 +62,8 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
     const Expected<FileScene> file =
         importAsScene(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
     if (!file) return bad(file.error());
-    const std::vector<std::string>& faults = file->imported.faults;
+    std::vector<std::string> faults = file->imported.faults;
+    faults.insert(faults.end(), file->imported.mended.begin(), file->imported.mended.end());
     for (const std::string& note : file->imported.notes)
         if (std::ranges::find(faults, note) == faults.end()) result.notes.push_back(note);
     if (!faults.empty()) return bad({ErrorCode::kBadInput, fmt::format("{}", fmt::join(faults, "\n"))});

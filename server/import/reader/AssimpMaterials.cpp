@@ -8,6 +8,8 @@
 #include <cstring>
 #include <span>
 
+#include "server/import/reader/BoundedNumbers.h"
+
 namespace tessera {
 namespace {
 
@@ -89,26 +91,28 @@ std::string AssimpMaterials::name(unsigned index) {
 }
 
 void AssimpMaterials::setColors(const aiMaterial& material, proto::scene::Material& message) {
+    aiString called;
+    material.Get(AI_MATKEY_NAME, called);
+    const BoundedNumbers numbers(scene_, fmt::format("{} '{}'", message.name(), std::string_view(called.C_Str()).substr(0, 80)));
+    const auto set = [&](std::string_view name, const auto& from, double most, double otherwise, proto::scene::Color& to) {
+        to.set_r(numbers.between(0, most, name, from.r, otherwise));
+        to.set_g(numbers.between(0, most, name, from.g, otherwise));
+        to.set_b(numbers.between(0, most, name, from.b, otherwise));
+    };
     aiColor4D color(0.8f, 0.8f, 0.8f, 1.0f);
     if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS) material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
     float opacity = property(material, AI_MATKEY_OPACITY, 1.0f);
     // Exporters that mix up "d" and "Tr" would make everything vanish.
     if (!(opacity > 0.0f)) opacity = 1.0f;
-    message.mutable_base_color()->set_r(color.r);
-    message.mutable_base_color()->set_g(color.g);
-    message.mutable_base_color()->set_b(color.b);
+    set("the colour", color, 1, 0.8, *message.mutable_base_color());
     message.mutable_base_color()->set_a(std::min(opacity, 1.0f));
     if (opacity < 1.0f) message.set_alpha_mode(proto::scene::Material::BLEND);
     aiColor3D emissive(0.0f, 0.0f, 0.0f);
-    if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) {
-        message.mutable_emissive()->set_r(emissive.r);
-        message.mutable_emissive()->set_g(emissive.g);
-        message.mutable_emissive()->set_b(emissive.b);
-    }
+    if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) set("the glow", emissive, 1e9, 0, *message.mutable_emissive());
     float number = 0.0f;
-    if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message.set_metallic(number);
+    if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message.set_metallic(numbers.share("the metal", number, 0));
     if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, number) == aiReturn_SUCCESS)
-        message.set_roughness(number);
+        message.set_roughness(numbers.share("the roughness", number, 0.6));
     else if (material.Get(AI_MATKEY_SHININESS, number) == aiReturn_SUCCESS && number > 0.0f)
         // The Blinn-Phong exponent whose highlight is about as wide (Karis 2013: n = 2 / alpha² - 2, alpha =
         // roughness²).

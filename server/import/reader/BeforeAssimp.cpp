@@ -19,72 +19,9 @@ tl::unexpected<Error> failInLine(std::size_t line, std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("line {}: {}", line, what));
 }
 
-/// Of a type of a PLY's property; what is unknown takes something.
-std::size_t plyBytes(std::string_view type) {
-    static const std::map<std::string_view, std::size_t> kBytes = {{"char", 1},  {"uchar", 1},  {"int8", 1},  {"uint8", 1},   {"short", 2},   {"ushort", 2},
-                                                                   {"int16", 2}, {"uint16", 2}, {"int", 4},   {"uint", 4},    {"int32", 4},   {"uint32", 4},
-                                                                   {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-    const auto known = kBytes.find(type);
-    return known == kBytes.end() ? 1 : known->second;
-}
-
 }  // namespace
 
-Expected<void> checkPly(std::string_view bytes) {
-    struct Element {
-        std::string name;
-        std::uint64_t count = 0, leastBytes = 0;
-        std::size_t line = 0;
-    };
-    std::vector<Element> elements;
-    TextLines lines(bytes);
-    std::vector<std::string_view> words;
-    bool text = true, ended = false;
-    while (!ended && lines.next(words)) {
-        if (words[0] == "format" && words.size() > 1) text = words[1] == "ascii";
-        if (words[0] == "element") {
-            std::uint64_t count = 0;
-            if (words.size() != 3 || !isNumber(words[2], count)) return failInLine(lines.line(), "an element says its name and how many of it there are");
-            elements.push_back({.name = std::string(words[1].substr(0, 40)), .count = count, .line = lines.line()});
-        }
-        // A number and a blank behind it; of a list its length alone.
-        if (words[0] == "property" && words.size() > 2 && !elements.empty())
-            elements.back().leastBytes += text ? 2 : plyBytes(words[1] == "list" ? words[2] : words[1]);
-        ended = words[0] == "end_header";
-    }
-    if (!ended) return fail(ErrorCode::kBadInput, "its header does not end");
-    std::uint64_t left = lines.bytesLeft() + 1;  // the last number needs no blank
-    for (const Element& element : elements) {
-        if (element.count == 0) continue;
-        if (element.leastBytes == 0) return failInLine(element.line, fmt::format("the element {} has no properties", element.name));
-        if (element.count > left / element.leastBytes)
-            return failInLine(element.line, fmt::format("it announces {} {}, which take {} bytes each at least, and ends after {}", element.count, element.name,
-                                                        element.leastBytes, lines.bytesLeft()));
-        left -= element.count * element.leastBytes;
-    }
-    return {};
-}
-
-Expected<void> checkOff(std::string_view text) {
-    TextLines lines(text);
-    std::vector<std::string_view> words;
-    bool headed = false;
-    while (lines.next(words)) {
-        const auto remark = std::ranges::find_if(words, [](std::string_view word) { return word.starts_with('#'); });
-        words.erase(remark, words.end());
-        if (!words.empty() && !std::exchange(headed, true)) words.erase(words.begin());  // OFF, and what it has besides
-        if (words.empty()) continue;
-        std::uint64_t vertices = 0, faces = 0;
-        if (words.size() < 2 || !isNumber(words[0], vertices) || !isNumber(words[1], faces)) return {};  // assimp says what it is not
-        constexpr std::uint64_t kLeastBytes = 4;  // of two numbers, each with a blank
-        if (vertices > text.size() / kLeastBytes || faces > text.size() / kLeastBytes)
-            return failInLine(lines.line(), fmt::format("it announces {} vertices and {} faces, and ends after {} bytes", vertices, faces, lines.bytesLeft()));
-        return {};
-    }
-    return {};
-}
-
-Expected<void> checkSmd(std::string_view text) {
+Expected<void> checkSmd(std::string_view text, std::vector<std::string>& notes) {
     // A bone takes a line, so there are no more of them.
     const auto most = static_cast<std::uint64_t>(std::ranges::count(text, '\n')) + 1;
     TextLines lines(text);
@@ -120,6 +57,7 @@ Expected<void> checkSmd(std::string_view text) {
     }
     // It goes on for ever in this one alone.
     if (section == "nodes") return failInLine(begun, "the section 'nodes' has no end");
+    if (!section.empty()) notes.push_back(fmt::format("the section '{}' (line {}) has no end: it is cut off", section.substr(0, 40), begun));
     return {};
 }
 
@@ -312,9 +250,17 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     const std::string_view text = asText(bytes);
     Expected<void> sound;
     std::vector<std::string> said;
-    if (ending == "ply") sound = checkPly(text);
-    if (ending == "off") sound = checkOff(text);
-    if (ending == "smd" || ending == "vta") sound = checkSmd(text);
+    bool changed = false;
+    const auto mended = [&](const Expected<bool>& outcome) {
+        if (outcome) changed = *outcome;
+        else sound = tl::unexpected(outcome.error());
+    };
+    if (ending == "ply") mended(mendPly(bytes, said));
+    if (ending == "stl") mended(mendStl(bytes, said));
+    if (ending == "off") mended(mendOff(bytes, said));
+    if (ending == "obj") changed = mendObj(bytes, said);
+    if (ending == "dxf") noteCutDxf(text, said);
+    if (ending == "smd" || ending == "vta") sound = checkSmd(text, said);
     if (ending == "md5mesh") sound = checkMd5Mesh(text, said);
     if (ending == "md5anim") sound = checkMd5Animation(text);
     if (!sound && !refusal_) {
@@ -322,7 +268,7 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
         refusal_->message = fmt::format("'{}' cannot be read: {}", path.substr(path.rfind('/') + 1), sound.error().message);
     }
     if (!sound) return false;
-    if (ending != "obj" || !mendObj(bytes, said)) sound_.insert(path);
+    if (!changed) sound_.insert(path);
     for (std::string& note : said)
         if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(std::move(note));
     return true;

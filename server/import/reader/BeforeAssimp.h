@@ -12,12 +12,23 @@
 
 namespace tessera {
 
-/// A PLY's header announces no more than its bytes can hold.
-[[nodiscard]] Expected<void> checkPly(std::string_view bytes);
-/// An OFF counts no more vertices and faces than its bytes can hold.
-[[nodiscard]] Expected<void> checkOff(std::string_view text);
-/// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many as they announce.
-[[nodiscard]] Expected<void> checkSmd(std::string_view text);
+// Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of how many. Whether anything was
+// changed; refused where nothing can be shown.
+
+/// A PLY gets a header that announces what is there. Into `notes` besides: properties and elements that are not shown.
+[[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes);
+/// An STL ends with a whole triangle. A binary one has the size that its count says; where that is 0, the count that its size says.
+[[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes);
+/// Headers of binary ones begin with "solid" too.
+[[nodiscard]] bool isTextStl(std::string_view bytes);
+/// An OFF counts the faces that are there.
+[[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes);
+/// Of a DXF without its end.
+void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
+
+/// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many as they announce. Into `notes`:
+/// another section without an end.
+[[nodiscard]] Expected<void> checkSmd(std::string_view text, std::vector<std::string>& notes);
 /// Counts, indices of vertices, weights and joints of Doom 3's models; into `notes`: vertices that nothing moves.
 [[nodiscard]] Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& notes);
 /// Key frames of Doom 3's animations have the numbers that their hierarchy asks for.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/math/Box.h"
+#include "server/import/reader/BoundedNumbers.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/GltfAccessors.h"
 #include "server/import/reader/MovingParts.h"
@@ -91,10 +92,10 @@ private:
 
     // GltfMaterials.cpp
     Expected<std::string> materialName(int material);
-    void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, proto::scene::Material& message);
-    void setSpecularGlossiness(const tinygltf::Value& old, proto::scene::Material& message);
-    void setCoatAndTransmission(const tinygltf::Material& material, proto::scene::Material& message);
-    void setSpecular(const tinygltf::Material& material, proto::scene::Material& message);
+    void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers, proto::scene::Material& message);
+    void setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers, proto::scene::Material& message);
+    void setCoatAndTransmission(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message);
+    void setSpecular(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message);
 
     // GltfTextures.cpp
     /// The name of the image of a texture, or empty with a note where it can't be had.

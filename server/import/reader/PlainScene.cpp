@@ -35,7 +35,8 @@ proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) 
     message->set_name(name);
     if (mesh.primitive == Primitive::kPoints) {
         message->set_primitive(proto::scene::Mesh::POINTS);
-        message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius : 0.5 * spacingOf(mesh.positions));
+        constexpr double kLargest = 1e12;  // that a Geometry may have
+        message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius : std::min(0.5 * spacingOf(mesh.positions), kLargest));
     } else if (mesh.primitive == Primitive::kLines) {
         message->set_primitive(proto::scene::Mesh::LINES);
         message->set_line_width(mesh.lineWidth);

@@ -150,7 +150,9 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
     for (int i = 0; i < file.material_size(); ++i) {
         if (Expected<void> known = checkNames(file.material(i)); !known)
             return failAt(where("material", i).place(), known.error());
-        *scene_.file.add_material() = file.material(i);
+        proto::scene::Material* material = scene_.file.add_material();
+        *material = file.material(i);
+        tellPlaces(where("material", i), *material);
     }
     collectFilms(file);
     for (int i = 0; i < file.image_size(); ++i)
@@ -176,6 +178,19 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
         if (Expected<void> done = expandNode(file.node(i), where("node", i), {}, *scene_.file.mutable_node()); !done)
             return tl::unexpected(done.error());
     return std::move(scene_);
+}
+
+void SceneExpander::tellPlaces(const Where& where, proto::scene::Material& material) {
+    auto& told = *material.mutable_at();
+    told.clear();
+    const auto tell = [&](int number, const proto::scene::Place& at) {
+        if (at.line() > 0) told[static_cast<std::uint32_t>(number)] = std::uint64_t{at.line()} << 32 | at.column();
+    };
+    tell(0, where.place());
+    const google::protobuf::Descriptor& type = *material.GetDescriptor();
+    for (int i = 0; where.around != nullptr && i < type.field_count(); ++i)
+        if (const FieldDescriptor* field = type.field(i); !field->is_repeated() && material.GetReflection()->HasField(material, field))
+            tell(field->number(), Where{where.inside(), field, -1}.place());
 }
 
 Expected<void> SceneExpander::checkNames(const proto::scene::Material& material) const {

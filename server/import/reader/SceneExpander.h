@@ -41,6 +41,8 @@ private:
         std::size_t depth = 1;
     };
 
+    /// Where the material and its fields stand in the text, for whoever knows what they may be.
+    static void tellPlaces(const Where& where, proto::scene::Material& material);
     Expected<void> expandNode(const proto::scene::Node& node, const Where& where, const Context& context,
                               google::protobuf::RepeatedPtrField<proto::scene::Node>& out);
     Expected<void> expandContent(const proto::scene::Node& node, const Places* places, const std::string& material,

@@ -7,10 +7,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 #include <vector>
 
+#include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -233,7 +233,9 @@ Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
 
 Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
     std::vector<std::string_view> words;
+    bool ended = true;
     while (lines.next(words)) {
+        ended = words[0] == "endsolid";
         if (words[0] == "vertex") {
             const Expected<void> done = mesh.vertex(std::span(words).subspan(1));
             if (!done) return done;
@@ -242,15 +244,7 @@ Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
             mesh.endFace();
         }
     }
-    return {};
-}
-
-/// A binary STL may begin with "solid" too; its size says what it is.
-bool isTextStl(std::string_view bytes) {
-    if (!bytes.starts_with("solid")) return false;
-    std::uint32_t triangles = 0;
-    if (bytes.size() >= 84) std::memcpy(&triangles, bytes.data() + 80, sizeof(triangles));
-    return bytes.size() < 84 || bytes.size() != 84 + std::size_t{50} * triangles;
+    return ended ? Expected<void>() : fail(ErrorCode::kBadInput, "it ends without 'endsolid': it is cut off");
 }
 
 bool isTextPly(std::string_view bytes) {

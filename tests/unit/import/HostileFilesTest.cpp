@@ -233,7 +233,7 @@ TEST(HostilePly, ThatPromisesBillionsOrEndsTheReaderIsAnError) {
     const std::string begin = "ply\nformat ascii 1.0\n";
     const std::string vertex = "property float x\nproperty float y\nproperty float z\n";
     const std::string texts[] = {
-        begin + "element vertex 4294967295\n" + vertex + "end_header\n0 0 0\n",
+        begin + "element vertex 4294967295\n" + vertex + "end_header\n0 0",
         begin + "element vertex -1\n" + vertex +
             "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n",
         begin + "element vertex 3\n" + vertex +

@@ -70,7 +70,7 @@ TEST(ProgramText, WhatIsWrongIsSaid) {
         {"pass: \"none\"", "there is no material 'none'"},
         {"coarser: \"none\"", "there is no material 'none'"},
         {"pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\"", "5 passes, and 4 may be"},
-        {"line_width: 65", "material 'm': "},
+        {"line_width: nan", "material 'm': lineWidth is not a finite number"},
         {"fill: DOTS", "scene.tsct:1:"},
         {"program { reach: -1 }", "material 'm': "},
         {"uniform { name: \"x\" value: [1, 2, 3, 4, 5] }", "more than four numbers"},

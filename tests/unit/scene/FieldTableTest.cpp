@@ -1,7 +1,10 @@
 #include "common/scene/FieldTable.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <new>
 #include <set>
 
@@ -104,6 +107,39 @@ TEST(FieldTable, DefaultsAreValidAndWordsAreUnique) {
     EXPECT_FALSE(numberOfWord(show, "points,"));
     EXPECT_FALSE(numberOfWord(show, "everything"));
     EXPECT_FALSE(wordOfNumber(show, 8));
+}
+
+/// A number that means something in a part of all numbers says which; what is without bounds here is good whatever it is.
+TEST(FieldTable, NumbersHaveTheirBounds) {
+    const std::set<std::string> anyNumber = {"Transform.translation", "Transform.rotation", "Transform.scale", "ComponentTransform.translation", "ComponentTransform.center",
+                                             "ComponentTransform.rotation", "ComponentTransform.scaleOrientation", "ComponentTransform.scale", "Motion.time",
+                                             "Uniform.value"};
+    std::set<std::string> without;
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields) {
+            const bool number = field.kind == FieldKind::kFloat || field.kind == FieldKind::kDouble;
+            if (number && !std::isfinite(field.least)) without.insert(fmt::format("{}.{}", type.name, field.name));
+            // Scenes that hold another one are shown, whoever saved them.
+            const bool ofLooks = type.type == typeOf<Material>() && number;
+            EXPECT_EQ(field.nearestFromFiles, ofLooks) << type.name << "." << field.name;
+            EXPECT_TRUE(!ofLooks || (std::isfinite(field.least) && std::isfinite(field.greatest))) << field.name;
+        }
+    EXPECT_EQ(without, anyNumber);
+}
+
+TEST(FieldTable, FilesAreTakenWithTheNearestGoodNumber) {
+    const TypeInfo& material = *findType(typeOf<Material>());
+    const auto taken = [&](const char* name, FieldValue value) {
+        const std::string said = takeNearest(*findField(material, name), value);
+        return std::pair(said, value);
+    };
+    EXPECT_EQ(taken("roughness", toValue(9.0f)), std::pair(std::string("roughness 9 is not between 0 and 1: 1 is taken"), toValue(1.0f)));
+    EXPECT_EQ(taken("baseColor", toValue(Vec4f(-1, 0.5f, 3, 1))), std::pair(std::string("baseColor -1 is not between 0 and 1: 0 is taken"), toValue(Vec4f(0, 0.5f, 1, 1))));
+    EXPECT_EQ(taken("coarserBelow", toValue(-2.0)), std::pair(std::string("coarserBelow -2 is not between 0 and 1000000: 0 is taken"), toValue(0.0)));
+    EXPECT_EQ(taken("roughness", toValue(0.5f)).first, "");
+    EXPECT_EQ(taken("roughness", toValue(std::numeric_limits<float>::infinity())).first, "") << "that is refused";
+    FieldValue radius = toValue(-1.0f);
+    EXPECT_EQ(takeNearest(*findField(*findType(typeOf<Geometry>()), "pointRadius"), radius), "") << "of shapes nothing is guessed";
 }
 
 TEST(FieldTable, SaysWhatAChangeAffects) {

@@ -150,6 +150,12 @@ TEST(Refusals, OfColumns) {
     EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, fieldId<&Camera::worldUnitsPerMetre>, toValue(0.0)).take(),
                 "not between");
 
+    const auto look = [](FieldId field, const FieldValue& value) { return Edits().value<Material>(7, field, value).take(); };
+    EXPECT_SAYS(look(fieldId<&Material::roughness>, toValue(9.0f)), "set Material.roughness of #7: 9 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::metallic>, toValue(-0.1f)), "set Material.metallic of #7: -0.1 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1.5f, 1))), "set Material.baseColor of #7: 1.5 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::emissive>, toValue(Vec3f(0, -1, 0))), "set Material.emissive of #7: -1 is not between 0 and 1000000000");
+
     ChangeList twice = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
     EXPECT_SAYS(twice, "#5 twice");

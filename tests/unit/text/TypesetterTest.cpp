@@ -10,6 +10,7 @@
 #include <map>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/drawable/Drawable.h"
@@ -96,16 +97,81 @@ TEST(Typesetter, WhatRunsFromRightToLeftStandsSo) {
     const std::vector<std::uint32_t> hebrew = shapesInSight(outlinesOf(words("אבג"))), alef = shapesInSight(outlinesOf(words("א")));
     ASSERT_EQ(hebrew.size(), 3u);
     EXPECT_EQ(outlinesOf(words("אבג")).shapes[hebrew[2]], outlinesOf(words("א")).shapes[alef[0]]);
-    const auto runs = [](std::u32string_view line) {
-        std::vector<std::pair<std::u32string, bool>> made;
-        for (const TextRun& run : runsOf(line)) made.emplace_back(run.characters, run.rightToLeft);
-        return made;
-    };
-    using Runs = std::vector<std::pair<std::u32string, bool>>;
-    EXPECT_EQ(runs(U"ab אב cd"), (Runs{{U"ab ", false}, {U"אב", true}, {U" cd", false}}));
-    EXPECT_EQ(runs(U"אב 1.5 גד"), (Runs{{U" גד", true}, {U"1.5", false}, {U"אב ", true}})) << "a number is read from left to right";
-    EXPECT_EQ(runs(U"אב, גד"), (Runs{{U"אב, גד", true}}));
-    EXPECT_TRUE(runs(U"").empty());
+}
+
+/// As they stand: the letters of each run, how it runs, and its script.
+std::vector<std::tuple<std::u32string, bool, std::string>> runsFrom(std::u32string_view line) {
+    std::vector<std::tuple<std::u32string, bool, std::string>> made;
+    for (const TextRun& run : runsOf(line)) {
+        std::string script;
+        for (int shift = 24; shift >= 0; shift -= 8) script.push_back(static_cast<char>(run.script >> shift));
+        made.emplace_back(line.substr(run.begin, run.length), run.rightToLeft, script);
+    }
+    return made;
+}
+using RunsOfLine = std::vector<std::tuple<std::u32string, bool, std::string>>;
+
+/// Unicode's annex 9, with the annex's own examples where it has some.
+TEST(TextRuns, StandAsTheLineRuns) {
+    EXPECT_TRUE(runsFrom(U"").empty());
+    EXPECT_EQ(runsFrom(U"12 + 3"), (RunsOfLine{{U"12 + 3", false, "Zyyy"}}));
+    EXPECT_EQ(runsFrom(U"ab אב cd"), (RunsOfLine{{U"ab ", false, "Latn"}, {U"אב", true, "Hebr"}, {U" ", false, "Hebr"}, {U"cd", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"אב 1.5 גד"), (RunsOfLine{{U" גד", true, "Hebr"}, {U"1.5", false, "Hebr"}, {U"אב ", true, "Hebr"}})) << "a number is read from left to right";
+    EXPECT_EQ(runsFrom(U"אב, גד"), (RunsOfLine{{U"אב, גד", true, "Hebr"}}));
+    // A bracket belongs to what is around it, with all that is in it (N0); what is quoted in what is quoted has a level of its own.
+    EXPECT_EQ(runsFrom(U"ab (אב) cd"), (RunsOfLine{{U"ab (", false, "Latn"}, {U"אב", true, "Hebr"}, {U") cd", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"אב (cd) גד"), (RunsOfLine{{U") גד", true, "Hebr"}, {U"cd", false, "Latn"}, {U"אב (", true, "Hebr"}}));
+    // An isolate runs by itself, and what is around it as though it were one sign (X5a).
+    EXPECT_EQ(runsFrom(U"he said \u2067אב! cd\u2069."), (RunsOfLine{{U"he said \u2067", false, "Latn"}, {U"cd", false, "Latn"}, {U"אב! ", true, "Hebr"}, {U"\u2069.", false, "Latn"}}));
+    // An embedding of the other way (X2).
+    EXPECT_EQ(runsFrom(U"ab \u202Bאב cd\u202C ef"), (RunsOfLine{{U"ab \u202B", false, "Latn"}, {U"cd\u202C", false, "Latn"}, {U"אב ", true, "Hebr"}, {U" ef", false, "Latn"}}));
+}
+
+/// Unicode's annex 24: signs have the script of what is before them, and a bracket that of the one that opens it.
+TEST(TextRuns, EndWhereScriptsDo) {
+    EXPECT_EQ(runsFrom(U"שלום سلام"), (RunsOfLine{{U"سلام", true, "Arab"}, {U"שלום ", true, "Hebr"}}));
+    EXPECT_EQ(runsFrom(U"سلام שלום"), (RunsOfLine{{U"שלום", true, "Hebr"}, {U"سلام ", true, "Arab"}}));
+    EXPECT_EQ(runsFrom(U"(סל) سلام"), (RunsOfLine{{U"سلام", true, "Arab"}, {U"(סל) ", true, "Hebr"}}));
+    EXPECT_EQ(runsFrom(U"שלום (سلام)!"), (RunsOfLine{{U")!", true, "Hebr"}, {U"سلام", true, "Arab"}, {U"שלום (", true, "Hebr"}}));
+    EXPECT_EQ(runsFrom(U"Ab (Ωλ) c"), (RunsOfLine{{U"Ab (", false, "Latn"}, {U"Ωλ", false, "Grek"}, {U") c", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"e\u0301 Ω\u0301"), (RunsOfLine{{U"e\u0301 ", false, "Latn"}, {U"Ω\u0301", false, "Grek"}})) << "a mark stays with its letter";
+}
+
+std::vector<LetterShape> lettersInSight(const std::string& line) {
+    const TextOutlines text = outlinesOf(words(line));
+    std::vector<LetterShape> letters;
+    for (const std::uint32_t shape : shapesInSight(text)) letters.push_back(text.shapes[shape]);
+    return letters;
+}
+
+bool hasLetters(const std::string& line, const std::vector<LetterShape>& word) {
+    const std::vector<LetterShape> letters = lettersInSight(line);
+    return !std::ranges::search(letters, word).empty();
+}
+
+/// Arabic letters have other forms at the beginning, in the middle and at the end of a word.
+TEST(Typesetter, JoinsArabicWhateverStandsBesideIt) {
+    const std::vector<LetterShape> joined = lettersInSight("سلام");
+    const std::vector<LetterShape> apart = lettersInSight("س ل ا م");
+    ASSERT_FALSE(joined.empty());
+    EXPECT_FALSE(hasLetters("م ا ل س", joined)) << "they are joined";
+    EXPECT_NE(joined, apart);
+    for (const char* line : {"שלום سلام", "سلام שלום", "שלום (سلام) שלום", "abc שלום سلام 12", "12 שלום سلام abc", "سلام abc שלום", "Жя سلام", "שלום, سلام!"})
+        EXPECT_TRUE(hasLetters(line, joined)) << line;
+    // And each letter of a long word by itself.
+    const std::vector<LetterShape> word = lettersInSight("بسملة");
+    EXPECT_TRUE(hasLetters("אב بسملة גד", word));
+}
+
+TEST(Typesetter, BracketsOpenTowardsWhatTheyHold) {
+    const LetterShape opens = lettersInSight("(a").at(0), closes = lettersInSight("a)").at(1);
+    ASSERT_NE(opens, closes);
+    // In each of these lines the letter that stands first from the left is the bracket of what was closed last.
+    const std::vector<LetterShape> quoted = lettersInSight("אב (גד)");
+    EXPECT_EQ(quoted.front(), opens);
+    EXPECT_EQ(quoted.at(3), closes);
+    const std::vector<LetterShape> mixed = lettersInSight("שלום (سلام)");
+    EXPECT_EQ(mixed.front(), opens);
 }
 
 TEST(Typesetter, SaysWhatIsMissing) {
@@ -140,7 +206,7 @@ TEST(Typesetter, RefusesWhatIsNoTextInWords) {
     Text font = words("a");
     font.font = std::string(1000, 'f');
     EXPECT_NE(refusalOf(font).find("the font's name has 1000 bytes"), std::string::npos);
-    EXPECT_EQ(outlinesOf(words("a\x01\x1B\x7F\r\u202Eb")), outlinesOf(words("ab"))) << "control characters are left out";
+    EXPECT_EQ(outlinesOf(words("a\x01\x1B\x7F\r\u202Eb")), outlinesOf(words("ab"))) << "control characters are left out, and what says a direction is seen by nobody";
 
     const char* one = std::getenv("TESSERA_SEED");
     Typesetter typesetter;

@@ -99,6 +99,20 @@ TEST(Check, APictureThatIsNotThereIsWrongAndConvertKeepsNothingOfIt) {
     EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
 }
 
+TEST(Check, ANumberOutOfItsBoundsIsWrongAndConvertMendsIt) {
+    const Scratch scratch;
+    const std::string file = scratch.write("rough.tsct", "material { name: \"m\"\n  roughness: 9 }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
+    const std::string what = file + ":2:3: material 'm': roughness 9 is not between 0 and 1: 1 is taken\n";
+    const Ran check = run(program("tessera-check") + " " + file);
+    EXPECT_EQ(check.code, 3);
+    EXPECT_EQ(check.said, what);
+    const Ran convert = run(program("tessera-convert") + " " + file + " " + scratch.path("out.tsct"));
+    EXPECT_EQ(convert.code, 0);
+    EXPECT_TRUE(convert.said.starts_with("tessera-convert: note: " + what)) << convert.said;
+    const Ran mended = run(program("tessera-check") + " " + scratch.path("out.tsct"));
+    EXPECT_EQ(mended.code, 0) << mended.said;
+}
+
 TEST(SceneTools, HelpFitsATerminalAndVersionsAreSaid) {
     for (const std::string& name : {std::string("tessera-convert"), std::string("tessera-check")}) {
         const Ran help = run(program(name) + " --help");
