@@ -146,7 +146,7 @@ std::vector<LetterShape> lettersInSight(const std::string& line) {
 
 bool hasLetters(const std::string& line, const std::vector<LetterShape>& word) {
     const std::vector<LetterShape> letters = lettersInSight(line);
-    return !std::ranges::search(letters, word).empty();
+    return std::search(letters.begin(), letters.end(), word.begin(), word.end()) != letters.end();
 }
 
 /// Arabic letters have other forms at the beginning, in the middle and at the end of a word.
