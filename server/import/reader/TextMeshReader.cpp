@@ -178,15 +178,15 @@ Expected<void> readOff(Lines& lines, MeshBuilder& mesh) {
 }
 
 /// An element of a PLY file: so many lines, each with its properties in order.
-struct PlyElement {
+struct TextPlyElement {
     std::string name;
     std::size_t count = 0;
     std::vector<std::string> properties;
     bool list = false;  ///< its first property is a list
 };
 
-Expected<std::vector<PlyElement>> readPlyHeader(Lines& lines) {
-    std::vector<PlyElement> elements;
+Expected<std::vector<TextPlyElement>> readPlyHeader(Lines& lines) {
+    std::vector<TextPlyElement> elements;
     std::vector<std::string_view> words;
     while (lines.next(words)) {
         if (words[0] == "end_header") return elements;
@@ -202,10 +202,10 @@ Expected<std::vector<PlyElement>> readPlyHeader(Lines& lines) {
 }
 
 Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
-    const Expected<std::vector<PlyElement>> elements = readPlyHeader(lines);
+    const Expected<std::vector<TextPlyElement>> elements = readPlyHeader(lines);
     if (!elements) return tl::unexpected(elements.error());
     std::vector<std::string_view> words;
-    for (const PlyElement& element : *elements) {
+    for (const TextPlyElement& element : *elements) {
         const bool vertices = element.name == "vertex", faces = element.name == "face";
         std::array<std::size_t, 3> xyz{};
         for (std::size_t i = 0; vertices && i < 3; ++i) {
