@@ -74,7 +74,8 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
         const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
         if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
         const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;
-        calls_.push_back({*mesh, item.mirrored, (material ? *material : Material()).doubleSided != 0, &item});
+        calls_.push_back({*mesh, item.mirrored && item.kind != DrawKind::kPoints, (material ? *material : Material()).doubleSided != 0, &item});
+        if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) calls_.back().mesh.pointParts |= kPointStretched;
     }
     if (calls_.empty()) return {};
     // Depths are the same in any order: instances of one mesh stand together.
@@ -94,11 +95,11 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
         for (next = i + 1; next < calls_.size() && calls_[next].state() == call.state();) ++next;
         const MeshRange* before = i > 0 ? &calls_[i - 1].mesh : nullptr;
         if (!before || before->kind != call.mesh.kind || before->pointParts != call.mesh.pointParts)
-            if (auto used = useProgram({.use = ProgramKind::Use::kDepth, .items = call.mesh.kind, .pointParts = call.mesh.pointParts}); !used)
+            if (auto used = useProgram({.use = ProgramKind::Use::kDepth, .items = call.mesh.kind, .pointParts = call.mesh.pointParts, .samples = samples_}); !used)
                 return used;
         call.doubleSided ? gl_.Disable(GL_CULL_FACE) : gl_.Enable(GL_CULL_FACE);
         gl_.FrontFace(call.mirrored ? GL_CW : GL_CCW);
-        meshes_.draw(call.mesh, 0, call.mesh.indexCount / 3, i, next - i);
+        meshes_.draw(call.mesh, 0, call.mesh.indexCount / 3, i, next - i, call.doubleSided);
     }
     return gl_.check("drawing depths");
 }

@@ -3,7 +3,11 @@
 namespace tessera::shader_text {
 
 const char kDepthFragment[] = R"(
-void main() {}
+void main() {
+#ifdef POINTS
+    meetBall();
+#endif
+}
 )";
 
 const char kPlateVertex[] = R"(

@@ -1,7 +1,9 @@
 #include "client/draw/DrawCalls.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/wall/Detail.h"
 
@@ -163,6 +165,7 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
         ++counts_.skipped;
         return false;
     }
+    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) call.mesh.pointParts |= kPointStretched;
     calls_.push_back(call);
     records_.push_back(tessera::recordOf(item, camera));
     if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
@@ -299,6 +302,20 @@ std::uint32_t DrawCalls::materialIndex(const MaterialTexels& texels) {
     return it->second;
 }
 
+namespace {
+
+/// The inverse transpose of what makes an ellipsoid of a ball of radius 1. One that is nearly flat is made a little thicker: of what is flatter
+/// single precision knows nothing.
+Mat3d roundOf(const Mat3d& linear, double radius) {
+    constexpr double kThinnest = 1.0 / 256;
+    const Eigen::JacobiSVD<Mat3d> parts(radius * linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Vec3d lengths = parts.singularValues();
+    const double least = std::max(kThinnest * lengths[0], std::numeric_limits<double>::min());
+    return parts.matrixU() * lengths.cwiseMax(least).cwiseInverse().asDiagonal() * parts.matrixV().transpose();
+}
+
+}  // namespace
+
 ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
     const Mat3d m = eye_T_item.linear();
@@ -309,6 +326,7 @@ ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
     cofactors.row(2) = m.row(0).cross(m.row(1));
     const double largest = cofactors.cwiseAbs().maxCoeff();
     if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
+    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) cofactors = roundOf(m, item.pointRadius);
 
     ItemRecord record{};
     for (int r = 0; r < 3; ++r)
@@ -346,7 +364,17 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
     const Vec3d head = camera.eye_T_world * camera.headWorld;
     block.head = four(head.cast<float>(), 0);
+    block.pixelRays = pixelRaysOf(camera, 0, 0);
     return block;
+}
+
+std::array<float, 4> pixelRaysOf(const ScreenCamera& camera, int left, int bottom) {
+    const Mat4d& clip = camera.clip_T_eye;
+    const bool parallel = clip(3, 3) == 1;
+    const auto scale = [&](int row, int sizePx) { return 2 / (sizePx * clip(row, row)); };
+    const auto offset = [&](int row, int sizePx, int from) { return ((parallel ? -clip(row, 3) : clip(row, 2)) - 1 - 2.0 * from / sizePx) / clip(row, row); };
+    return {static_cast<float>(scale(0, camera.pixels.width)), static_cast<float>(scale(1, camera.pixels.height)),
+            static_cast<float>(offset(0, camera.pixels.width, left)), static_cast<float>(offset(1, camera.pixels.height, bottom))};
 }
 
 }  // namespace tessera

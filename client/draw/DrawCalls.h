@@ -125,5 +125,7 @@ private:
 /// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
 [[nodiscard]] ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);
+/// FrameBlock::pixelRays of a viewport whose lower left corner lies there in its framebuffer.
+[[nodiscard]] std::array<float, 4> pixelRaysOf(const ScreenCamera& camera, int left, int bottom);
 
 }  // namespace tessera

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/geometry/Points.h"
 #include "common/math/Decompositions.h"
 
 namespace tessera {
@@ -127,7 +126,7 @@ void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& unit
     });
 }
 
-// ---- points: as they are, for the vertex shader to make octahedra of -----------------------------------------------
+// ---- points: as they are, for shaders to find balls around -----------------------------------------------
 
 std::uint64_t texelsPerPoint(std::uint8_t parts) {
     return 1u + ((parts & kPointNormals) != 0) + ((parts & kPointTexcoords) != 0);
@@ -254,10 +253,10 @@ constexpr DrawForm kForms[] = {
      .follows = kPointsFollow,
      .normals = true,
      .fetched = true,
-     // All of it: corners come out as Points.h makes them.
-     .size = [](const DrawItem& item, const Mat3d&) {
-         const auto bits = std::bit_cast<std::uint64_t>(item.pointRadius);
-         return std::array{static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
+     // As the eye has it, or the item where that stretches balls; as the item has it.
+     .size = [](const DrawItem& item, const Mat3d& eye_R_item) {
+         const double scale = isStretched(item.world_T_item.linear()) ? 1 : std::cbrt(std::abs(eye_R_item.determinant()));
+         return std::array{std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius * scale)), std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius))};
      }},
     {.kind = DrawKind::kLines,
      .define = "LINES",
@@ -344,13 +343,19 @@ MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
     return outline;
 }
 
-std::vector<std::uint16_t> sharedPointIndices() {
-    const std::vector<std::uint32_t> one = indicesOfPoints({0, 1});
-    static_assert(kIndicesPerPoint == 3 * kFacesPerPoint && kNumbersPerPoint >= kVerticesPerPoint);
+bool isStretched(const Mat3d& linear) {
+    // Columns of one length, across each other: the matrix times its transpose has one number alone.
+    const Mat3d square = linear.transpose() * linear;
+    const double mean = square.trace() / 3;
+    return !((square - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-4 * mean);
+}
+
+std::vector<std::uint16_t> sharedPointIndices(bool insides) {
     std::vector<std::uint16_t> indices;
-    indices.reserve(std::size_t{kPointsAtOnce} * kIndicesPerPoint);
+    indices.reserve(std::size_t{kPointsAtOnce} * kIndicesPerPoint * (insides ? 2 : 1));
     for (std::uint32_t point = 0; point < kPointsAtOnce; ++point)
-        for (const std::uint32_t corner : one) indices.push_back(static_cast<std::uint16_t>(kNumbersPerPoint * point + corner));
+        for (std::uint32_t side = insides ? 0 : 1; side < 2; ++side)
+            for (const std::uint32_t corner : cornersOf(DrawKind::kPoints, {}, 2 * point + side)) indices.push_back(static_cast<std::uint16_t>(corner));
     return indices;
 }
 
@@ -365,10 +370,10 @@ std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint3
         const std::size_t at = 3 * std::size_t{triangle};
         return {indices[at], indices[at + 1], indices[at + 2]};
     }
-    static const std::vector<std::uint32_t> one = indicesOfPoints({0, 1});
-    const std::uint32_t first = kNumbersPerPoint * (triangle / kFacesPerPoint);
-    const std::size_t at = 3 * (triangle % kFacesPerPoint);
-    return {first + one[at], first + one[at + 1], first + one[at + 2]};
+    // The inside is wound the other way.
+    const std::uint32_t first = kNumbersPerPoint * (triangle / 2);
+    if (triangle % 2 == 0) return {first + 4, first + 6, first + 5};
+    return {first, first + 1, first + 2};
 }
 
 std::array<float, 256> linearNumbers() {

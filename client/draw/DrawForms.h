@@ -25,8 +25,11 @@ static_assert(sizeof(MeshVertex) == 48);
 /// have some; then both texture coordinates, where they have any.
 using PointTexel = std::array<std::uint32_t, 4>;
 
-/// What points have besides positions: bits of MeshRange::pointParts.
-inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoords = 4;
+/// What points have besides positions: bits of MeshRange::pointParts. Of a call, not of its mesh: that its item makes ellipsoids of
+/// its balls.
+inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoords = 4, kPointStretched = 8;
+/// Whether lengths become others in one direction than in another: by so much that it can be seen.
+[[nodiscard]] bool isStretched(const Mat3d& linear);
 
 /// GL's buffers of meshes, each of one sort of element.
 enum class MeshStore : std::uint8_t { kVertices, kIndices, kTexels };
@@ -82,13 +85,14 @@ struct DrawForm {
 /// So much of the distance nearer than its surface an outline lies.
 inline constexpr float kOutlineNearer = 1.0f / 2048;
 
-/// Eight vertex numbers a point, of which six are its octahedron's corners: dividing by eight costs nothing.
-inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 24;
+/// Eight vertex numbers a point, of which three are the triangle that it is seen in from outside, three what it is seen in from inside
+/// (PointShader.cpp): dividing by eight costs nothing.
+inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 3;
 /// So many points at a time: all that two bytes can number.
 inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;
-/// The indices of that many points, point by point, faces in the order of trianglesOfPoints.
-[[nodiscard]] std::vector<std::uint16_t> sharedPointIndices();
-/// The vertices' numbers of one triangle of a mesh: by its own indices, or of the octahedra of points.
+/// The indices of that many points; with their insides twice as many, first the inside of each.
+[[nodiscard]] std::vector<std::uint16_t> sharedPointIndices(bool insides);
+/// The vertices' numbers of one triangle of a mesh: by its own indices; of points two each, the inside first.
 [[nodiscard]] std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle);
 /// sRGB bytes as linear numbers: those of MeshVertex::color, as GL makes numbers of them.
 [[nodiscard]] std::array<float, 256> linearNumbers();

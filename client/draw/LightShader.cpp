@@ -313,6 +313,9 @@ const char kBlendFragment[] = R"(
 layout(location = 0) out vec4 outColor;
 
 void main() {
+#ifdef POINTS
+    meetBall();
+#endif
     Surface s = surface();
     vec3 n = s.normal;
     float length2 = dot(n, n);

@@ -121,7 +121,9 @@ Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t ind
     }
     scissor = shadows.place(index);
     shadows.attach(index);
-    upload(makeFrameBlock(seen, view.camera));
+    FrameBlock block = makeFrameBlock(seen, view.camera);
+    block.pixelRays = pixelRaysOf(view.camera, scissor.x, scissor.y);
+    upload(block);
     setUp(scissor, shadows.framebuffer());
     view.clamped ? gl.Enable(GL_DEPTH_CLAMP) : gl.Disable(GL_DEPTH_CLAMP);
     gl.ClearNamedFramebufferfv(shadows.framebuffer(), GL_DEPTH, 0, &kFarthest);
@@ -267,9 +269,10 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         if (use == Use::kBlend) kind.samples = samples;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
-    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && !call.mesh.hasColors;
+    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
     kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
-    if (use == Use::kSurface && kind.masked) kind.samples = samples;
+    const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
+    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints)) kind.samples = samples;
     return kind;
 }
 
@@ -321,8 +324,10 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
         if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
         return calls.lookOf(of).doubleSided || use == ProgramKind::Use::kShadow;
     };
+    // The triangles around points are made for the eye: no mirror turns them around.
+    const auto mirrored = [](const DrawCall& of) { return of.mirrored && of.mesh.kind != DrawKind::kPoints; };
     const bool otherSides = !before || bothSides(*before) != bothSides(call);
-    const bool otherFront = !before || before->mirrored != call.mirrored;
+    const bool otherFront = !before || mirrored(*before) != mirrored(call);
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
     if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers) bindLook(call.look, wanted.maps, wanted.layers);
@@ -333,7 +338,8 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const auto depthTest = [](const DrawCall& of) -> GLenum { return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER; };
     if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER)) gl.DepthFunc(depthTest(call));
     if (use == ProgramKind::Use::kBlend && call.voxels.voxels != 0) volumes.bind(call.voxels, call.volume);
-    if (otherFront) gl.FrontFace(call.mirrored ? GL_CW : GL_CCW);
+    if (otherFront) gl.FrontFace(mirrored(call) ? GL_CW : GL_CCW);
+    insidesNow = bothSides(call);
     if (wanted.large)
         gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
                            sizeof(ItemBlock));
@@ -360,7 +366,7 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
         const TriangleRun& run = runs[span.first];
         triangles += run.count * instances;
         if (!sorted) {
-            glCalls += meshes->draw(call.mesh, run.first, run.count, firstRecord, instances);
+            glCalls += meshes->draw(call.mesh, run.first, run.count, firstRecord, instances, insidesNow);
             return;
         }
         ++glCalls;

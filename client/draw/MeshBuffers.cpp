@@ -30,7 +30,7 @@ MeshBuffers::MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t 
 
 MeshBuffers::~MeshBuffers() {
     for (const Buffer& buffer : buffers_) gl_.DeleteBuffers(1, &buffer.name);
-    for (const GLuint* buffer : {&sharedIndices_, &linearBuffer_}) gl_.DeleteBuffers(1, buffer);
+    for (const GLuint* buffer : {&sharedIndices_[0], &sharedIndices_[1], &linearBuffer_}) gl_.DeleteBuffers(1, buffer);
     for (const GLuint* texture : {&pointTexture_, &linearTexture_}) gl_.DeleteTextures(1, texture);
 }
 
@@ -251,12 +251,12 @@ void MeshBuffers::rebind() {
 }
 
 void MeshBuffers::makeSharedByPoints() {
-    if (sharedIndices_) return;
+    if (sharedIndices_[0]) return;
     const auto fill = [this](GLuint& buffer, const auto& values) {
         gl_.CreateBuffers(1, &buffer);
         gl_.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STATIC_DRAW);
     };
-    fill(sharedIndices_, sharedPointIndices());
+    for (const bool insides : {false, true}) fill(sharedIndices_[insides], sharedPointIndices(insides));
     fill(linearBuffer_, linearNumbers());
     gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &linearTexture_);
     gl_.TextureBuffer(linearTexture_, GL_R32F, linearBuffer_);
@@ -274,7 +274,7 @@ void MeshBuffers::bindElements(GLuint buffer) {
 }
 
 std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord,
-                                std::size_t instances) {
+                                std::size_t instances, bool insides) {
     const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base, std::size_t record) {
         gl_.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(count), type, reinterpret_cast<const void*>(offset),
                                                         static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
@@ -284,17 +284,17 @@ std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle
         issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances, mesh.baseVertex, firstRecord);
         return 1;
     }
-    bindElements(sharedIndices_);
-    const std::uint64_t points = mesh.indexCount / kIndicesPerPoint;
+    bindElements(sharedIndices_[insides]);
+    const std::uint64_t points = mesh.indexCount / kIndicesPerPoint, indicesEach = kIndicesPerPoint * (insides ? 2 : 1);
     if (points <= kPointsAtOnce) {
-        issue(mesh.indexCount, GL_UNSIGNED_SHORT, 0, instances, mesh.baseVertex, firstRecord);
+        issue(points * indicesEach, GL_UNSIGNED_SHORT, 0, instances, mesh.baseVertex, firstRecord);
         return 1;
     }
     // One instance after the other, whole: as they are drawn one by one.
     std::uint64_t calls = 0;
     for (std::size_t i = 0; i < instances; ++i)
         for (std::uint64_t first = 0; first < points; first += kPointsAtOnce, ++calls)
-            issue(kIndicesPerPoint * std::min<std::uint64_t>(kPointsAtOnce, points - first), GL_UNSIGNED_SHORT, 0, 1,
+            issue(indicesEach * std::min<std::uint64_t>(kPointsAtOnce, points - first), GL_UNSIGNED_SHORT, 0, 1,
                   mesh.baseVertex + static_cast<std::int64_t>(kNumbersPerPoint * first), firstRecord + i);
     return calls;
 }

@@ -28,7 +28,7 @@ struct MeshRange {
 };
 
 /// One buffer of each sort for all meshes of a renderer. Once `budgetBytes` is exceeded meshes make room as UseClock says; what one
-/// draw needs is never thrown out in it. The indices that points share, 0.4 MB, and a table of colours stand beside the budget.
+/// draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours stand beside the budget.
 class MeshBuffers {
 public:
     MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes);
@@ -53,8 +53,8 @@ public:
     void expect(const MeshSize& more);
 
     /// Instances of a mesh, the records from `firstRecord` on theirs in turn: so many of its triangles, or all where its vertices
-    /// are fetched. The vertex array is bound. How many calls of GL that took.
-    std::uint64_t draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord, std::size_t instances);
+    /// are fetched; `insides`: with those of points. The vertex array is bound. How many calls of GL that took.
+    std::uint64_t draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord, std::size_t instances, bool insides);
     /// To the vertex array, where it has others. By `draw`, and by who draws with indices of its own.
     void bindElements(GLuint buffer);
     /// What the programs of a kind read besides vertices.
@@ -106,7 +106,8 @@ private:
     std::array<Buffer, kMeshStores> buffers_;
     GLuint elementsBound_ = 0;  ///< 0: nobody knows
     // Of points, made with the first ones.
-    GLuint sharedIndices_ = 0, linearBuffer_ = 0, pointTexture_ = 0, linearTexture_ = 0;
+    std::array<GLuint, 2> sharedIndices_{};  ///< without, with insides
+    GLuint linearBuffer_ = 0, pointTexture_ = 0, linearTexture_ = 0;
     std::uint64_t mostTexels_ = 0;
     std::unordered_map<MeshKey, Mesh, MeshKeyHash> meshes_;
     UseClock clock_;

@@ -82,6 +82,11 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.scoped, "SCOPED");
     define(kind.environment, "ENVIRONMENT");
     define(kind.use == Use::kNodeIds, "NODE");
+    define(kind.use == Use::kBlend, "BLENDED");
+    define(kind.use == Use::kShadow, "SHADOW");
+    const bool inItem = kind.items == DrawKind::kPoints && readsSurface(kind) && (kind.layers != 0 || person);
+    define(inItem, "IN_ITEM");
+    define(inItem || (kind.items == DrawKind::kPoints && (kind.pointParts & kPointStretched) != 0), "ROWS");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne, "ONE_SURFACE");
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));
@@ -94,11 +99,12 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     return head + shader_text::kBlocks;
 }
 
-std::string fragmentOf(const ProgramKind& kind) {
+/// What draws an item, without what points have before it.
+std::string itemFragmentOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     switch (kind.use) {
         case Use::kSurface:
-            return std::string(shader_text::kSurface) + shader_text::kPackFragment;
+            return std::string(shader_text::kSurface) + shader_text::kPackNormal + shader_text::kPackFragment;
         case Use::kClear:
             return shader_text::kClearFragment;
         case Use::kClassify:
@@ -133,6 +139,10 @@ std::string fragmentOf(const ProgramKind& kind) {
     return {};
 }
 
+std::string fragmentOf(const ProgramKind& kind) {
+    return (kind.items == DrawKind::kPoints ? shader_text::kPointFragment : "") + itemFragmentOf(kind);
+}
+
 std::string vertexOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     switch (kind.use) {
@@ -141,7 +151,8 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kNodeIds:
         case Use::kDepth:
         case Use::kShadow:
-            return shader_text::kMeshVertex;
+            return shader_text::kItemInputs + (kind.items == DrawKind::kPoints ? std::string(shader_text::kPackNormal) + shader_text::kPointVertex : std::string()) +
+                   shader_text::kMeshVertex;
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:

@@ -35,17 +35,20 @@ struct FrameBlock {
     std::array<Sun, kMostSuns> suns;
     std::array<float, 4> head;  ///< of who looks, in eye space: what sprites face
     std::array<std::array<float, 4>, 3> world_T_eye;  ///< rows; single precision: for what a surface asks alone
+    /// Of a pixel's place in the framebuffer: scale, offset; where its ray is a metre before the eye, or where it begins, of parallel ones.
+    std::array<float, 4> pixelRays;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48 + 16);
 
 /// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one call, and
 /// those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and costs 15 ns a vertex:
 /// the surfaces of large meshes have it as a uniform block, an ItemBlock.
 struct ItemRecord {
     std::array<std::array<float, 4>, 3> eye_T_item;  ///< rows
-    /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor.
+    /// Rows of the inverse transpose of eye_T_item's linear part, up to a positive factor; of points that are stretched, the very one
+    /// where a ball has the radius 1.
     std::array<std::array<float, 4>, 3> normalRows;
-    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; the radius of points, a double; of particles metres a unit
+    std::array<std::uint32_t, 2> size{};  ///< bits: the width of lines in pixels; see PointSize; of particles metres a unit
     std::array<std::uint32_t, 2> node{};  ///< low and high word of its id
 };
 static_assert(sizeof(ItemRecord) == 112);
@@ -149,7 +152,7 @@ struct ProgramKind {
     bool look = false;      ///< reads images, or what they are read with
     bool faceted = false;
     DrawKind items = DrawKind::kTriangles;
-    std::uint8_t pointParts = 0;  ///< of points (DrawForms.h); of what is marched how (VolumeTextures.h)
+    std::uint8_t pointParts = 0;  ///< of points, and kPointStretched (DrawForms.h); of what is marched how (VolumeTextures.h)
     bool masked = false;  ///< what alpha leaves away is not there
     bool large = false;   ///< its item is a uniform block
     bool plain = false;   ///< of one colour, the material's
@@ -161,7 +164,7 @@ struct ProgramKind {
     bool scoped = false;         ///< some light does not light everything
     LightLists lists = LightLists::kNone;
     bool environment = false;  ///< light from everywhere is a picture's
-    int samples = 1;             ///< of those that read samples, or choose some
+    int samples = 1;             ///< of those that read samples, choose some, or find each one's depth
     auto operator<=>(const ProgramKind&) const = default;
 };
 

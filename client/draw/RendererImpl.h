@@ -136,6 +136,7 @@ struct Renderer::Impl {
     std::vector<std::uint32_t> inPass;
     std::vector<ItemRecord> records;
     ProgramKind kindNow;
+    bool insidesNow = false;          ///< both sides of what is drawn are seen
     std::size_t recordsFrom = 0;      ///< the record that the vertex array has first
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;

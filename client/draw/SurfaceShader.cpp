@@ -16,6 +16,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 suns[6];  // towards each, its radiance
     vec4 head;  // of who looks
     vec4 placeRow0, placeRow1, placeRow2;  // from the eye to the world
+    vec4 pixelRays;  // of a pixel's place, what of it is a metre before the eye: scale, offset
 }
 #ifdef FRAME_PASSED_ON
 frame
@@ -36,7 +37,7 @@ layout(std140, binding = 1) uniform LookBlock {
 } look;
 )";
 
-const char kMeshVertex[] = R"(
+const char kItemInputs[] = R"(
 #ifndef POINTS
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -62,19 +63,22 @@ layout(location = 10) in vec4 normalRow2;
 layout(location = 11) in uvec2 itemSize;
 layout(location = 12) in uvec2 node;
 #endif
+)";
 
+const char kMeshVertex[] = R"(
 #ifdef NODE
 flat out uvec2 vNode;
 #endif
 invariant gl_Position;
 #ifdef SURFACE
 // Where a triangle is seen: at a pixel's middle outside of it normals would turn away, and slivers at a silhouette be black.
-centroid out vec3 vNormal;
-#ifdef PLAIN
-flat out uvec2 vMaterial;
+// What all of a point has is the same for all its pixels; where on it one looks, its fragments find out.
+#ifdef POINTS
+#define OVER_SURFACE flat out
+flat out vec3 vNormal;
 #else
-out vec4 vColor;
-#endif
+#define OVER_SURFACE out
+centroid out vec3 vNormal;
 #ifdef POSITION
 #ifdef MARCHED
 centroid out vec3 vPosition;
@@ -88,8 +92,14 @@ out vec3 vItem;  // in the item's own coordinates
 #ifdef PERSON
 out vec3 vNodePosition;
 #endif
+#endif
+#ifdef PLAIN
+flat out uvec2 vMaterial;
+#else
+OVER_SURFACE vec4 vColor;
+#endif
 #ifdef MAPS
-out vec4 vTexcoords;
+OVER_SURFACE vec4 vTexcoords;
 flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a block are dear, see kPassedFrame
 #endif
 #endif
@@ -125,47 +135,6 @@ vec4 cornerOfLine(vec4 a) {
 }
 #endif
 
-#ifdef POINTS
-// Nothing of a point is an attribute: its vertices are fetched by their number, eight of them a point, of which six are the
-// corners of its octahedron, as Points.h makes them. POINTS says what points have besides positions (DrawForms.h).
-layout(binding = 13) uniform usamplerBuffer points;
-layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
-vec3 position, normal;
-vec4 color = vec4(1.0);
-vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
-
-void fetchCorner() {
-    int at = (gl_VertexID >> 3) * (1 + ((POINTS >> 1) & 1) + ((POINTS >> 2) & 1)), corner = gl_VertexID & 7;
-    uvec4 point = texelFetch(points, at);
-    position = uintBitsToFloat(point.xyz);
-    bvec3 axis = equal(ivec3(corner >> 1), ivec3(0, 1, 2));
-    bool back = (corner & 1) != 0;
-    // The sum is rounded once, and stays within what a float holds.
-    const float most = uintBitsToFloat(0x7f7fffffu);
-    double radius = packDouble2x32(itemSize);
-    double along = double(axis.x ? position.x : axis.y ? position.y : position.z) + (back ? -radius : radius);
-    position = mix(position, vec3(clamp(float(along), -most, most)), axis);
-#ifdef SURFACE
-#if (POINTS & 2) != 0
-    normal = uintBitsToFloat(texelFetch(points, at + 1).xyz);
-#else
-    normal = mix(vec3(0.0), vec3(back ? -1.0 : 1.0), axis);
-#endif
-#if (POINTS & 1) != 0
-    uvec4 bytes = (uvec4(point.w) >> uvec4(0, 8, 16, 24)) & 255u;
-    ivec3 at8 = ivec3(bytes.rgb);
-    color = vec4(texelFetch(linearOf, at8.r).r, texelFetch(linearOf, at8.g).r, texelFetch(linearOf, at8.b).r,
-                 float(257u * bytes.a) * (1.0 / 65535.0));
-#endif
-#if (POINTS & 4) != 0
-    vec4 both = uintBitsToFloat(texelFetch(points, at + 1 + ((POINTS >> 1) & 1)));
-    texcoord = both.xy;
-    texcoord1 = both.zw;
-#endif
-#endif
-}
-#endif
-
 #ifdef SPRITES
 // A square in the plane across the way to the head, upright in the world: so it is the same for both eyes and on all screens. texcoord1: the
 // cosine and sine of its turn.
@@ -189,7 +158,7 @@ vec3 cornerOfSprite(vec3 middle) {
 
 void main() {
 #ifdef POINTS
-    fetchCorner();
+    fetchPoint();
 #endif
 #ifdef MOVED
     // A person's program: no farther than it says, as boxes know that alone.
@@ -213,9 +182,18 @@ void main() {
 #ifdef SPRITES
     eye = cornerOfSprite(eye);
 #endif
+#ifdef POINTS
+    gl_Position = aroundBall(eye);
+#else
     gl_Position = clip_T_eye * vec4(eye, 1.0);
+#endif
 #if defined(LINES) || defined(STREAKS)
     gl_Position = cornerOfLine(gl_Position);
+#endif
+#ifdef ROWS
+    vRow0 = normalRow0.xyz;
+    vRow1 = normalRow1.xyz;
+    vRow2 = normalRow2.xyz;
 #endif
 #ifdef NODE
     vNode = node;
@@ -228,9 +206,22 @@ void main() {
 #endif
 #ifdef PLAIN
     vMaterial = look.material.yz;
+#if defined(POINTS) && (POINTS & 1) != 0
+    // All of a point is of one colour.
+    uvec3 c = uvec3(sqrt(clamp(look.baseColor.rgb * color.rgb, 0.0, 1.0)) * 255.0 + 0.5);
+    vMaterial.y = (vMaterial.y & 0xff000000u) | c.r | (c.g << 8u) | (c.b << 16u);
+#endif
+#if defined(POINTS) && (POINTS & 2) != 0
+    vMaterial.x |= packedNormal(vNormal);
+#endif
 #else
     vColor = look.baseColor * color;
 #endif
+#ifdef POINTS
+#ifdef IN_ITEM
+    vPoint = vec4(position, uintBitsToFloat((POINTS & 8) != 0 ? itemSize.x : itemSize.y));
+#endif
+#else
 #ifdef POSITION
     vPosition = eye;
 #endif
@@ -239,6 +230,7 @@ void main() {
 #endif
 #ifdef PERSON
     vNodePosition = position;
+#endif
 #endif
 #ifdef MAPS
     vPlace = look.place;
@@ -266,18 +258,32 @@ struct Surface {
 )";
 
 const char kSurface[] = R"(
+#ifdef POINTS
+#define OVER_SURFACE flat in
+flat in vec3 vNormal;
+#define vItem ballItem
+#define vNodePosition ballItem
+#else
+#define OVER_SURFACE in
 centroid in vec3 vNormal;
+#ifdef POSITION
+in vec3 vPosition;
+#endif
+#ifdef LAYERS
+in vec3 vItem;
+#endif
+#ifdef PERSON
+in vec3 vNodePosition;
+#endif
+#endif
 #ifdef PLAIN
 flat in uvec2 vMaterial;
 const vec4 vColor = vec4(1.0);
 #else
-in vec4 vColor;
-#endif
-#ifdef POSITION
-in vec3 vPosition;
+OVER_SURFACE vec4 vColor;
 #endif
 #ifdef MAPS
-in vec4 vTexcoords;
+OVER_SURFACE vec4 vTexcoords;
 flat in vec4 vPlace[10];
 layout(binding = 3) uniform sampler2D baseColorImage;
 layout(binding = 4) uniform sampler2D metallicRoughnessImage;
@@ -292,7 +298,6 @@ vec2 placed(int map) {
 #endif
 
 #ifdef PERSON
-in vec3 vNodePosition;
 // What is no number would be another colour in each driver.
 vec4 sound(vec4 v) { return mix(clamp(v, vec4(-1e6), vec4(1e6)), vec4(0.0), isnan(v)); }
 void changeByPerson(inout Surface s) {
@@ -337,7 +342,6 @@ vec3 mappedNormal(vec3 n, float facing) {
 
 #ifdef LAYERS
 // Texture layers: where each looks into its image, for a unit normal in eye space. Which of these it is, is the program's.
-in vec3 vItem;
 #ifdef LAYER0_SAMPLER
 layout(binding = 16) uniform LAYER0_SAMPLER layerImage0;
 #endif
@@ -408,8 +412,14 @@ void addLayers(inout Surface s) {
 // What the material and its images say of this pixel.
 Surface surface() {
     Surface s;
+#ifdef POINTS
+    float facing = vBall.w < 0.0 ? -1.0 : 1.0;
+#else
     float facing = gl_FrontFacing ? 1.0 : -1.0;
-#ifdef FACETED
+#endif
+#if defined(POINTS) && (POINTS & 2) == 0
+    s.normal = facing * ballNormal;
+#elif defined(FACETED)
     // By construction the face's normal points to the eye.
     s.normal = cross(dFdx(vPosition), dFdy(vPosition));
 #else
@@ -458,9 +468,21 @@ float aboveCutoff(Surface s) { return s.base.a - look.strengths.z + 1e-4; }
 #endif
 )";
 
-// 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
+// What the first pass packs: 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
 // vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes into 64 more:
 // emitted light with a common exponent of its three colours, a byte each of metal, roughness and occlusion.
+const char kPackNormal[] = R"(
+uint packedNormal(vec3 n) {
+    // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
+    float size = abs(n.x) + abs(n.y) + abs(n.z);
+    n = size > 1e-30 ? n * (1.0 / size) : vec3(0.0, 0.0, 1.0);
+    vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
+    vec2 oct = n.z >= 0.0 ? n.xy : folded;
+    uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
+    return octBits.x | (octBits.y << 13u);
+}
+)";
+
 const char kPackFragment[] = R"(
 layout(location = 0) out uvec2 outSurface;
 #ifdef DETAIL
@@ -477,15 +499,15 @@ uint sharedExponent(vec3 c) {
 #endif
 
 void main() {
+#ifdef POINTS
+    meetBall();
+#endif
     Surface s = surface();
-    vec3 n = s.normal;
-    // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
-    float size = abs(n.x) + abs(n.y) + abs(n.z);
-    n = size > 1e-30 ? n * (1.0 / size) : vec3(0.0, 0.0, 1.0);
-    vec2 folded = (1.0 - abs(n.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(n.xy, vec2(0.0)));
-    vec2 oct = n.z >= 0.0 ? n.xy : folded;
-    uvec2 octBits = uvec2(clamp(oct * 4095.0 + 4095.5, 0.0, 8191.0));
-    uint normalBits = octBits.x | (octBits.y << 13u);
+#if !defined(PLAIN) || !defined(POINTS) || (POINTS & 2) == 0
+    uint normalBits = packedNormal(s.normal);
+#else
+    const uint normalBits = 0u;  // the point's is in its material
+#endif
 #ifdef PLAIN
     outSurface = uvec2(normalBits | vMaterial.x, vMaterial.y);
 #else
@@ -521,6 +543,9 @@ const char kNodeIdFragment[] = R"(
 flat in uvec2 vNode;
 layout(location = 0) out uvec2 outNode;
 void main() {
+#ifdef POINTS
+    meetBall();
+#endif
 #if defined(MASKED)
     if (aboveCutoff(surface()) < 0.0) discard;
 #elif defined(PERSON)
@@ -532,6 +557,9 @@ void main() {
 
 const char kShadowFragment[] = R"(
 void main() {
+#ifdef POINTS
+    meetBall();
+#endif
 #if defined(MASKED)
     if (aboveCutoff(surface()) < 0.0) discard;
 #elif defined(PERSON)

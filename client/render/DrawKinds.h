@@ -14,7 +14,7 @@ namespace tessera {
 
 enum class DrawKind : std::uint8_t {
     kTriangles,
-    kPoints,  ///< balls, drawn as octahedra (Points.h)
+    kPoints,  ///< balls
     kLines,   ///< as wide on the screen wherever they are
     // Particles (ParticleArrays.h), two triangles each:
     kDiscs,    ///< round on the screen

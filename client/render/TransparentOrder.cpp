@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "common/drawable/VolumeArrays.h"
-#include "common/geometry/Points.h"
 
 namespace tessera {
 
@@ -78,6 +77,8 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             addParticles(mesh, item, piece, camera);
         else if (mesh.kind == DrawKind::kSlices)
             addSlices(mesh, item, piece, camera);
+        else if (byTriangles && !item.drawn.over && mesh.kind == DrawKind::kPoints)
+            addBalls(mesh, item, piece, camera);
         else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).surface)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
@@ -110,15 +111,8 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3;
     const double offset = -eye_T_item.translation().z();
-    std::span<const float> positions = mesh.positions.as<float>();
-    std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
-    MeshData octahedra;
-    if (mesh.kind == DrawKind::kPoints) {
-        octahedra = trianglesOfPoints({.positions = mesh.positions, .primitive = Primitive::kPoints}, mesh.shownRadius,
-                                      {0, positions.size() / 3});
-        positions = octahedra.positions;
-        indices = octahedra.indices;
-    }
+    const std::span<const float> positions = mesh.positions.as<float>();
+    const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
     for (std::uint32_t t = 0; t < indices.size() / 3; ++t) {
         if (hasBit(hidden, t / MeshCluster::kTriangles)) continue;
         Vec3d sum = Vec3d::Zero();
@@ -129,6 +123,22 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
         piece.depth = axis.dot(sum) + offset;
         piece.triangle = t;
         pieces_.push_back(piece);
+    }
+}
+
+// Two pieces each: the half that is seen from inside, and the one in front of it. As far away as such a half is on the average.
+void TransparentOrder::addBalls(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
+    const Vec3d axis = -eye_T_item.linear().row(2).transpose();
+    const double half = 2.0 / 3 * mesh.shownRadius * axis.norm();
+    const std::span<const float> centres = mesh.positions.as<float>();
+    for (std::uint32_t i = 0; i < centres.size() / 3; ++i) {
+        const double depth = axis.dot(Vec3d(centres[3 * i], centres[3 * i + 1], centres[3 * i + 2])) - eye_T_item.translation().z();
+        for (const std::uint32_t side : {0u, 1u}) {
+            piece.depth = side == 0 ? depth + half : depth - half;
+            piece.triangle = 2 * i + side;
+            pieces_.push_back(piece);
+        }
     }
 }
 

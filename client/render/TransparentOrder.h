@@ -46,6 +46,7 @@ private:
         std::uint32_t item;
     };
     void findGroups(const RenderScene::Impl& scene);
+    void addBalls(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera);
     void addParticles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera);
     void addSlices(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera);
     void addTriangles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera, ClusterBits hidden);

@@ -12,7 +12,7 @@ namespace tessera::bench {
 void bunnyWallRows(SceneTable& table, const std::string& scan, const std::string& programs);
 /// Four tiles drawn by one process beside four processes.
 void oneProcessRows(SceneTable& table);
-/// A million points beside the octahedra that they look like, drawn as triangles: memory, upload, a frame.
+/// A million points beside octahedra as triangles, an eighth as round: memory, upload, a frame; fewer that are larger, a frame.
 void pointRows(SceneTable& table, int frames);
 /// A tile's finished picture to the slot where it will be shown, beside a copy of as many bytes.
 void readBackRows(SceneTable& table);

@@ -292,8 +292,8 @@ TEST_F(RendererTest, TellsMaterialsApart) {
     EXPECT_GT(paint.contrast, matte.contrast) << "a glossy coat has a highlight";
 }
 
-// Seen from the front an octahedron is the square |x| + |y| < radius.
-TEST_F(RendererTest, APointIsAnOctahedronOfItsRadius) {
+// A ball is seen as the disc whose rim lines of sight touch: a little more than its own radius.
+TEST_F(RendererTest, APointIsABallOfItsRadius) {
     TestScene scene;
     scene.setDark(Vec3f(0, 0, 0.5f));
     const ObjectId paint = scene.add(unlit({0.5f, 0, 0}));
@@ -301,16 +301,16 @@ TEST_F(RendererTest, APointIsAnOctahedronOfItsRadius) {
     scene.place(scene.add(point, paint), {0, 0, -2.4});
     const Picture picture = draw(scene);
     // 3.2 m are 64 pixels, and the point is twice as far from the eye as they are.
-    const double radiusPx = 0.8 / 2 / 3.2 * kSidePx;
+    const double radiusPx = 0.8 / std::sqrt(4.8 * 4.8 - 0.8 * 0.8) * 2.4 / 3.2 * kSidePx;
     int inside = 0;
     for (int y = 0; y < kSidePx; ++y)
         for (int x = 0; x < kSidePx; ++x) {
-            const double away = std::abs(x + 0.5 - kSidePx / 2) + std::abs(y + 0.5 - kSidePx / 2);
-            if (std::abs(away - radiusPx) < 0.75) continue;
+            const double away = std::hypot(x + 0.5 - kSidePx / 2, y + 0.5 - kSidePx / 2);
+            if (std::abs(away - radiusPx) < 0.02) continue;
             expectNear(pixel(picture, x, y), expectedOf(away < radiusPx ? Vec3f(0.5f, 0, 0) : Vec3f(0, 0, 0.5f)));
             inside += away < radiusPx ? 1 : 0;
         }
-    EXPECT_GT(inside, 80);
+    EXPECT_NEAR(inside, M_PI * radiusPx * radiusPx, 8);
 }
 
 TEST_F(RendererTest, SkipsAndCountsWhatCannotBeDrawn) {
