@@ -1,10 +1,10 @@
 #include "client/draw/DrawCalls.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "common/math/Decompositions.h"
 #include "common/wall/Detail.h"
 
 namespace tessera {
@@ -308,10 +308,10 @@ namespace {
 /// single precision knows nothing.
 Mat3d roundOf(const Mat3d& linear, double radius) {
     constexpr double kThinnest = 1.0 / 256;
-    const Eigen::JacobiSVD<Mat3d> parts(radius * linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Vec3d lengths = parts.singularValues();
+    const SingularValues parts = singularValuesOf(radius * linear);
+    const Vec3d& lengths = parts.values;
     const double least = std::max(kThinnest * lengths[0], std::numeric_limits<double>::min());
-    return parts.matrixU() * lengths.cwiseMax(least).cwiseInverse().asDiagonal() * parts.matrixV().transpose();
+    return parts.u * lengths.cwiseMax(least).cwiseInverse().asDiagonal() * parts.v.transpose();
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ SeamKey seamKeyOf(double seam, const Affine3d& world_T_item) {
 
 }  // namespace
 
-double stretchOf(const Mat3d& linear) {
+double rowStretchOf(const Mat3d& linear) {
     // The largest eigenvalue of the square is at most its largest sum of a row (Gershgorin).
     const Mat3d square = linear.transpose() * linear;
     return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff());
@@ -122,7 +122,7 @@ ScreenMeasure::ScreenMeasure(const ScreenCamera& camera) : eyeWorld_(camera.eyeW
 
 double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine3d& world_T_item, double apart) const {
     const Affine3d eye_T_item = eye_T_world_ * world_T_item;
-    const double perUnit = stretchOf(eye_T_item.linear());
+    const double perUnit = rowStretchOf(eye_T_item.linear());
     // By depth: of all that it may be. By distance: what is seen is within the screen's slant, what belongs to it not far from that.
     const Eigen::RowVector3d axis = -eye_T_item.linear().row(2);
     const double depth = axis.dot(own.center()) - eye_T_item.translation().z() - 0.5 * axis.cwiseAbs().dot(own.size());
@@ -133,7 +133,7 @@ double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine
 
 ScreenMeasure::OfItem::OfItem(const ScreenMeasure& screen, const Affine3d& world_T_item) : screen_(screen), world_T_item_(world_T_item) {
     const Affine3d eye_T_item = screen.eye_T_world_ * world_T_item;
-    perUnit_ = stretchOf(eye_T_item.linear());
+    perUnit_ = rowStretchOf(eye_T_item.linear());
     axis_ = -eye_T_item.linear().row(2);
     offset_ = -eye_T_item.translation().z();
     axisWorld_ = -screen.eye_T_world_.linear().row(2).transpose();

@@ -50,6 +50,6 @@ private:
 };
 
 /// At most so much longer becomes what a matrix is applied to. No more than that where it is a turn and one scale.
-[[nodiscard]] double stretchOf(const Mat3d& linear);
+[[nodiscard]] double rowStretchOf(const Mat3d& linear);
 
 }  // namespace tessera

@@ -338,9 +338,9 @@ TEST(ScreenFineness, LengthsAreStretchedByNoMoreThanIsSaid) {
     for (int i = 0; i < 500; ++i) {
         const Mat3d m = Mat3d::NullaryExpr([&] { return std::uniform_real_distribution<double>(-2, 2)(random); });
         const Vec3d v = Vec3d::NullaryExpr([&] { return std::uniform_real_distribution<double>(-1, 1)(random); }).normalized();
-        EXPECT_LE((m * v).norm(), stretchOf(m) * (1 + 1e-12));
+        EXPECT_LE((m * v).norm(), rowStretchOf(m) * (1 + 1e-12));
     }
-    EXPECT_NEAR(stretchOf(3 * Quatd(1, 2, 3, 4).normalized().toRotationMatrix()), 3, 1e-12);
+    EXPECT_NEAR(rowStretchOf(3 * Quatd(1, 2, 3, 4).normalized().toRotationMatrix()), 3, 1e-12);
 }
 
 }  // namespace
