@@ -1,6 +1,5 @@
 #include "client/draw/DrawCalls.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
