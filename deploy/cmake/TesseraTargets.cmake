@@ -195,20 +195,14 @@ function(tessera_reuse_headers_for_tests name)
   endif()
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [TIMEOUT s] [LABELS …] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a folder
+# tessera_test(NAME FOLDER LINK … [LABELS …] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a folder
 # below tests/, each of its cases a ctest test. SERIAL: while nothing else runs, but for those of the filter: these mostly wait,
-# and stand beside others, one at a time.
+# and stand beside others, one at a time. Time-outs: tests/times.txt.
 function(tessera_test name folder)
-  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT;PATIENT" "LINK;LABELS;DEFINE" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "PATIENT" "LINK;LABELS;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
-  endif()
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 120)
-  endif()
-  if(TESSERA_SANITIZE)  # takes ten times as long
-    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 8")
   endif()
   add_executable(${name} ${sources})
   tessera_unite(${name})
@@ -218,7 +212,8 @@ function(tessera_test name folder)
   tessera_reuse_headers_for_tests(${name})
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     TESSERA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}" ${ARG_DEFINE})
-  set(properties TIMEOUT ${ARG_TIMEOUT})
+  set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/tests/support/times/measured)
+  set(properties TIMEOUT 200)
   if(ARG_LABELS)
     list(APPEND properties LABELS "${ARG_LABELS}")
   endif()

@@ -3,6 +3,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "tests/architecture/Rules.h"
 
@@ -53,6 +54,24 @@ TEST_F(Architecture, EveryFolderExplainsItself) {
                                   {"common", "server", "client", "deploy", "deploy/walls", "deploy/scenes", "proto",
                                    "tests", "tests/architecture"})),
               "");
+}
+
+// What the table says; it is measured by ./deploy/run-tests --times, so that no busy machine decides.
+TEST_F(Architecture, NoTestTakesMoreThan20SecondsOfProcessorTime) {
+    std::ifstream in(std::string(kRoot) + "/tests/times.txt");
+    ASSERT_TRUE(in) << "tests/times.txt is missing";
+    int lineNumber = 0;
+    for (std::string line; std::getline(in, line);) {
+        ++lineNumber;
+        if (line.empty() || line.starts_with('#')) continue;
+        std::istringstream words(line);
+        std::string program, test;
+        double seconds = 0;
+        words >> program;
+        if (program == "speed") continue;
+        ASSERT_TRUE(words >> test >> seconds) << "tests/times.txt:" << lineNumber << ": a program, a test, seconds";
+        EXPECT_LE(seconds, 20) << "tests/times.txt:" << lineNumber << ": " << program << ' ' << test;
+    }
 }
 
 TEST_F(Architecture, FilesAreShort) {
