@@ -104,7 +104,7 @@ TEST(GltfPoints, StandBesideTrianglesAndLines) {
     EXPECT_TRUE(scan.notes.empty());
 }
 
-constexpr const char* kPlyHead =
+constexpr const char* kPointsHead =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
     "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 constexpr const char* kPlyPoints = "0 0 0 255 0 0\n0.5 0 0 0 255 0\n0.5 0.5 0 0 0 255\n0 0.5 0 9 9 9\n";
@@ -112,7 +112,7 @@ constexpr const char* kPlyPoints = "0 0 0 255 0 0\n0.5 0 0 0 255 0\n0.5 0.5 0 0 
 TEST(PlyPoints, ArePointGeometryWithTheirColours) {
     for (const std::string& faces :
          {std::string(), std::string("element face 0\nproperty list uchar int vertex_indices\n")}) {
-        const Scan scan = scanOf(imported("scan.ply", kPlyHead + faces + "end_header\n" + kPlyPoints));
+        const Scan scan = scanOf(imported("scan.ply", kPointsHead + faces + "end_header\n" + kPlyPoints));
         EXPECT_EQ(numbers(scan.geometry.positions),
                   (std::vector<float>{0, 0, 0, 0.5f, 0, 0, 0.5f, 0.5f, 0, 0, 0.5f, 0}));
         const auto colors = scan.geometry.colors.as<std::uint8_t>();
@@ -138,7 +138,7 @@ TEST(PlyPoints, OfABinaryFileWithNormals) {
 
 TEST(PlyPoints, AFileWithFacesIsTrianglesAsBefore) {
     const Scan scan = scanOf(imported(
-        "mesh.ply", std::string(kPlyHead) + "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+        "mesh.ply", std::string(kPointsHead) + "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
                         kPlyPoints + "3 0 1 2\n"));
     EXPECT_EQ(scan.triangles, 1u);
     EXPECT_EQ(scan.geometry.primitive, Geometry::kTriangles);
