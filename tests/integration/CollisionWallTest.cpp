@@ -11,7 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kModels = "/usr/share/assimp/models";
 
 // From deploy/scenes/engine-hall.tsct, along x: the trolley's buffers reach 0.95 + 0.04 ahead of it; the braces of the
 // crates in its way begin at 3.1 - 0.528 - 0.02.
@@ -41,10 +40,6 @@ public:
 private:
     bool ready_;
 };
-
-bool engineIsMissing() {
-    return !std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
-}
 
 TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
     if (engineIsMissing()) GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";

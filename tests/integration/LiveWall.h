@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,13 @@
 #include "tests/integration/Process.h"
 
 namespace tessera::test {
+
+/// A small scene of these tests, and models of a package of Debian (assimp-testmodels).
+inline const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
+inline constexpr const char* kModels = "/usr/share/assimp/models";
+inline bool engineIsMissing() {
+    return !std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
+}
 
 /// The shipped 2x2 wall with another sync line.
 [[nodiscard]] std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync);

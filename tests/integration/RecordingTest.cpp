@@ -13,12 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr const char* kModels = "/usr/share/assimp/models";
 const std::string kHall = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engine-hall.tsct";
-
-bool engineIsMissing() {
-    return !std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
-}
 
 /// What a replay says of each frame, a line each.
 std::vector<std::string> contactLines(const TemporaryFolder& folder, const std::string& recording, int threads) {

@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-constexpr const char* kBox = R"(node { name: "box" box { size { x: 1 y: 1 z: 1 } } })";
+constexpr const char* kLoadedBox = R"(node { name: "box" box { size { x: 1 y: 1 z: 1 } } })";
 
 /// Its importer says which file it has begun with, then stands at those called slow until `letGo`.
 class Loads : public testing::Test {
@@ -35,7 +35,7 @@ protected:
     ~Loads() override { ::close(gate_); }
 
     [[nodiscard]] bool order(Loader& loader, std::uint64_t ticket, const std::string& name) const {
-        return loader.order({.ticket = ticket, .path = scratch.write(name, kBox), .parent = kRootNode});
+        return loader.order({.ticket = ticket, .path = scratch.write(name, kLoadedBox), .parent = kRootNode});
     }
     void letGo(int files) const {
         for (int i = 0; i < files; ++i) EXPECT_EQ(::write(gate_, "\n", 1), 1);
