@@ -13,7 +13,7 @@ namespace {
 
 constexpr ObjectId kHall{2}, kCrane{3}, kWatch{4}, kInterest{5};
 
-Aspect hall() {
+Aspect reportedHall() {
     ChangeListBuilder edits;
     edits.create(kHall, typeOf<Node>());
     edits.create(kCrane, typeOf<Node>());
@@ -78,7 +78,7 @@ TEST(CollisionReport, SumsTheRunAndListsTheLastFrame) {
     idle.counters = {.objects = 8, .pairsTested = 1, .boxTests = 1, .triangleTests = 2};
     report.frameDone(idle);
     report.frameDone(eventful());
-    const nlohmann::ordered_json json = report.toJson(hall());
+    const nlohmann::ordered_json json = report.toJson(reportedHall());
     EXPECT_EQ(json["objects"], 7);
     EXPECT_EQ(json["skipped"], 1);
     EXPECT_EQ(json["free_bodies"], 4);
@@ -101,7 +101,7 @@ TEST(CollisionReport, SumsTheRunAndListsTheLastFrame) {
 TEST(CollisionReport, NamesByPathsAndWhatIsGoneByItsNumber) {
     CollisionReport report;
     report.frameDone(eventful());
-    const nlohmann::ordered_json json = report.toJson(hall());
+    const nlohmann::ordered_json json = report.toJson(reportedHall());
     const auto& contact = json["contact_list"][0];
     EXPECT_EQ(contact["objects"], nlohmann::ordered_json::array({"/hall/crane", "#99"}));
     EXPECT_EQ(contact["faces"], nlohmann::ordered_json::array({1, 2}));
@@ -128,7 +128,7 @@ TEST(CollisionReport, ListsAreBounded) {
     many.notLookedAt.resize(5000);
     CollisionReport report;
     report.frameDone(many);
-    const nlohmann::ordered_json json = report.toJson(hall());
+    const nlohmann::ordered_json json = report.toJson(reportedHall());
     EXPECT_EQ(json["contact_list"].size(), 1000u);
     EXPECT_EQ(json["distances"].size(), 1000u);
     EXPECT_EQ(json["not_looked_at"]["list"].size(), 100u);
@@ -158,7 +158,7 @@ TEST(CollisionReport, StandsInReportJsonWithItsTimes) {
     frame.collision = eventful();
     frame.collisionMs = 1.5;
     report.frameCommitted(frame);
-    const auto json = nlohmann::json::parse(report.toJson(hall(), FrameBudget(0)));
+    const auto json = nlohmann::json::parse(report.toJson(reportedHall(), FrameBudget(0)));
     EXPECT_EQ(json["collision"]["ms"]["p99"], 1.5);
     EXPECT_EQ(json["collision"]["contacts"], 2);
     EXPECT_EQ(json["collision"]["not_looked_at"]["count"], 2);
