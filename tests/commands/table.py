@@ -46,6 +46,7 @@ ROWS = {
     # ------------------------------------------------------------------ the scripts
     "./deploy/run-tests": Row("ScriptsOfTests", "./deploy/run-tests --no-install -R '^unit_base\\.Hash'", says="passed, 0 skipped"),
     "./deploy/run-tests --all": SELF,
+    "./deploy/run-tests --times": Row("ScriptsOfTests", "./deploy/run-tests --no-install --times -R '^unit_base\\.Hash'", slow=True),
     "./deploy/run-tests --fuzz 60": Row("ScriptsOfTests", "./deploy/run-tests --no-install --fuzz 1", needs=("clang++-14",), slow=True),
     "./deploy/install PREFIX": Row("Install", "./deploy/install --no-install $T/prefix", says="install: ", leaves=("$T/prefix/bin/tessera-window", "$T/prefix/share/tessera/LICENSE")),
     # Of what has just been installed.
