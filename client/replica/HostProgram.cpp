@@ -141,7 +141,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         const auto next = ahead ? work.popFor(kMoment) : work.pop();
         if (!next && !ahead) break;
         if (!next) {
-            ahead = host.workAhead();
+            ahead = host.workAhead(clockNow());
             continue;
         }
         if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();

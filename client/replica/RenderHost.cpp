@@ -44,12 +44,14 @@ bool RenderHost::perform(const Work& work) {
     return std::visit([this](const auto& what) { return on(what); }, work.what);
 }
 
-bool RenderHost::workAhead() {
+bool RenderHost::workAhead(TimePoint now) {
     if (!renderer_) return false;
+    if (now < flippedBy_.load()) return true;
+    if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
     const TimePoint begin = clockNow();
-    if (begin < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
     const bool more = aheadSlice();
-    nextAhead_ = clockNow() + kPausesAhead * (clockNow() - begin);
+    const TimePoint end = clockNow();
+    nextAhead_ = end + kPausesAhead * (end - begin);
     return more;
 }
 
@@ -91,10 +93,12 @@ std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
     // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
     if (options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
     for (const auto& state : tiles_) noteShown(*state);
+    flippedBy_ = clockNow() + kFlipsTake;
     return Outcome{work.attempt, outcome::Noted{}};
 }
 
-outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats) const {
+outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats) {
+    flippedBy_ = TimePoint::max();
     outcome::Drawn drawn{.frame = frame, .stateHash = aspect_.stateHash(), .stats = stats};
     for (const auto& state : tiles_)
         if (state->ready) drawn.pictures.push_back(*state->ready);
@@ -102,6 +106,7 @@ outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats)
 }
 
 bool RenderHost::on(const work::Configure& configure) {
+    flippedBy_ = TimePoint{};
     // Images of an earlier connection are asked for again by whoever still wants them.
     waitingImages_.clear();
     auto wall = decodeWall(configure.configuration);
@@ -401,6 +406,7 @@ std::shared_ptr<const Picture> RenderHost::shownBy(const TileState& state) {
 }
 
 bool RenderHost::on(const work::Shown& shown) {
+    flippedBy_ = clockNow() + kFlipsTake;
     for (const auto& state : tiles_) {
         if (!state->drawn) continue;
         noteShown(*state);

@@ -1,6 +1,7 @@
 /// The draw thread's side of a render host: a replica of the scene, the tiles, and their pictures.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -51,9 +52,10 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
-    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads.
-    /// False: nothing is left. On the thread of the surface; `again` may run beside it.
-    [[nodiscard]] bool workAhead();
+    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Between Ready and a
+    /// moment after Swap nothing is done: it would stand in the way of the flips here. False: nothing is left. On the thread of the
+    /// surface; `again` may run beside it.
+    [[nodiscard]] bool workAhead(TimePoint now);
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and taking note of
     /// what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
@@ -108,12 +110,14 @@ private:
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
     [[nodiscard]] static std::shared_ptr<const Picture> shownBy(const TileState& state);
     static void noteShown(TileState& state);
-    [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats) const;
+    [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats);
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
     void helpNeighbours();
     /// While neighbours draw on the same processors, work ahead of need takes a twentieth of the time.
     static constexpr int kPausesAhead = 19;
+    /// Of hosts that flip together the last one has done so by then, or is late for other reasons.
+    static constexpr std::chrono::milliseconds kFlipsTake{5};
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
@@ -144,6 +148,7 @@ private:
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
+    std::atomic<TimePoint> flippedBy_{TimePoint{}};  ///< when all hosts show the frame that this one has drawn; max: Swap is to come
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;

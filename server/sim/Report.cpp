@@ -118,16 +118,21 @@ void Report::stats(const server_action::FrameStats& action, const HostStats& sta
 
 void Report::shown(const server_action::FrameShown& action) {
     lastShown_[action.host] = action.frame.value;
-    const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, action.shownAtNs, action.shownAtNs);
-    it->second.first = std::min(it->second.first, action.shownAtNs);
-    it->second.second = std::max(it->second.second, action.shownAtNs);
+    const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, SwapInstants{action.shownAtNs, action.shownAtNs, action.host});
+    SwapInstants& instants = it->second;
+    instants.firstNs = std::min(instants.firstNs, action.shownAtNs);
+    if (action.shownAtNs > instants.lastNs) instants.lastNs = action.shownAtNs, instants.last = action.host;
     // A frame's spread is settled once everybody is a few frames on.
     while (swapInstants_.size() > 16) {
-        const auto oldest = swapInstants_.begin();
-        if (swapSpreadMs_.count() < kMaxFrames)
-            swapSpreadMs_.add(static_cast<double>(oldest->second.second - oldest->second.first) * 1e-6);
-        swapInstants_.erase(oldest);
+        const auto& [frame, oldest] = *swapInstants_.begin();
+        if (swapSpreadMs_.count() < kMaxFrames) swapSpreadMs_.add(oldest.spreadMs());
+        note(worstSwap_, frame, oldest);
+        swapInstants_.erase(swapInstants_.begin());
     }
+}
+
+void Report::note(WorstSwap& worst, std::uint64_t frame, const SwapInstants& instants) {
+    if (instants.spreadMs() > worst.ms) worst = {frame, instants.spreadMs(), instants.last};
 }
 
 void Report::frameBegins() {
@@ -189,8 +194,11 @@ void Report::describeWaits(answer::Status& status) const {
 std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const {
     const SceneCounts counts = countScene(scene);
     Series spread = swapSpreadMs_;
-    for (const auto& [frame, instants] : swapInstants_)
-        spread.add(static_cast<double>(instants.second - instants.first) * 1e-6);
+    WorstSwap worst = worstSwap_;
+    for (const auto& [frame, instants] : swapInstants_) {
+        spread.add(instants.spreadMs());
+        note(worst, frame, instants);
+    }
 
     Json report;
     report["wall"] = wall_.name;
@@ -208,6 +216,7 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const
                       {"worst_skew_frames", worstSkew_},
                       {"waited_for", waitedFor_},
                       {"waits", tessera::toJson(waits_.all())}};
+    if (worst.ms >= 0) report["sync"]["widest_swap"] = {{"frame", worst.frame}, {"ms", worst.ms}, {"last", worst.last}};
     report["detail"] = {{"budget_ms", budget.milliseconds()},
                         {"step", budget.step()},
                         {"frames_at", budget.framesAt()},

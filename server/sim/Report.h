@@ -86,7 +86,21 @@ private:
     std::vector<FaultRow> faults_;
     std::uint64_t faultsLeftOut_ = 0;  ///< between the first and the last
     std::map<std::string, std::uint64_t> lastShown_;
-    std::map<std::uint64_t, std::pair<std::int64_t, std::int64_t>> swapInstants_;  ///< frame → first, last
+    /// Of one frame: when the first host showed it, and the last.
+    struct SwapInstants {
+        std::int64_t firstNs = 0, lastNs = 0;
+        std::string last;
+        [[nodiscard]] double spreadMs() const { return static_cast<double>(lastNs - firstNs) * 1e-6; }
+    };
+    /// The widest spread of the run.
+    struct WorstSwap {
+        std::uint64_t frame = 0;
+        double ms = -1;
+        std::string last;
+    };
+    static void note(WorstSwap& worst, std::uint64_t frame, const SwapInstants& instants);
+    std::map<std::uint64_t, SwapInstants> swapInstants_;  ///< by frame: those that hosts may still speak of
+    WorstSwap worstSwap_;
     std::map<std::string, std::uint64_t> waitedFor_;
     WaitStatistics waits_;
     struct Help {

@@ -57,6 +57,7 @@ struct WallRun {
     int skew = 0, faults = 0;
     double others = 0;  ///< processors that neither the wall nor the load of this benchmark took
     std::string refused;
+    std::string widest;  ///< which frame had the widest spread, and who showed it last
 };
 
 /// Runs its command as somebody without privileges, where this program has some.
@@ -114,7 +115,8 @@ public:
                        .skew = sync["worst_skew_frames"],
                        .faults = static_cast<int>(report["faults"].size()),
                        .others = MachineLoad::now().othersSince(before),
-                       .refused = {}};
+                       .refused = {},
+                       .widest = fmt::format("frame {}, {} last", sync["widest_swap"]["frame"].get<std::uint64_t>(), sync["widest_swap"]["last"].get<std::string>())};
         const std::string said = clients.front().output();
         if (const std::size_t at = said.find("(refused: "); at != std::string::npos) result.refused = said.substr(at + 10, said.find(')', at) - at - 10);
         return result;
@@ -242,8 +244,8 @@ int bench(int argc, char** argv) {
                     series.theirs.push_back(theirs);
                     series.ours.push_back(*ours);
                     if (!ours->refused.empty()) refused.insert(ours->refused);
-                    fmt::print(stderr, "round {}: {}, {}, {} privileges: {:.2f} {:.2f} {:.2f} ms, skew {}; epoll {:.2f} {:.2f} {:.2f}; others {:.2f}\n", round + 1, wall,
-                               nameOf(load), privileged ? "with" : "without", ours->spread.p50, ours->spread.p99, ours->spread.max, ours->skew, theirs.p50,
+                    fmt::print(stderr, "round {}: {}, {}, {} privileges: {:.2f} {:.2f} {:.2f} ms ({}), skew {}; epoll {:.2f} {:.2f} {:.2f}; others {:.2f}\n", round + 1, wall,
+                               nameOf(load), privileged ? "with" : "without", ours->spread.p50, ours->spread.p99, ours->spread.max, ours->widest, ours->skew, theirs.p50,
                                theirs.p99, theirs.max, ours->others);
                 }
         }
