@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "client/draw/Surface.h"
 #include "client/replica/HostCheck.h"
 #include "client/replica/HostProgram.h"
 #include "client/replica/LifeLine.h"

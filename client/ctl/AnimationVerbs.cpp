@@ -9,6 +9,8 @@
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/TextTable.h"
 #include "common/animation/KeyTrack.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Movie.h"
 
 namespace tessera {
 namespace {

@@ -11,6 +11,7 @@
 #include "client/ctl/FieldText.h"
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/TextTable.h"
+#include "common/cores/Interest.h"
 
 namespace tessera {
 

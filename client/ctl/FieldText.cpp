@@ -11,6 +11,7 @@
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/NumberText.h"
+#include "common/cores/Interest.h"
 
 namespace tessera {
 

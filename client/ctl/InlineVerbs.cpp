@@ -4,6 +4,8 @@
 
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/TextTable.h"
+#include "common/cores/Inline.h"
+#include "common/cores/ProxyGroup.h"
 
 namespace tessera {
 namespace {

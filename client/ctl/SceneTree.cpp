@@ -4,6 +4,7 @@
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 

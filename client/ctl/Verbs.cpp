@@ -21,6 +21,7 @@
 #include "client/ctl/SearchVerbs.h"
 #include "client/ctl/TrackingVerbs.h"
 #include "client/image/Picture.h"
+#include "common/cores/Transform.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/Detail.h"
 

@@ -5,6 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Deformation.h"
+#include "common/cores/NurbsSurface.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 

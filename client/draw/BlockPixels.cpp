@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/cores/Image.h"
+
 namespace tessera {
 namespace {
 

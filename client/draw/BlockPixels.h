@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "common/base/Bytes.h"
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
 
 namespace tessera {
 

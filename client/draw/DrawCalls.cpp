@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/cores/SurfaceParts.h"
 #include "common/math/Decompositions.h"
 #include "common/wall/Detail.h"
 

@@ -15,6 +15,7 @@
 #include "client/draw/Renderer.h"
 #include "client/draw/TextureCache.h"
 #include "client/draw/VolumeTextures.h"
+#include "common/cores/Material.h"
 
 namespace tessera {
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/cores/Image.h"
 #include "common/drawable/ImageLayout.h"
 
 namespace tessera {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/draw/BlockPixels.h"
+#include "common/cores/Image.h"
 #include "common/drawable/ImageLayout.h"
 
 namespace tessera {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
+
 namespace tessera {
 namespace {
 

@@ -11,7 +11,6 @@
 #include "client/draw/PersonText.h"
 #include "client/draw/TextureCache.h"
 #include "common/scene/Aspect.h"
-#include "common/scene/Cores.h"
 
 namespace tessera {
 

@@ -3,6 +3,8 @@
 /// Everything in it is written down as numbers: a mesh made with sine and cosine would compare the machines' C
 /// libraries. Every kind of program is used once, so that it is compiled before the first frame.
 #include "client/draw/Renderer.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
 #include "common/math/Compose.h"
 #include "common/scene/FieldTable.h"
 

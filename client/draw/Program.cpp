@@ -10,6 +10,7 @@
 #include "client/draw/PersonPrograms.h"
 #include "client/draw/ShaderText.h"
 #include "client/draw/VolumeTextures.h"
+#include "common/cores/SurfaceParts.h"
 
 namespace tessera {
 namespace {

@@ -9,7 +9,7 @@
 #include "client/draw/GlFunctions.h"
 #include "client/draw/PersonText.h"
 #include "client/render/DrawKinds.h"
-#include "common/scene/Cores.h"
+#include "common/cores/Material.h"
 
 namespace tessera {
 

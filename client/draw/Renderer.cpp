@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "client/draw/RendererImpl.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/drawable/VolumeShapes.h"
 
 namespace tessera {

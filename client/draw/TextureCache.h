@@ -8,8 +8,8 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/UseClock.h"
+#include "common/cores/Image.h"
 #include "common/drawable/ImageLayout.h"
-#include "common/scene/Cores.h"
 
 namespace tessera {
 

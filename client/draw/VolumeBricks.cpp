@@ -6,6 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "common/cores/Volume.h"
+
 namespace tessera {
 namespace {
 

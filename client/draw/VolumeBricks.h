@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
+
 
 namespace tessera {
 

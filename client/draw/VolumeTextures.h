@@ -11,8 +11,8 @@
 #include "client/draw/UseClock.h"
 #include "client/draw/VolumeBricks.h"
 #include "client/render/DrawList.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/drawable/VolumeArrays.h"
-#include "common/scene/Cores.h"
 
 namespace tessera {
 

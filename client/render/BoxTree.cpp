@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/cores/Node.h"
+
 namespace tessera {
 
 namespace {

@@ -10,11 +10,12 @@
 #include "client/render/DrawKinds.h"
 #include "client/render/MeshClusters.h"
 #include "common/base/Blob.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Material.h"
 #include "common/drawable/Fineness.h"
 #include "common/math/Box.h"
 #include "common/math/Types.h"
 #include "common/scene/Aspect.h"
-#include "common/scene/Cores.h"
 #include "common/wall/View.h"
 
 namespace tessera {

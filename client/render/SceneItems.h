@@ -13,6 +13,7 @@
 #include "client/render/SceneEffects.h"
 #include "client/render/ShadowCasters.h"
 #include "client/render/SceneLooks.h"
+#include "common/cores/Geometry.h"
 #include "common/field/NodePose.h"
 #include "common/scene/ChildChoice.h"
 

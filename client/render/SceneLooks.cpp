@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "client/render/DrawList.h"
+#include "common/cores/Image.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/drawable/ImageLayout.h"
 #include "common/drawable/VolumeShapes.h"
 

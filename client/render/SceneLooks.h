@@ -9,6 +9,7 @@
 
 #include "client/render/MeshCache.h"
 #include "client/render/SlotTable.h"
+#include "common/cores/Material.h"
 
 namespace tessera {
 

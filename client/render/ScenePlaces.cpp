@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "client/render/SceneItems.h"
+#include "common/cores/MaterialGroup.h"
 #include "common/geometry/Utmost.h"
 
 namespace tessera {

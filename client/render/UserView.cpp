@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/render/SceneItems.h"
+#include "common/cores/Billboard.h"
 
 namespace tessera {
 

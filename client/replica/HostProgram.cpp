@@ -6,6 +6,10 @@
 
 #include <cstdlib>
 
+#include "client/replica/PartSharing.h"
+#include "client/replica/RenderHost.h"
+#include "client/replica/ServerLink.h"
+
 namespace tessera {
 namespace {
 

@@ -3,9 +3,11 @@
 
 #include <optional>
 
-#include "client/replica/RenderHost.h"
-#include "client/replica/ServerLink.h"
+#include "client/replica/Injection.h"
+#include "client/replica/ShareMode.h"
 #include "client/replica/TileWindows.h"
+#include "common/net/Transport.h"
+#include "common/wall/Culler.h"
 
 namespace tessera {
 

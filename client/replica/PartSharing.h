@@ -13,20 +13,13 @@
 
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
+#include "client/replica/ShareMode.h"
 #include "client/share/Board.h"
 #include "common/base/HistoryIds.h"
 #include "common/base/Log.h"
 #include "common/wall/View.h"
 
 namespace tessera {
-
-enum class ShareMode : std::uint8_t {
-    kOff,
-    kAuto,    ///< where the last frames say that it pays
-    kAlways,  ///< every picture, and everybody helps who can: for tests
-};
-/// "off", "auto", "always"; kUsage names them.
-[[nodiscard]] Expected<ShareMode> parseShareMode(std::string_view name);
 
 struct SharingOptions {
     ShareMode mode = ShareMode::kAuto;
@@ -72,6 +65,8 @@ public:
                                          const std::function<Expected<Picture>()>& whole, PartCounts& counts);
     /// Some neighbour is at its own tiles.
     [[nodiscard]] bool neighboursDraw() const;
+    /// No other host that this one has been told of is on this machine.
+    [[nodiscard]] bool isAlone() const { return neighbours_.empty(); }
     /// Draws one part for a neighbour. False: nobody wants one that this host can draw, no processor is free, or this host is
     /// `wantedElsewhere` before it is done: then the part is given back.
     bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const std::function<bool()>& wantedElsewhere);

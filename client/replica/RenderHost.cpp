@@ -46,7 +46,7 @@ bool RenderHost::perform(const Work& work) {
 
 bool RenderHost::workAhead(TimePoint now) {
     if (!renderer_) return false;
-    if (now < flippedBy_.load()) return true;
+    if (othersMayFlipHere() && now < flippedBy_.load()) return true;
     if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
     const TimePoint begin = clockNow();
     const bool more = aheadSlice();
@@ -497,12 +497,15 @@ void RenderHost::injectBefore(FrameNumber frame) {
 }
 
 void RenderHost::corruptOneField() {
+    const TypeInfo& transform = *findType(typeOf<Transform>());
+    const FieldEntry& translation = *findField(transform, "translation");
     for (const ObjectId id : aspect_.ids()) {
-        const auto* transform = aspect_.get<Transform>(id);
-        if (!transform) continue;
+        const Object object = aspect_.find(id);
+        if (&object.info() != &transform) continue;
+        auto value = std::get<Doubles>(translation.load(object));
+        value.values[0] += 0.25;
         ChangeListBuilder builder;
-        builder.set(id, typeOf<Transform>(), fieldId<&Transform::translation>,
-                    toValue(Vec3d(transform->translation + Vec3d(0.25, 0, 0))));
+        builder.set(id, transform.type, translation.id, value);
         const ChangeList list = builder.take();
         if (!aspect_.apply(list)) continue;
         follow(&list);

@@ -52,9 +52,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
-    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Between Ready and a
-    /// moment after Swap nothing is done: it would stand in the way of the flips here. False: nothing is left. On the thread of the
-    /// surface; `again` may run beside it.
+    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Where other hosts may
+    /// be on this machine nothing is done between Ready and a moment after Swap: it would stand in the way of their flips. False:
+    /// nothing is left. On the thread of the surface; `again` may run beside it.
     [[nodiscard]] bool workAhead(TimePoint now);
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and taking note of
     /// what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
@@ -117,7 +117,8 @@ private:
     /// While neighbours draw on the same processors, work ahead of need takes a twentieth of the time.
     static constexpr int kPausesAhead = 19;
     /// Of hosts that flip together the last one has done so by then, or is late for other reasons.
-    static constexpr std::chrono::milliseconds kFlipsTake{5};
+    static constexpr std::chrono::milliseconds kFlipsTake{2};
+    [[nodiscard]] bool othersMayFlipHere() const { return !options_.sharing || !options_.sharing->isAlone(); }
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
@@ -148,7 +149,7 @@ private:
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
-    std::atomic<TimePoint> flippedBy_{TimePoint{}};  ///< when all hosts show the frame that this one has drawn; max: Swap is to come
+    std::atomic<TimePoint> flippedBy_{TimePoint{}};  ///< when the hosts here show the frame that this one has drawn; max: Swap is to come
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;

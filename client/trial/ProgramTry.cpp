@@ -8,6 +8,10 @@
 
 #include "client/draw/PersonText.h"
 #include "client/render/RenderAction.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "client/draw/Renderer.h"
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
 
 namespace tessera {
 

@@ -15,6 +15,7 @@
 
 #include "client/trial/Confined.h"
 #include "client/trial/ProgramTry.h"
+#include "common/cores/SurfaceParts.h"
 
 namespace tessera {
 namespace {

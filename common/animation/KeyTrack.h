@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "common/cores/Animation.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

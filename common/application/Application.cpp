@@ -11,6 +11,7 @@
 #include "common/application/Connection.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
+#include "common/cores/Transform.h"
 
 namespace tessera {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/Node.h"
 
 namespace tessera {
 

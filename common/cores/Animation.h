@@ -1,6 +1,7 @@
 /// Key frames of any fields, and what plays them.
 #pragma once
 
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -44,7 +45,7 @@ struct Animation {
 };
 template <>
 inline constexpr auto kSaid<Animation> = []<typename T>(Describing<T>) {
-    return describe("Animation", field<&T::channels>(1, "channels").to(KeyFrames::kType).affects(Effect::kTime),
+    return describe("Animation", field<&T::channels>(1, "channels").to(typeOf<KeyFrames>()).affects(Effect::kTime),
              field<&T::playing>(2, "playing").affects(Effect::kTime),
              field<&T::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
              field<&T::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),

@@ -1,21 +1,16 @@
 /// What takes part in collisions.
 #pragma once
 
-#include "common/cores/Node.h"
+#include "common/cores/CollisionWords.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
 
 /// What takes part in collisions as one object: `node` and all below it, but for what belongs to an object further
 /// down. server/collision/README.md tells what becomes of it.
-struct CollisionObject {
+struct CollisionObject : CollisionWords {
     static constexpr ObjectType kType{14};
-    static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
-    static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
-    static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2, kPoints = 3, kAutoShape = 4,
-                                  kSpherical = 5, kDistanceField = 6, kFreeform = 7;
-    static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6,
-                                  kDop26 = 7;
     ObjectId node;  ///< none: the core means nothing
     /// Static: expected to stay; moved all the same, it jumps. Rigid: its motions are followed from frame to frame.
     /// Deforming: the arrays of its geometries may change in every frame.
@@ -61,7 +56,7 @@ struct CollisionObject {
 };
 template <>
 inline constexpr auto kSaid<CollisionObject> = []<typename T>(Describing<T>) {
-    return describe("CollisionObject", field<&T::node>(1, "node").to(Node::kType).affects(Effect::kRules),
+    return describe("CollisionObject", field<&T::node>(1, "node").to(typeOf<Node>()).affects(Effect::kRules),
              field<&T::kind>(2, "kind")
                  .oneOf({{CollisionObject::kStatic, "static"},
                          {CollisionObject::kRigid, "rigid"},

@@ -1,7 +1,7 @@
 /// A mesh that a lattice of control points bends: what travels, is undone and animated are its control points.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -43,7 +43,7 @@ inline constexpr auto kSaid<Deformation> = []<typename T>(Describing<T>) {
              field<&T::texcoords>(13, "texcoords").affects(Effect::kLook),
              field<&T::indices>(14, "indices").affects(Effect::kShape),
              field<&T::texcoords1>(15, "texcoords1").affects(Effect::kLook),
-             field<&T::material>(16, "material").to(Material::kType).affects(Effect::kLook));
+             field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 /// Light from one direction.
 #pragma once
 
-#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -31,8 +31,8 @@ inline constexpr auto kSaid<DirectionalLight> = []<typename T>(Describing<T>) {
              field<&T::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
              field<&T::shadows>(3, "shadows").affects(Effect::kLight),
              field<&T::on>(4, "on").affects(Effect::kLight),
-             field<&T::beacon>(5, "beacon").to(Node::kType).affects(Effect::kLight),
-             field<&T::scope>(6, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::beacon>(5, "beacon").to(typeOf<Node>()).affects(Effect::kLight),
+             field<&T::scope>(6, "scope").to(typeOf<Node>()).affects(Effect::kLight),
              field<&T::outside>(7, "outside").affects(Effect::kLight));
 };
 

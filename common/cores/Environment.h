@@ -1,7 +1,7 @@
 /// The surroundings.
 #pragma once
 
-#include "common/cores/Image.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -28,7 +28,7 @@ inline constexpr auto kSaid<Environment> = []<typename T>(Describing<T>) {
              field<&T::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
              field<&T::background>(3, "background").atLeast(0).affects(Effect::kLight),
              field<&T::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
-             field<&T::image>(5, "image").to(Image::kType).affects(Effect::kLight),
+             field<&T::image>(5, "image").to(typeOf<Image>()).affects(Effect::kLight),
              field<&T::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
              field<&T::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
              field<&T::showImage>(8, "showImage").affects(Effect::kLight));

@@ -1,7 +1,7 @@
 /// Indexed triangles, lines, or points that are balls of one radius.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -40,7 +40,7 @@ inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
              field<&T::colors>(3, "colors").affects(Effect::kLook),
              field<&T::texcoords>(4, "texcoords").floats(2).affects(Effect::kLook),
              field<&T::indices>(5, "indices").affects(Effect::kShape),
-             field<&T::material>(6, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::material>(6, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::primitive>(7, "primitive")
                  .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"},
                          {Geometry::kLineStrip, "line-strips"},

@@ -1,16 +1,10 @@
 /// What other files hold, loaded when it is wanted.
 #pragma once
 
+#include "common/cores/LoadWords.h"
 #include "common/field/Field.h"
 
 namespace tessera {
-
-/// What Inline and ProxyGroup share. The server loads the file and puts what it holds below the node, as children of it; from then on they are
-/// part of the scene as any others: saved, edited, undone.
-struct LoadWords {
-    static constexpr std::int64_t kAtOnce = 0, kNear = 1, kByHand = 2;
-    static constexpr std::int64_t kWaiting = 0, kLoading = 1, kThere = 2, kFailed = 3;
-};
 
 /// Another file's scene.
 struct Inline : LoadWords {

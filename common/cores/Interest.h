@@ -1,8 +1,9 @@
 /// Which collisions matter.
 #pragma once
 
+#include "common/cores/CollisionWords.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
-#include "common/cores/Node.h"
 
 namespace tessera {
 
@@ -11,13 +12,8 @@ namespace tessera {
 /// A side is a node: the CollisionObjects at or below it that share a bit with the side's mask. Where there are none,
 /// `object` means the node and all below it as one object; `against` (none: the root) takes in all other geometry below
 /// it besides, each for itself, as layer 1. What belongs to one object never meets itself.
-struct Interest {
+struct Interest : InterestWords {
     static constexpr ObjectType kType{13};
-    static constexpr std::int64_t kReport = 0, kStop = 1, kSlide = 2, kBounce = 3, kRollback = 4, kAsk = 5;
-    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4,
-                                  kSelf = 5;
-    static constexpr std::int64_t kAllFaces = 0, kYesOrNo = -1;
-    static constexpr std::int64_t kShowPoints = 1, kShowNormals = 2, kShowFaces = 4;
     ObjectId object;   ///< a node; none: the interest means nothing
     ObjectId against;  ///< a node; none: the root
     /// To a motion that would lead into something. Of several interests in one pair of objects the first in document order
@@ -37,8 +33,8 @@ struct Interest {
 template <>
 inline constexpr auto kSaid<Interest> = []<typename T>(Describing<T>) {
     return describe("Interest",
-             field<&T::object>(1, "object").to(Node::kType).affects(Effect::kRules),
-             field<&T::against>(2, "against").to(Node::kType).affects(Effect::kRules),
+             field<&T::object>(1, "object").to(typeOf<Node>()).affects(Effect::kRules),
+             field<&T::against>(2, "against").to(typeOf<Node>()).affects(Effect::kRules),
              field<&T::response>(3, "response")
                  .oneOf({{Interest::kReport, "report"},
                          {Interest::kStop, "stop"},

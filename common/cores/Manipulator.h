@@ -1,7 +1,7 @@
 /// Handles on the wall that move what they belong to.
 #pragma once
 
-#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -20,7 +20,7 @@ struct Manipulator {
 };
 template <>
 inline constexpr auto kSaid<Manipulator> = []<typename T>(Describing<T>) {
-    return describe("Manipulator", field<&T::target>(1, "target").to(Node::kType).affects(Effect::kTime),
+    return describe("Manipulator", field<&T::target>(1, "target").to(typeOf<Node>()).affects(Effect::kTime),
              field<&T::kind>(2, "kind")
                  .oneOf({{Manipulator::kMove, "move"},
                          {Manipulator::kRotate, "rotate"},

@@ -1,8 +1,7 @@
 /// What a surface looks like.
 #pragma once
 
-#include "common/cores/Image.h"
-#include "common/cores/SurfaceParts.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -64,7 +63,7 @@ inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
              field<&T::metallic>(2, "metallic").lookBetween(0, 1),
              field<&T::roughness>(3, "roughness").lookBetween(0, 1),
              field<&T::emissive>(4, "emissive").lookBetween(0, 1e9),
-             field<&T::baseColorImage>(5, "baseColorImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::baseColorImage>(5, "baseColorImage").to(typeOf<Image>()).affects(Effect::kLook),
              field<&T::doubleSided>(6, "doubleSided").affects(Effect::kLook),
              field<&T::alphaMode>(7, "alphaMode")
                  .oneOf({{Material::kAutoAlpha, "auto"},
@@ -73,12 +72,12 @@ inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
                          {Material::kBlend, "blend"}})
                  .affects(Effect::kLook),
              field<&T::alphaCutoff>(8, "alphaCutoff").lookBetween(0, 1e6),
-             field<&T::metallicRoughnessImage>(9, "metallicRoughnessImage").to(Image::kType).affects(Effect::kLook),
-             field<&T::normalImage>(10, "normalImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::metallicRoughnessImage>(9, "metallicRoughnessImage").to(typeOf<Image>()).affects(Effect::kLook),
+             field<&T::normalImage>(10, "normalImage").to(typeOf<Image>()).affects(Effect::kLook),
              field<&T::normalScale>(11, "normalScale").lookBetween(-1e3, 1e3),
-             field<&T::occlusionImage>(12, "occlusionImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::occlusionImage>(12, "occlusionImage").to(typeOf<Image>()).affects(Effect::kLook),
              field<&T::occlusionStrength>(13, "occlusionStrength").lookBetween(0, 1),
-             field<&T::emissiveImage>(14, "emissiveImage").to(Image::kType).affects(Effect::kLook),
+             field<&T::emissiveImage>(14, "emissiveImage").to(typeOf<Image>()).affects(Effect::kLook),
              field<&T::unlit>(15, "unlit").affects(Effect::kLook),
              field<&T::clearcoat>(16, "clearcoat").lookBetween(0, 1),
              field<&T::clearcoatRoughness>(17, "clearcoatRoughness").lookBetween(0, 1),
@@ -95,11 +94,11 @@ inline constexpr auto kSaid<Material> = []<typename T>(Describing<T>) {
                  .affects(Effect::kLook),
              field<&T::lineWidth>(25, "lineWidth").unit(Unit::kPixel).lookBetween(0.1, 64),
              field<&T::pointSize>(26, "pointSize").unit(Unit::kPixel).lookBetween(0.1, 64),
-             field<&T::layers>(27, "layers").to(TextureLayer::kType).affects(Effect::kLook),
-             field<&T::passes>(28, "passes").to(Material::kType).affects(Effect::kLook),
-             field<&T::program>(29, "program").to(SurfaceProgram::kType).affects(Effect::kLook),
-             field<&T::uniforms>(30, "uniforms").to(Uniform::kType).affects(Effect::kLook),
-             field<&T::coarser>(31, "coarser").to(Material::kType).affects(Effect::kLook),
+             field<&T::layers>(27, "layers").to(typeOf<TextureLayer>()).affects(Effect::kLook),
+             field<&T::passes>(28, "passes").to(typeOf<Material>()).affects(Effect::kLook),
+             field<&T::program>(29, "program").to(typeOf<SurfaceProgram>()).affects(Effect::kLook),
+             field<&T::uniforms>(30, "uniforms").to(typeOf<Uniform>()).affects(Effect::kLook),
+             field<&T::coarser>(31, "coarser").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::coarserBelow>(32, "coarserBelow").unit(Unit::kPixel).lookBetween(0, 1e6))
         .notACore();
 };

@@ -1,7 +1,7 @@
 /// A material for whatever is below.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -17,7 +17,7 @@ struct MaterialGroup {
 };
 template <>
 inline constexpr auto kSaid<MaterialGroup> = []<typename T>(Describing<T>) {
-    return describe("MaterialGroup", field<&T::material>(1, "material").to(Material::kType).affects(Effect::kLook),
+    return describe("MaterialGroup", field<&T::material>(1, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::overrides>(2, "override").affects(Effect::kLook),
              field<&T::protects>(3, "protect").affects(Effect::kLook));
 };

@@ -1,8 +1,8 @@
 /// Key-framed motion.
 #pragma once
 
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
-#include "common/cores/Transform.h"
 
 namespace tessera {
 
@@ -22,7 +22,7 @@ struct Motion {
 template <>
 inline constexpr auto kSaid<Motion> = []<typename T>(Describing<T>) {
     return describe("Motion",
-             field<&T::target>(1, "target").to(Transform::kType).affects(Effect::kTime),
+             field<&T::target>(1, "target").to(typeOf<Transform>()).affects(Effect::kTime),
              field<&T::keys>(2, "keys").affects(Effect::kTime),
              field<&T::mode>(3, "mode")
                  .oneOf({{Motion::kOnce, "once"}, {Motion::kLoop, "loop"}, {Motion::kPingPong, "ping-pong"}})

@@ -1,7 +1,7 @@
 /// Pictures that follow each other.
 #pragma once
 
-#include "common/cores/Image.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -21,7 +21,7 @@ struct Movie {
 };
 template <>
 inline constexpr auto kSaid<Movie> = []<typename T>(Describing<T>) {
-    return describe("Movie", field<&T::image>(1, "image").to(Image::kType).affects(Effect::kTime), field<&T::file>(2, "file").affects(Effect::kTime),
+    return describe("Movie", field<&T::image>(1, "image").to(typeOf<Image>()).affects(Effect::kTime), field<&T::file>(2, "file").affects(Effect::kTime),
              field<&T::playing>(3, "playing").affects(Effect::kTime),
              field<&T::time>(4, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
              field<&T::speed>(5, "speed").between(-1e6, 1e6).affects(Effect::kTime),

@@ -1,7 +1,7 @@
 /// A NURBS surface, trimmed or not: what travels, is undone and animated are its control points.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -45,7 +45,7 @@ inline constexpr auto kSaid<NurbsSurfaceCore> = []<typename T>(Describing<T>) {
              field<&T::curvePoints>(11, "curvePoints").doublesEach(3).affects(Effect::kShape),
              field<&T::curveRanges>(12, "curveRanges").doublesEach(2).affects(Effect::kShape),
              field<&T::tolerance>(13, "tolerance").between(0, 1e12).affects(Effect::kShape),
-             field<&T::material>(14, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::material>(14, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
 };
 

@@ -1,7 +1,7 @@
 /// Many small things.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -42,7 +42,7 @@ inline constexpr auto kSaid<Particles> = []<typename T>(Describing<T>) {
                  .affects(Effect::kShape),
              field<&T::size>(10, "size").between(0, 1e12).affects(Effect::kShape),
              field<&T::sorted>(11, "sorted").affects(Effect::kLook),
-             field<&T::material>(12, "material").to(Material::kType).affects(Effect::kLook));
+             field<&T::material>(12, "material").to(typeOf<Material>()).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 /// Light from one point.
 #pragma once
 
-#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -32,9 +32,9 @@ inline constexpr auto kSaid<PointLight> = []<typename T>(Describing<T>) {
              field<&T::intensity>(2, "intensity").atLeast(0).affects(Effect::kLight),
              field<&T::range>(3, "range").unit(Unit::kWorld).atLeast(0).affects(Effect::kLight),
              field<&T::on>(4, "on").affects(Effect::kLight),
-             field<&T::beacon>(5, "beacon").to(Node::kType).affects(Effect::kLight),
+             field<&T::beacon>(5, "beacon").to(typeOf<Node>()).affects(Effect::kLight),
              field<&T::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight),
-             field<&T::scope>(7, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::scope>(7, "scope").to(typeOf<Node>()).affects(Effect::kLight),
              field<&T::outside>(8, "outside").affects(Effect::kLight));
 };
 

@@ -1,7 +1,7 @@
 /// A stand-in for a file that is large.
 #pragma once
 
-#include "common/cores/Inline.h"
+#include "common/cores/LoadWords.h"
 #include "common/field/Field.h"
 
 namespace tessera {

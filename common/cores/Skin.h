@@ -1,8 +1,7 @@
 /// A mesh that joints and morph targets deform.
 #pragma once
 
-#include "common/cores/Material.h"
-#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -44,9 +43,9 @@ inline constexpr auto kSaid<Skin> = []<typename T>(Describing<T>) {
              field<&T::jointWeights>(10, "jointWeights").floats(4).affects(Effect::kShape),
              field<&T::morphPositions>(11, "morphPositions").floats(3).affects(Effect::kShape),
              field<&T::morphNormals>(12, "morphNormals").floats(3).affects(Effect::kShape),
-             field<&T::joints>(13, "joints").to(Node::kType).affects(Effect::kTime),
+             field<&T::joints>(13, "joints").to(typeOf<Node>()).affects(Effect::kTime),
              field<&T::inverseBinds>(14, "inverseBinds").floats(12).affects(Effect::kTime),
-             field<&T::material>(15, "material").to(Material::kType).affects(Effect::kLook));
+             field<&T::material>(15, "material").to(typeOf<Material>()).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 #include "common/field/LightSource.h"
 
@@ -48,9 +48,9 @@ inline constexpr auto kSaid<SpotLight> = []<typename T>(Describing<T>) {
              field<&T::outerAngle>(5, "outerAngle").unit(Unit::kRadian).between(0, SpotLight::kWidest).affects(Effect::kLight),
              field<&T::shadows>(6, "shadows").affects(Effect::kLight),
              field<&T::on>(7, "on").affects(Effect::kLight),
-             field<&T::beacon>(8, "beacon").to(Node::kType).affects(Effect::kLight),
+             field<&T::beacon>(8, "beacon").to(typeOf<Node>()).affects(Effect::kLight),
              field<&T::attenuation>(9, "attenuation").between(0, 1e12).affects(Effect::kLight),
-             field<&T::scope>(10, "scope").to(Node::kType).affects(Effect::kLight),
+             field<&T::scope>(10, "scope").to(typeOf<Node>()).affects(Effect::kLight),
              field<&T::outside>(11, "outside").affects(Effect::kLight));
 };
 

@@ -1,7 +1,7 @@
 /// A smooth surface that a control mesh stands for: what travels, is undone and animated are its control points.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -57,7 +57,7 @@ inline constexpr auto kSaid<SubdivisionSurface> = []<typename T>(Describing<T>) 
                  .oneOf({{SubdivisionSurface::kPolygon, "polygon"}, {SubdivisionSurface::kSmooth, "smooth"}})
                  .affects(Effect::kShape),
              field<&T::level>(13, "level").between(0, SubdivisionSurface::kFinestLevel).affects(Effect::kShape),
-             field<&T::material>(14, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::material>(14, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::screenError>(15, "screenError").between(0, 1e6).affects(Effect::kLook));
 };
 

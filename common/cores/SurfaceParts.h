@@ -1,7 +1,7 @@
 /// What a Material may have beside its own fields: further images one over the other, and a person's own program with its uniforms.
 #pragma once
 
-#include "common/cores/Image.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -20,7 +20,7 @@ struct TextureLayer {
 };
 template <>
 inline constexpr auto kSaid<TextureLayer> = []<typename T>(Describing<T>) {
-    return describe("TextureLayer", field<&T::image>(1, "image").to(Image::kType).affects(Effect::kLook),
+    return describe("TextureLayer", field<&T::image>(1, "image").to(typeOf<Image>()).affects(Effect::kLook),
              field<&T::mode>(2, "mode")
                  .oneOf({{TextureLayer::kModulate, "modulate"}, {TextureLayer::kAdd, "add"}, {TextureLayer::kDecal, "decal"}, {TextureLayer::kReplace, "replace"}})
                  .affects(Effect::kLook),
@@ -67,7 +67,7 @@ struct Uniform {
 template <>
 inline constexpr auto kSaid<Uniform> = []<typename T>(Describing<T>) {
     return describe("Uniform", field<&T::name>(1, "name").affects(Effect::kLook), field<&T::value>(2, "value").affects(Effect::kLook),
-             field<&T::image>(3, "image").to(Image::kType).affects(Effect::kLook))
+             field<&T::image>(3, "image").to(typeOf<Image>()).affects(Effect::kLook))
         .notACore();
 };
 

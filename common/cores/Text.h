@@ -1,7 +1,7 @@
 /// Letters.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -31,7 +31,7 @@ inline constexpr auto kSaid<Text> = []<typename T>(Describing<T>) {
              field<&T::alignment>(6, "alignment")
                  .oneOf({{Text::kLeft, "left"}, {Text::kCenter, "center"}, {Text::kRight, "right"}})
                  .affects(Effect::kTime),
-             field<&T::material>(7, "material").to(Material::kType).affects(Effect::kLook),
+             field<&T::material>(7, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::outlines>(8, "outlines").affects(Effect::kShape),
              field<&T::screenError>(9, "screenError").unit(Unit::kPixel).between(0, 1e6).affects(Effect::kLook));
 };

@@ -1,7 +1,7 @@
 /// A scalar field in a box of voxels.
 #pragma once
 
-#include "common/cores/Material.h"
+#include "common/cores/ShippedTypes.h"
 #include "common/field/Field.h"
 
 namespace tessera {
@@ -55,7 +55,7 @@ inline constexpr auto kSaid<Volume> = []<typename T>(Describing<T>) {
              field<&T::clipPlanes>(15, "clipPlanes").doublesEach(4).affects(Effect::kShape),
              field<&T::step>(16, "step").between(0.05, 4).affects(Effect::kLook),
              field<&T::shaded>(17, "shaded").affects(Effect::kLook),
-             field<&T::material>(18, "material").to(Material::kType).affects(Effect::kLook));
+             field<&T::material>(18, "material").to(typeOf<Material>()).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/cores/SubdivisionSurface.h"
+#include "common/cores/Text.h"
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/ParticleArrays.h"

@@ -6,6 +6,8 @@
 #include <array>
 #include <bit>
 
+#include "common/cores/Image.h"
+
 namespace tessera {
 namespace {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
 
 namespace tessera {
 

@@ -355,16 +355,21 @@ template <auto kMember>
 template <auto kMember>
 inline constexpr FieldId fieldId = findFieldId<kMember>();
 
-template <typename T>
-[[nodiscard]] constexpr ObjectType typeOf() {
-    return T::kType;
-}
-
 template <typename... Types>
 struct TypeList {};
 template <typename... A, typename... B>
 TypeList<A..., B...> joinTypes(TypeList<A...>, TypeList<B...>);
 template <typename A, typename B>
 using JoinedTypes = decltype(joinTypes(A(), B()));
+template <typename T, typename... Types>
+[[nodiscard]] consteval bool isIn(TypeList<Types...>) {
+    return (std::is_same_v<T, Types> || ...);
+}
+template <typename T, typename... Types>
+[[nodiscard]] consteval std::size_t placeIn(TypeList<Types...> list) {
+    static_assert(isIn<T>(list), "this type is not in the list");
+    const bool same[] = {std::is_same_v<T, Types>...};
+    return static_cast<std::size_t>(std::ranges::find(same, true) - std::begin(same));
+}
 
 }  // namespace tessera

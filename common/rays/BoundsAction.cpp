@@ -8,6 +8,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "common/cores/InverseTransform.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/VolumeShapes.h"
 #include "common/scene/Action.h"

@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/cores/Switch.h"
 #include "common/drawable/Drawable.h"
 #include "common/geometry/Points.h"
 #include "common/rays/HitDetails.h"

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/cores/Node.h"
+
 namespace tessera::rays {
 
 namespace {

@@ -10,6 +10,7 @@
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
+#include "common/cores/Node.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

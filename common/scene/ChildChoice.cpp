@@ -5,6 +5,9 @@
 #include <bit>
 #include <cmath>
 
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Switch.h"
+
 namespace tessera {
 
 std::optional<std::vector<std::size_t>> seenChildren(const Object& core, std::size_t count) {

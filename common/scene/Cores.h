@@ -1,4 +1,5 @@
-/// All types of objects that a scene can hold: this list, and a header for each. A new one: README.md, "A new core".
+/// All structs that a scene can hold, for whoever needs each of them: the table. Others include those that they use. A new one:
+/// common/cores/README.md.
 #pragma once
 
 #include "common/cores/Animation.h"
@@ -35,24 +36,4 @@
 #include "common/cores/Text.h"
 #include "common/cores/Transform.h"
 #include "common/cores/Volume.h"
-
-// A build of its own may hold more types: the tests' does, to try kinds of fields that no shipped type has yet.
-#ifdef TESSERA_EXTRA_TYPES
-#include TESSERA_EXTRA_TYPES
-#else
-namespace tessera {
-using ExtraTypes = TypeList<>;
-}
-#endif
-
-namespace tessera {
-
-/// In the order of their numbers; Node first.
-using ShippedTypes = TypeList<Node, Group, Transform, Geometry, Material, Image, Switch, DirectionalLight, PointLight, Camera,
-                              Motion, Environment, Interest, CollisionObject, SpotLight, ComponentTransform,
-                              InverseTransform, SubdivisionSurface, NurbsSurfaceCore, Deformation, MaterialGroup,
-                              DistanceLOD, Billboard, KeyFrames, Animation, Skin, Text, Inline, ProxyGroup,
-                              Particles, Volume, TextureLayer, SurfaceProgram, Uniform, Movie, Manipulator, ApplicationData>;
-using SceneTypes = JoinedTypes<ShippedTypes, ExtraTypes>;
-
-}  // namespace tessera
+#include "common/scene/SceneTypes.h"

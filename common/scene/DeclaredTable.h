@@ -14,6 +14,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/cores/ApplicationData.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 

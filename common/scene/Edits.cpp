@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "common/base/Hash.h"
+#include "common/scene/Cores.h"
 
 namespace tessera {
 
@@ -190,6 +191,13 @@ struct Table {
     std::vector<TypeInfo> types;
     std::vector<const TypeInfo*> byNumber;
 };
+
+// Others speak of a type by its number without its struct.
+template <typename... Types>
+constexpr bool numberedAsListed(TypeList<Types...>) {
+    return ((Types::kType == typeOf<Types>()) && ...);
+}
+static_assert(numberedAsListed(ShippedTypes()), "a type's kType is not its place in ShippedTypes");
 
 const Table& table() {
     static const Table kTable{SceneTypes()};

@@ -8,10 +8,10 @@
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
-#include "common/scene/Cores.h"
 #include "common/field/LightSource.h"
 #include "common/field/NodePose.h"
 #include "common/scene/Object.h"
+#include "common/scene/SceneTypes.h"
 
 namespace tessera {
 
@@ -62,19 +62,6 @@ struct TypeInfo {
 [[nodiscard]] const TypeInfo* findType(std::string_view name);
 [[nodiscard]] const FieldEntry* findField(const TypeInfo& type, FieldId field);
 [[nodiscard]] const FieldEntry* findField(const TypeInfo& type, std::string_view name);
-
-namespace detail {
-template <typename T, typename... Types>
-consteval std::uint16_t indexIn(TypeList<Types...>) {
-    const bool same[] = {std::is_same_v<T, Types>...};
-    for (std::size_t i = 0; i < sizeof...(Types); ++i)
-        if (same[i]) return static_cast<std::uint16_t>(i);
-    throw "this is none of the scene's types";
-}
-}  // namespace detail
-/// The place of a type in allTypes().
-template <typename T>
-inline constexpr std::uint16_t kTypeIndex = detail::indexIn<T>(SceneTypes());
 
 [[nodiscard]] inline ObjectType typeOf(const Object& object) {
     return object.info().type;

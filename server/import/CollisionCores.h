@@ -2,7 +2,8 @@
 #pragma once
 
 #include "common/base/Error.h"
-#include "common/scene/Cores.h"
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
 #include "proto/scene.pb.h"
 
 namespace tessera {

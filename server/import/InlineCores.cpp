@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/cores/Inline.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/drawable/Drawable.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/SceneAssembly.h"

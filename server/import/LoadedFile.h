@@ -11,8 +11,10 @@
 
 #include "common/base/Blob.h"
 #include "common/change/Value.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
-#include "common/scene/Cores.h"
 #include "proto/scene.pb.h"
 #include "server/import/Importer.h"
 

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "common/cores/Movie.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/SceneAssembly.h"
 #include "server/import/TableCores.h"

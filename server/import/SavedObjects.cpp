@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "common/cores/Camera.h"
+#include "common/cores/DistanceLOD.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/MaterialParts.h"

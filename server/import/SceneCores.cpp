@@ -8,6 +8,20 @@
 #include <optional>
 #include <utility>
 
+#include "common/cores/Animation.h"
+#include "common/cores/ApplicationData.h"
+#include "common/cores/Billboard.h"
+#include "common/cores/Camera.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Image.h"
+#include "common/cores/MaterialGroup.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Particles.h"
+#include "common/cores/Skin.h"
+#include "common/cores/SubdivisionSurface.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Volume.h"
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/ImageLayout.h"

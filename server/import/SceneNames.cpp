@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Manipulator.h"
+#include "common/cores/Motion.h"
 #include "common/math/Decompositions.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/View.h"

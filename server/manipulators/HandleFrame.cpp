@@ -4,6 +4,11 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Transform.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"

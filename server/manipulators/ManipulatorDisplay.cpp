@@ -8,6 +8,11 @@
 #include <string>
 #include <utility>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/InverseTransform.h"
+#include "common/cores/Material.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"

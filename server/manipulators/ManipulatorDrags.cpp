@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "common/base/Utf8.h"
+#include "common/cores/Image.h"
+#include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
 #include "server/movies/Reel.h"
 

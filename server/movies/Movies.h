@@ -14,7 +14,6 @@
 #include "common/base/Clock.h"
 #include "common/change/ChangeList.h"
 #include "common/scene/Aspect.h"
-#include "common/scene/Cores.h"
 #include "server/movies/FilmProcess.h"
 
 namespace tessera {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/cores/Movie.h"
+
 namespace tessera {
 
 void Movies::Reel::beginRun(double time) {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
 #include "server/movies/FilmProcess.h"
 #include "server/movies/Movies.h"
 

@@ -5,6 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/NurbsSurface.h"
+#include "common/cores/SubdivisionSurface.h"
+#include "common/cores/SurfaceParts.h"
+
 namespace tessera {
 namespace {
 

@@ -11,6 +11,12 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Transform.h"
 #include "common/drawable/Drawable.h"
 #include "server/optimise/EqualObjects.h"
 #include "server/optimise/MeshOrder.h"

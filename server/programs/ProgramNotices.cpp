@@ -7,6 +7,14 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Billboard.h"
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
+#include "common/cores/MaterialGroup.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Text.h"
+#include "common/cores/Transform.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"

@@ -9,7 +9,7 @@
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/FileHandle.h"
-#include "common/scene/Cores.h"
+#include "common/cores/SurfaceParts.h"
 
 namespace tessera {
 

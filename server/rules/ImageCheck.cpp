@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "common/cores/Image.h"
 #include "common/drawable/ImageLayout.h"
 
 namespace tessera {

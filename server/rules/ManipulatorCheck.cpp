@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Manipulator.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

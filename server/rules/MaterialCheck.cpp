@@ -6,7 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "common/scene/Cores.h"
+#include "common/cores/Material.h"
+
 
 namespace tessera {
 namespace {

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

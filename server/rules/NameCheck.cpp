@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "common/base/Utf8.h"
-#include "common/scene/Cores.h"
+#include "common/cores/Node.h"
+#include "common/cores/ShippedTypes.h"
 
 namespace tessera {
 namespace {

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "common/cores/Interest.h"
+
 namespace tessera {
 
 namespace {

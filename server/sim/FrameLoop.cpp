@@ -16,6 +16,7 @@
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
 #include "server/sim/WandInput.h"
+#include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/NextEpoch.h"
 #include "server/sim/tracking/TrackerInputs.h"
 

@@ -4,6 +4,7 @@
 
 #include "common/codec/FrameCodec.h"
 #include "server/sim/desk/CollisionAnswers.h"
+#include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 

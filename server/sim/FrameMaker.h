@@ -24,6 +24,8 @@
 
 namespace tessera {
 
+class Simulation;
+
 /// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Frame thread
 /// only.
 class FrameMaker {

@@ -8,6 +8,7 @@
 
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
+#include "server/sim/frame/InlineContents.h"
 
 namespace tessera {
 namespace {
@@ -55,10 +56,11 @@ SceneCounts countScene(const Aspect& scene) {
     action.visitHidden(true);
     action.onNode([&](const Visit& visit) {
         if (const Drawable drawable = drawableOf(scene, visit.node)) counts.triangles += drawable.triangleCount();
-        if (const auto* proxy = scene.coreOf<ProxyGroup>(visit.node); proxy && proxy->state != ProxyGroup::kThere) {
+        const auto wish = visit.node.core ? loadWishOf(scene.find(visit.node.core)) : std::nullopt;
+        if (wish && wish->promises && wish->state != LoadWords::kThere) {
             ++counts.promised;
-            counts.promisedNodes += static_cast<std::uint64_t>(proxy->nodes);
-            counts.promisedTriangles += static_cast<std::uint64_t>(proxy->triangles);
+            counts.promisedNodes += static_cast<std::uint64_t>(wish->nodes);
+            counts.promisedTriangles += static_cast<std::uint64_t>(wish->triangles);
         }
         return Descend::kInto;
     });

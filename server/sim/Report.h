@@ -12,7 +12,7 @@
 #include "server/sim/CollisionReport.h"
 #include "server/sim/frame/FrameBudget.h"
 #include "server/sim/WaitStatistics.h"
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 
 namespace tessera {
 

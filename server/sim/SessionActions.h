@@ -13,6 +13,8 @@
 
 namespace tessera {
 
+class Simulation;
+
 /// Carries out actions and all that follows from them, in order. Frame thread only.
 class SessionActions {
 public:

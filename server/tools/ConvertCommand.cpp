@@ -8,6 +8,9 @@
 #include <utility>
 
 #include "common/base/Version.h"
+#include "common/cores/Inline.h"
+#include "common/cores/Movie.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/SceneImport.h"
 #include "server/tools/mpcdi/MpcdiWall.h"

@@ -162,6 +162,36 @@ Findings checkAcyclic(const std::vector<SourceFile>& files, const Layers& layers
     return findings;
 }
 
+Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder, const std::vector<std::string>& known,
+                    double percent) {
+    std::map<std::string, const SourceFile*> byPath;
+    for (const SourceFile& file : files) byPath[file.path] = &file;
+    std::map<std::string, int> reached;  // by header: lines of .cpp files
+    int all = 0;
+    for (const SourceFile& file : files) {
+        if (!file.path.ends_with(".cpp")) continue;
+        all += file.lines;
+        std::set<std::string> seen;
+        for (std::vector<const SourceFile*> open{&file}; !open.empty();) {
+            const SourceFile& next = *open.back();
+            open.pop_back();
+            for (const Include& include : next.includes) {
+                const auto found = byPath.find(include.path);
+                if (include.quoted && found != byPath.end() && seen.insert(include.path).second) open.push_back(found->second);
+            }
+        }
+        for (const std::string& header : seen)
+            if (byPath.at(header)->folder == folder) reached[header] += file.lines;
+    }
+    Findings findings;
+    for (const auto& [header, lines] : reached) {
+        const double share = 100.0 * lines / all;
+        if (share > percent && std::ranges::find(known, header) == known.end())
+            findings.push_back({header, 1, fmt::format("{:.0f} % of the code includes it; at most {:.0f} may", share, percent)});
+    }
+    return findings;
+}
+
 Findings checkSides(const std::vector<SourceFile>& files, const Layers& layers) {
     const auto sideOf = [](const std::string& path) { return path.substr(0, path.find('/')); };
     const auto forbidden = [&](const std::string& from, const std::string& to) {

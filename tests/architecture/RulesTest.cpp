@@ -108,6 +108,17 @@ TEST_F(Rules, FindCirclesOfFiles) {
     EXPECT_NE(report(checkAcyclic(tree(), layers_)), "");
 }
 
+TEST_F(Rules, FindAHeaderThatReachesTooMuchOfTheCode) {
+    write("common/base/Wide.h", "");
+    write("common/base/Over.h", "#include \"common/base/Wide.h\"\n");
+    write("common/base/One.cpp", "#include \"common/base/Over.h\"\n\n");
+    write("common/base/Other.cpp", "\n\n\n\n\n\n\n\n");
+    EXPECT_EQ(report(checkReach(tree(), "common/base", {"common/base/Over.h"}, 10)),
+              "common/base/Wide.h:1: 20 % of the code includes it; at most 10 may\n");
+    EXPECT_EQ(report(checkReach(tree(), "common/base", {}, 20)), "");
+    EXPECT_EQ(report(checkReach(tree(), "common/math", {}, 0)), "");
+}
+
 TEST_F(Rules, FindCirclesOfLayers) {
     const Layers circle = *parseLayers("a: b\nb: c\nc: a\n", "layers.txt");
     EXPECT_EQ(report(checkAcyclic(tree(), circle)),

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "tests/bench/PlainCopy.h"

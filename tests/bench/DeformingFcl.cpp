@@ -3,6 +3,8 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 
+#include "common/cores/Volume.h"
+
 #ifdef __SSE3__
 #error "FCL's headers with flags for newer processors than its package is built for"
 #endif

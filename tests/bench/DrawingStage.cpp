@@ -6,6 +6,7 @@
 #include <memory>
 #include <unordered_map>
 
+#include "common/cores/Transform.h"
 #include "common/geometry/TriangleOrder.h"
 #include "common/scene/FieldTable.h"
 #include "server/import/Importer.h"

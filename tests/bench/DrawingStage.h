@@ -10,6 +10,7 @@
 
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
+#include "common/cores/Geometry.h"
 #include "common/scene/Aspect.h"
 #include "tests/bench/DrawingCity.h"
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/bench/EditScenes.h"
 
 namespace tessera::edits {

@@ -10,6 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 

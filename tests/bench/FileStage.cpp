@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/cores/Camera.h"
 #include "common/scene/Action.h"
 #include "server/import/Importer.h"
 

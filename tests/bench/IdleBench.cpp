@@ -14,6 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "common/cores/Camera.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"

@@ -17,6 +17,8 @@
 #include "common/application/Application.h"
 #include "common/base/Channel.h"
 #include "common/codec/WallCodec.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/sim/FrameLoop.h"

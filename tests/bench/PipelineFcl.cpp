@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/cores/Volume.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "tests/support/Models.h"
 

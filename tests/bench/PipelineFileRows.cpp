@@ -9,6 +9,7 @@
 #include <map>
 
 #include "common/scene/FieldTable.h"
+#include "server/collision/objects/ObjectHandler.h"
 #include "server/import/Importer.h"
 #include "tests/bench/PipelineBullet.h"
 #include "tests/bench/PipelineRows.h"

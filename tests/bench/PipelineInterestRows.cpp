@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/bench/EditScenes.h"
 #include "tests/bench/PipelineRows.h"
 

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "common/base/Workers.h"
+#include "common/cores/Geometry.h"
 #include "common/scene/Action.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "server/import/Importer.h"

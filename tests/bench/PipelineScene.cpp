@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 #include "tests/bench/PipelineRace.h"

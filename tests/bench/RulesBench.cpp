@@ -10,6 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Image.h"
+#include "common/cores/Manipulator.h"
+#include "common/cores/Material.h"
+#include "common/cores/Movie.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "server/rules/SceneRules.h"

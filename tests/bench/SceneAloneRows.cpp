@@ -7,6 +7,7 @@
 
 #include "client/render/RenderAction.h"
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/Simulation.h"

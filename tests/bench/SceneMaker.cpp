@@ -2,6 +2,15 @@
 
 #include <cmath>
 
+#include "common/cores/Camera.h"
+#include "common/cores/CollisionObject.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Material.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
 

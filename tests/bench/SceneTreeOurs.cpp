@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "client/render/RenderAction.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/Column.h"
 #include "tests/bench/SceneSide.h"

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "common/application/Application.h"
+#include "common/cores/Transform.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/Transport.h"
 #include "common/scene/FieldTable.h"

@@ -7,6 +7,12 @@
 #include <limits>
 #include <string>
 
+#include "common/cores/Camera.h"
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/frame/ViewSource.h"
 #include "tests/unit/sim/SceneForTests.h"

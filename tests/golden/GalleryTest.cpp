@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "common/cores/Animation.h"
 #include "server/manipulators/ManipulatorDisplay.h"
 #include "tests/golden/PictureDifference.h"
 #include "tests/golden/ShippedScene.h"

@@ -6,6 +6,11 @@
 #include <array>
 #include <cmath>
 
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/geometry/Points.h"
 #include "tests/golden/TestScene.h"
 #include "tests/unit/drawable/ControlCube.h"

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "common/cores/Camera.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/scene/Action.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"

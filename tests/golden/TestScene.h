@@ -5,6 +5,19 @@
 
 #include <string>
 
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/InverseTransform.h"
+#include "common/cores/Material.h"
+#include "common/cores/NurbsSurface.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/SubdivisionSurface.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"

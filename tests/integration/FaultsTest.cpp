@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/application/Application.h"
+#include "common/cores/Geometry.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"

@@ -8,6 +8,10 @@
 #include <thread>
 
 #include "common/application/Application.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Movie.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/property/Seeds.h"

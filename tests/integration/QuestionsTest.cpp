@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/application/Application.h"
+#include "common/cores/Transform.h"
 #include "tests/integration/AskedWall.h"
 
 namespace tessera::test {

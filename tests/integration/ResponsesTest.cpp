@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/application/Application.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/AskedWall.h"
 

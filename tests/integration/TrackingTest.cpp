@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "common/application/Application.h"
+#include "common/cores/Manipulator.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/unit/tracking/TrackerBytes.h"

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include "common/cores/Transform.h"
 #include "tests/property/SceneModel.h"
 
 namespace tessera {

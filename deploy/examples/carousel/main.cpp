@@ -11,6 +11,7 @@
 
 #include "common/application/Application.h"
 #include "common/base/Channel.h"
+#include "common/cores/Transform.h"
 #include "common/scene/AspectFeed.h"
 #include "common/scene/SideTable.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/scene/Cores.h"
+#include "common/cores/CollisionWords.h"
 
 namespace tessera {
 
@@ -13,7 +13,7 @@ struct Body {
     ObjectId node;  ///< its topmost node
     ObjectId core;  ///< its CollisionObject; none: what an interest or a geometry makes one
     std::uint32_t place = 0;
-    std::int64_t kind = CollisionObject::kRigid;
+    std::int64_t kind = CollisionWords::kRigid;
     std::int64_t layers = 1;
     double mass = 0;  ///< above 0: a free body (all conditions of CollisionObject::mass hold)
     double restitution = 0.2;

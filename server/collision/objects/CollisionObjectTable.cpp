@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/cores/CollisionObject.h"
+
 namespace tessera {
 namespace {
 
@@ -9,32 +11,32 @@ ShapeChoice choiceOf(const CollisionObject& object) {
     ShapeChoice choice;
     constexpr double kUsualError = 0.01, kPercent = 0.01;
     switch (object.shape) {
-        case CollisionObject::kHull: choice.representation = Representation::kHull; break;
-        case CollisionObject::kHeightField: choice.representation = Representation::kHeightField; break;
-        case CollisionObject::kPoints: choice.representation = Representation::kPoints; break;
-        case CollisionObject::kAutoShape:
+        case CollisionWords::kHull: choice.representation = Representation::kHull; break;
+        case CollisionWords::kHeightField: choice.representation = Representation::kHeightField; break;
+        case CollisionWords::kPoints: choice.representation = Representation::kPoints; break;
+        case CollisionWords::kAutoShape:
             choice.representation = std::nullopt;
             choice.error = kPercent * object.error;
             break;
-        case CollisionObject::kSpherical: choice.representation = Representation::kSpherical; break;
-        case CollisionObject::kDistanceField:
+        case CollisionWords::kSpherical: choice.representation = Representation::kSpherical; break;
+        case CollisionWords::kDistanceField:
             choice.representation = Representation::kDistanceField;
             choice.error = object.error > 0 ? kPercent * object.error : kUsualError;
             break;
-        case CollisionObject::kFreeform:
+        case CollisionWords::kFreeform:
             choice.representation = Representation::kFreeform;
             choice.error = kPercent * object.error;
             break;
         default: break;
     }
     switch (object.volume) {
-        case CollisionObject::kSphere: choice.volume = VolumeKind::kSphere; break;
-        case CollisionObject::kAabb: choice.volume = VolumeKind::kAabb; break;
-        case CollisionObject::kObb: choice.volume = VolumeKind::kObb; break;
-        case CollisionObject::kDop6: choice.volume = VolumeKind::kDop6; break;
-        case CollisionObject::kDop14: choice.volume = VolumeKind::kDop14; break;
-        case CollisionObject::kDop18: choice.volume = VolumeKind::kDop18; break;
-        case CollisionObject::kDop26: choice.volume = VolumeKind::kDop26; break;
+        case CollisionWords::kSphere: choice.volume = VolumeKind::kSphere; break;
+        case CollisionWords::kAabb: choice.volume = VolumeKind::kAabb; break;
+        case CollisionWords::kObb: choice.volume = VolumeKind::kObb; break;
+        case CollisionWords::kDop6: choice.volume = VolumeKind::kDop6; break;
+        case CollisionWords::kDop14: choice.volume = VolumeKind::kDop14; break;
+        case CollisionWords::kDop18: choice.volume = VolumeKind::kDop18; break;
+        case CollisionWords::kDop26: choice.volume = VolumeKind::kDop26; break;
         default: break;
     }
     static_assert(kFinestLevel == CollisionObject::kFinestLevel);

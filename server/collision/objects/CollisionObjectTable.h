@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/cores/CollisionWords.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/objects/IdTable.h"
 #include "server/collision/pairwise/CollisionShape.h"
@@ -17,7 +18,7 @@ class CollisionObjectTable {
 public:
     struct Entry {
         ObjectId core, node;
-        std::int64_t kind = CollisionObject::kRigid, division = CollisionObject::kWhole;
+        std::int64_t kind = CollisionWords::kRigid, division = CollisionWords::kWhole;
         std::int64_t layers = 1;
         ShapeChoice choice;
         std::vector<std::uint32_t> bodies;  ///< kept by whoever makes them

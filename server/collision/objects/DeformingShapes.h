@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/scene/Cores.h"
+#include "common/cores/ShippedTypes.h"
 #include "server/collision/objects/ShapeCache.h"
 
 namespace tessera {

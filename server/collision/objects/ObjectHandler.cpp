@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Interest.h"
 #include "server/collision/objects/SortOnce.h"
 
 namespace tessera {

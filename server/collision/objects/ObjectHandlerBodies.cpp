@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/cores/CollisionObject.h"
 #include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/objects/SortOnce.h"
 
@@ -79,8 +80,8 @@ void ObjectHandler::settleBody(const Aspect& aspect, std::uint32_t number) {
         body.kind = entry.kind;
         body.layers = entry.layers;
         shape.choice = entry.choice;
-        shape.deforms = entry.kind == CollisionObject::kDeforming;
-        candidate = entry.kind == CollisionObject::kRigid && entry.division == CollisionObject::kWhole &&
+        shape.deforms = entry.kind == CollisionWords::kDeforming;
+        candidate = entry.kind == CollisionWords::kRigid && entry.division == CollisionWords::kWhole &&
                     place.transform && place.movable && tree_.bearers()[tree_.bearersOf(place.transform)].count == 1;
     }
     if (shape != terms.shape) touchedParts_.insert(touchedParts_.end(), body.parts.begin(), body.parts.end());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/cores/Interest.h"
 #include "server/collision/objects/ObjectHandler.h"
 
 namespace tessera {
@@ -102,8 +103,8 @@ void ObjectHandler::inheritObjects() {
             bool isTop = false, otherRules = false;
             if (object != kNobody) {
                 const CollisionObjectTable::Entry& entry = objects_.at(object);
-                const bool child = !own && entry.division == CollisionObject::kEachChild && above.named != kNobody;
-                const bool each = entry.division == CollisionObject::kEachGeometry;
+                const bool child = !own && entry.division == CollisionWords::kEachChild && above.named != kNobody;
+                const bool each = entry.division == CollisionWords::kEachGeometry;
                 top = own || child || each ? at : above.top;
                 isTop = entry.layers != 0 && (own || child || (each && place.kind == CoreKind::kDrawable));
                 otherRules = entry.changed == update_;
@@ -155,12 +156,12 @@ std::vector<InterestSides> ObjectHandler::findInterests(const Aspect& aspect) {
         }
         interestNumbers_.insert(id, static_cast<std::uint32_t>(interests_.size()));
         interests_.push_back({id, core.response, core.mode, core.detail, core.threshold, core.show, core.patience});
-        const bool alone = core.mode == Interest::kSelf;
+        const bool alone = core.mode == InterestWords::kSelf;
         const ObjectId othersNode = alone ? core.object : core.against ? core.against : kRootNode;
         if (core.object) interestNodes_.insert(core.object, 0);
         interestNodes_.insert(othersNode, 0);
         InterestSides& side = sides.emplace_back();
-        side.ignores = core.mode == Interest::kIgnore;
+        side.ignores = core.mode == InterestWords::kIgnore;
         side.alone = alone;
         side.objectLayers = core.objectLayers;
         side.againstLayers = core.againstLayers;

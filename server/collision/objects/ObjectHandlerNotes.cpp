@@ -49,13 +49,13 @@ std::uint32_t ObjectHandler::selfInterestOf(std::uint32_t part) const {
     const std::uint32_t group = relations_.interactions().groupOf[part];
     if (group == kNobody) return kNobody;
     for (const std::uint32_t k : relations_.interestsOf(group))
-        if (interests_[k].mode == Interest::kSelf) return k;
+        if (interests_[k].mode == InterestWords::kSelf) return k;
     return kNobody;
 }
 
 std::vector<std::uint32_t> ObjectHandler::partsWithSelfInterest() const {
     std::vector<std::uint32_t> out;
-    if (std::ranges::none_of(interests_, [](const InterestTerms& i) { return i.mode == Interest::kSelf; })) return out;
+    if (std::ranges::none_of(interests_, [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; })) return out;
     for (std::uint32_t part = 0; part < parts_.size(); ++part)
         if (selfInterestOf(part) != kNobody) out.push_back(part);
     return out;

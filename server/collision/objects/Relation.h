@@ -4,16 +4,17 @@
 #include <cstdint>
 #include <span>
 
-#include "common/scene/Cores.h"
+#include "common/change/Value.h"
+#include "common/cores/CollisionWords.h"
 
 namespace tessera {
 
 /// An enabled interest as its core says it, in document order. One whose object is gone or hidden has no pairs.
 struct InterestTerms {
     ObjectId core;
-    std::int64_t response = Interest::kStop;
-    std::int64_t mode = Interest::kPseudoDynamic;
-    std::int64_t detail = Interest::kAllFaces;
+    std::int64_t response = InterestWords::kStop;
+    std::int64_t mode = InterestWords::kPseudoDynamic;
+    std::int64_t detail = InterestWords::kAllFaces;
     double threshold = 0;
     std::int64_t show = 0;
     std::int64_t patience = 0;
@@ -24,15 +25,15 @@ struct InterestTerms {
 struct Relation {
     bool relevant = false;
     bool firstIsObject = true;  ///< the lower-numbered part is on the deciding interest's object side: side A
-    std::int64_t response = Interest::kReport;  ///< of the deciding interest: the first in document order
+    std::int64_t response = InterestWords::kReport;  ///< of the deciding interest: the first in document order
     /// What all its interests ask of it together.
     bool contacts = false, dynamic = false, distance = false;
-    std::int64_t detail = Interest::kYesOrNo;  ///< the most demanding, of those that ask for contacts
+    std::int64_t detail = InterestWords::kYesOrNo;  ///< the most demanding, of those that ask for contacts
     double threshold = 0;                      ///< the largest, of those that ask for the distance
     std::span<const std::uint32_t>
         interests;  ///< indices into ObjectHandler::interests(), ascending; the first decides
 
-    [[nodiscard]] bool wantsAllFaces() const { return contacts && detail != Interest::kYesOrNo; }
+    [[nodiscard]] bool wantsAllFaces() const { return contacts && detail != InterestWords::kYesOrNo; }
 };
 
 }  // namespace tessera

@@ -5,25 +5,27 @@
 #include <map>
 #include <utility>
 
+#include "common/cores/Group.h"
+
 namespace tessera {
 
 namespace {
 
 /// More demanding, the more faces are to be listed.
 std::uint64_t demand(std::int64_t detail) {
-    if (detail == Interest::kAllFaces) return std::numeric_limits<std::uint64_t>::max();
+    if (detail == InterestWords::kAllFaces) return std::numeric_limits<std::uint64_t>::max();
     return detail < 0 ? 0 : static_cast<std::uint64_t>(detail);
 }
 
 /// What one more interest asks of a pair besides.
 void add(const InterestTerms& terms, Relation& relation) {
-    if (terms.mode == Interest::kDistance) {
+    if (terms.mode == InterestWords::kDistance) {
         relation.distance = true;
         relation.threshold = std::max(relation.threshold, terms.threshold);
         return;
     }
     relation.contacts = true;
-    relation.dynamic = relation.dynamic || terms.mode == Interest::kDynamic;
+    relation.dynamic = relation.dynamic || terms.mode == InterestWords::kDynamic;
     if (demand(terms.detail) > demand(relation.detail)) relation.detail = terms.detail;
 }
 
@@ -367,7 +369,7 @@ std::optional<RelationTable::Pairing> RelationTable::pairing(std::uint32_t group
         for (const std::uint32_t k : mine->interests) {
             if (!isAgainst(k, *theirs)) continue;
             decides = std::min(decides, k);
-            out.dynamic = out.dynamic || terms_[k].mode == Interest::kDynamic;
+            out.dynamic = out.dynamic || terms_[k].mode == InterestWords::kDynamic;
         }
     out.response = terms_[decides].response;
     return out;

@@ -83,7 +83,7 @@ public:
     }
     /// What is asked of two groups' parts together, where they may meet: less than their relation, and nothing is kept.
     struct Pairing {
-        std::int64_t response = Interest::kReport;
+        std::int64_t response = InterestWords::kReport;
         bool dynamic = false;
     };
     [[nodiscard]] std::optional<Pairing> pairing(std::uint32_t group, std::uint32_t other) const;

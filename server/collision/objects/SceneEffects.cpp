@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "common/cores/Node.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

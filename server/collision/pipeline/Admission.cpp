@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Transform.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 
 namespace tessera {

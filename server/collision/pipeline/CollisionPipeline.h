@@ -12,15 +12,18 @@
 #include <utility>
 #include <vector>
 
+#include "common/math/Box.h"
 #include "common/math/Ray.h"
 #include "common/scene/Aspect.h"
-#include "server/collision/objects/ObjectHandler.h"
-#include "server/collision/pipeline/ScenePicker.h"
+#include "server/collision/mesh/QueryWork.h"
+#include "server/collision/mesh/TriangleTriangle.h"
 #include "server/collision/pipeline/StepResult.h"
 
 namespace tessera {
 
 class Workers;
+struct InterestTerms;
+struct PickHit;
 
 /// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
 /// give the same results and counters, for any number of workers.

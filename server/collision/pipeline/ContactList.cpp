@@ -69,14 +69,14 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
 
 std::ptrdiff_t facesWanted(const PairState& pair, const Relation& relation) {
     const auto all = static_cast<std::ptrdiff_t>(pair.touch.faces.size());
-    if (relation.detail == Interest::kAllFaces) return all;
-    return std::min(all, relation.detail == Interest::kYesOrNo ? 1 : static_cast<std::ptrdiff_t>(relation.detail));
+    if (relation.detail == InterestWords::kAllFaces) return all;
+    return std::min(all, relation.detail == InterestWords::kYesOrNo ? 1 : static_cast<std::ptrdiff_t>(relation.detail));
 }
 
 }  // namespace
 
 std::uint64_t facesTold(const PairState& pair, const Relation& relation) {
-    if (relation.detail == Interest::kAllFaces) return pair.touch.faceCount;
+    if (relation.detail == InterestWords::kAllFaces) return pair.touch.faceCount;
     return std::max<std::uint64_t>(static_cast<std::uint64_t>(facesWanted(pair, relation)), 1);
 }
 

@@ -13,7 +13,7 @@ ObjectId objectOf(const ObjectHandler& handler, std::uint32_t part) {
 }
 
 bool tellsEvents(const InterestTerms& interest) {
-    return interest.mode == Interest::kPseudoDynamic || interest.mode == Interest::kDynamic;
+    return interest.mode == InterestWords::kPseudoDynamic || interest.mode == InterestWords::kDynamic;
 }
 
 }  // namespace
@@ -30,7 +30,7 @@ void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t nu
     for (const std::uint32_t index : relation.interests) {
         const InterestTerms& interest = handler.interests()[index];
         if (pair.touch.touching && tellsEvents(interest)) touching.emplace_back(interest.core, objectA, objectB);
-        if (interest.mode == Interest::kDistance && known.complete && !known.farther &&
+        if (interest.mode == InterestWords::kDistance && known.complete && !known.farther &&
             known.distance - known.error <= interest.threshold)
             near.push_back({interest.core, objectA, objectB, Phase::kStays, known.distance, pair.nodeA, pair.nodeB,
                             drawnFace(pair.a, known.faces.a, known.pointB - known.pointA),
@@ -46,7 +46,7 @@ void appendEvents(const ObjectHandler& handler, std::uint32_t partA, std::uint32
     when.objectB = objectOf(handler, partB);
     for (const std::uint32_t index : handler.relation(std::min(partA, partB), std::max(partA, partB)).interests) {
         const InterestTerms& interest = handler.interests()[index];
-        if (moment == Moment::kAtEnd ? !tellsEvents(interest) : interest.mode != Interest::kDynamic) continue;
+        if (moment == Moment::kAtEnd ? !tellsEvents(interest) : interest.mode != InterestWords::kDynamic) continue;
         when.interest = interest.core;
         out.push_back({when, moment == Moment::kAtEnd});
     }

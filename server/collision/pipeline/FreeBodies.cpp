@@ -4,14 +4,15 @@
 #include <cmath>
 #include <utility>
 
+#include "common/cores/Transform.h"
 #include "common/math/Decompositions.h"
 
 namespace tessera {
 namespace {
 
 ContactLaw lawOf(std::int64_t response) {
-    if (response == Interest::kBounce) return ContactLaw::kBounce;
-    return response == Interest::kSlide ? ContactLaw::kSlide : ContactLaw::kStick;
+    if (response == InterestWords::kBounce) return ContactLaw::kBounce;
+    return response == InterestWords::kSlide ? ContactLaw::kSlide : ContactLaw::kStick;
 }
 
 /// All of one kind of volume, whatever their objects ask for: what is divided anew for each question would cost more
@@ -255,7 +256,7 @@ void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const 
     for (const std::uint32_t body : awake_) give(handler, body);
     const auto meet = [&](const PairState& pair) {
         const Relation relation = handler.relation(pair.a, pair.b);
-        if (relation.response == Interest::kReport) return;
+        if (relation.response == InterestWords::kReport) return;
         const std::uint32_t a = rigidPart(handler, pair.a, startWorlds, seconds);
         const std::uint32_t b = rigidPart(handler, pair.b, startWorlds, seconds);
         encounters_.push_back({a, b, lawOf(relation.response)});
@@ -323,7 +324,7 @@ bool FreeBodies::mayMeet(const ObjectHandler& handler, PairMemory& memory, const
             const PairState& pair = memory.states()[number];
             const std::uint32_t other = pair.a == start.first ? pair.b : pair.a;
             return isFree(handler.parts()[other].body) &&
-                   handler.relation(pair.a, pair.b).response != Interest::kReport;
+                   handler.relation(pair.a, pair.b).response != InterestWords::kReport;
         });
     });
 }

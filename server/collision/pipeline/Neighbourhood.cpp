@@ -13,10 +13,10 @@ enum : std::uint8_t { kObstructed = 1, kDynamic = 2, kRollback = 4, kSlides = 8 
 
 std::uint8_t bitsOf(const RelationTable::Pairing& pairing) {
     std::uint8_t bits = 0;
-    if (pairing.response != Interest::kReport) bits |= kObstructed;
+    if (pairing.response != InterestWords::kReport) bits |= kObstructed;
     if (pairing.dynamic) bits |= kDynamic;
-    if (pairing.response == Interest::kRollback) bits |= kRollback;
-    if (pairing.response == Interest::kSlide) bits |= kSlides;
+    if (pairing.response == InterestWords::kRollback) bits |= kRollback;
+    if (pairing.response == InterestWords::kSlide) bits |= kSlides;
     return bits;
 }
 
@@ -59,7 +59,7 @@ const PartTraits& Neighbourhood::traitsOfGroup(const ObjectHandler& handler, std
         row.margin = 0;
         for (const std::uint32_t k : relations.interestsOf(group)) {
             const InterestTerms& interest = handler.interests()[k];
-            if (interest.mode == Interest::kDistance) row.margin = std::max(row.margin, interest.threshold);
+            if (interest.mode == InterestWords::kDistance) row.margin = std::max(row.margin, interest.threshold);
         }
     } else {
         for (const std::uint32_t other : *changed) ask(relations, group, other, row);

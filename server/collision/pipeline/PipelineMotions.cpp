@@ -53,12 +53,12 @@ std::vector<std::uint32_t> CollisionPipeline::Impl::pairsCarried(std::span<const
 /// Whether a pair stands in the way of a transform that carries one of its parts.
 bool CollisionPipeline::Impl::obstacle(std::uint32_t a, std::uint32_t b, const Relation& relation, ObjectId transform) const {
     switch (relation.response) {
-        case Interest::kReport:
+        case InterestWords::kReport:
             return false;
-        case Interest::kBounce:
+        case InterestWords::kBounce:
             // What can be pushed is.
             return !bodies.isFree(part(a).body) && !bodies.isFree(part(b).body);
-        case Interest::kAsk:
+        case InterestWords::kAsk:
             return !questions.passes({transform, bodyOf(a).node, bodyOf(b).node});
         default:
             return true;
@@ -79,7 +79,7 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
     std::vector<RollbackPair> pairs;
     for (const std::uint32_t k : pairsCarried(step.movers)) {
         const PairState& pair = memory.states()[k];
-        if (relationOf(pair).response != Interest::kRollback) continue;
+        if (relationOf(pair).response != InterestWords::kRollback) continue;
         askAllFaces(k, step.work);
         pairs.push_back({k, pair.a, pair.b, pair.touch.touching});
     }
@@ -125,10 +125,10 @@ MotionTask CollisionPipeline::Impl::taskOf(const Mover& mover) const {
     for (const std::uint32_t k : pairsCarried(std::span(&mover, 1))) {
         const PairState& pair = memory.states()[k];
         const Relation relation = relationOf(pair);
-        if (relation.response == Interest::kReport) continue;
+        if (relation.response == InterestWords::kReport) continue;
         // Two that are carried together are as far apart as before.
         if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair.a, pair.b, relation, mover.wish.transform)) continue;
-        obstructions.push_back({{pair.a, pair.b, relation.response == Interest::kSlide}, k});
+        obstructions.push_back({{pair.a, pair.b, relation.response == InterestWords::kSlide}, k});
     }
     return {handler, mover, std::move(obstructions)};
 }
@@ -177,7 +177,7 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
     for (const Hit& hit : resolution.hits) {
         const Obstacle& o = trial.obstacles()[hit.obstacle];
         const Relation relation = handler.relation(std::min(o.partA, o.partB), std::max(o.partA, o.partB));
-        if (relation.response != Interest::kAsk) continue;
+        if (relation.response != InterestWords::kAsk) continue;
         const InterestTerms& interest = handler.interests()[relation.interests.front()];
         Question question;
         question.interest = interest.core;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "server/collision/pairwise/ConservativeBox.h"

@@ -29,7 +29,7 @@ bool SelfContacts::follow(const ObjectHandler& handler, std::span<const std::uin
         generation_ = handler.generation();
         interests_ = handler.interestsVersion();
         anyInterest_ =
-            std::ranges::any_of(handler.interests(), [](const InterestTerms& i) { return i.mode == Interest::kSelf; });
+            std::ranges::any_of(handler.interests(), [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; });
         std::map<std::uint32_t, Known> before;
         for (const std::uint32_t part : handler.partsWithSelfInterest()) {
             if (const auto old = known_.find(part); old != known_.end()) before.insert(known_.extract(old));
@@ -73,12 +73,12 @@ std::vector<Touching> SelfContacts::contacts(const ObjectHandler& handler) const
         touching.partA = touching.partB = part;
         touching.worldA = touching.worldB = of.world;
         touching.interest = interest.core;
-        const std::size_t wanted = interest.detail == Interest::kAllFaces  ? known.faces.size()
-                                   : interest.detail == Interest::kYesOrNo ? 1
+        const std::size_t wanted = interest.detail == InterestWords::kAllFaces  ? known.faces.size()
+                                   : interest.detail == InterestWords::kYesOrNo ? 1
                                                                            : static_cast<std::size_t>(interest.detail);
         touching.faces.assign(known.faces.begin(),
                               known.faces.begin() + static_cast<std::ptrdiff_t>(std::min(known.faces.size(), wanted)));
-        touching.faceCount = interest.detail == Interest::kAllFaces ? known.count : touching.faces.size();
+        touching.faceCount = interest.detail == InterestWords::kAllFaces ? known.count : touching.faces.size();
         out.push_back(std::move(touching));
     }
     return out;

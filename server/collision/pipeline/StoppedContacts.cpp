@@ -20,7 +20,7 @@ std::vector<Touching> StoppedContacts::settle(const ObjectHandler& handler) {
         const std::uint32_t a = handler.partOf(touching.nodeA), b = handler.partOf(touching.nodeB);
         if (a == kNobody || b == kNobody || handler.parts()[a].poseVersion != before.versionA ||
             handler.parts()[b].poseVersion != before.versionB ||
-            handler.relation(std::min(a, b), std::max(a, b)).response == Interest::kReport)
+            handler.relation(std::min(a, b), std::max(a, b)).response == InterestWords::kReport)
             continue;
         touching.partA = a;
         touching.partB = b;

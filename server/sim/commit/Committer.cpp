@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Movie.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"

@@ -6,6 +6,9 @@
 #include <array>
 #include <string_view>
 
+#include "common/cores/Manipulator.h"
+#include "common/cores/Movie.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -8,6 +8,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Text.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/ServerNodes.h"
 

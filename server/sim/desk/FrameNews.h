@@ -6,7 +6,7 @@
 
 #include "server/sim/desk/Answering.h"
 #include "server/sim/desk/OpenQuestions.h"
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 
 namespace tessera {
 

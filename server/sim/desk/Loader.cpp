@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

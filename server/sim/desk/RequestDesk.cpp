@@ -8,7 +8,9 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Clones.h"
 #include "common/scene/Edits.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/desk/SceneAnswers.h"
+#include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 

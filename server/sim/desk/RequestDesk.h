@@ -19,6 +19,8 @@
 
 namespace tessera {
 
+class Simulation;
+
 /// Answers what can be answered at once; collects edits for the next frame; waits for blobs, imports and images where
 /// it must. An edit that names blobs is handed out only when every live host has them, so that no frame waits for bulk
 /// data. Every request is answered exactly once, unless its application has gone. Nobody who is told of collisions, or

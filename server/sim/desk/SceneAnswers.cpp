@@ -9,6 +9,8 @@
 #include <unordered_set>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/Animation.h"
+#include "common/cores/Motion.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/Search.h"
 
@@ -79,7 +81,7 @@ ObjectInfo infoOf(const Aspect& scene, ObjectId id) {
     info.children = node->children.size();
     for (ObjectId at = id; at && !info.movable; at = node->parent) {
         node = scene.get<Node>(at);
-        if (scene.coreOf<Transform>(*node)) info.movable = at;
+        if (node->core && scene.find(node->core).is<Transform>()) info.movable = at;
     }
     return info;
 }

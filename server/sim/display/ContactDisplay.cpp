@@ -5,6 +5,11 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Material.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/ServerNodes.h"
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "common/cores/Interest.h"
 #include "common/geometry/Points.h"
 #include "common/scene/Action.h"
 
@@ -80,9 +81,9 @@ private:
         std::map<Face, const Contact*> faces;
         for (const Contact& contact : step_.contacts) {
             const std::int64_t show = showOf(contact.interest);
-            if (show & Interest::kShowPoints) shown[0].push_back(&contact);
-            if (show & Interest::kShowNormals) shown[1].push_back(&contact);
-            if (show & Interest::kShowFaces) {
+            if (show & InterestWords::kShowPoints) shown[0].push_back(&contact);
+            if (show & InterestWords::kShowNormals) shown[1].push_back(&contact);
+            if (show & InterestWords::kShowFaces) {
                 faces.try_emplace({contact.objectA, contact.faceA}, &contact);
                 faces.try_emplace({contact.objectB, contact.faceB}, &contact);
             }
@@ -103,12 +104,12 @@ private:
         for (const PairDistance& pair : step_.distances) {
             const std::int64_t show = showOf(pair.interest);
             if (!show || pair.phase == Phase::kEnded || !pair.pointA.allFinite() || !pair.pointB.allFinite()) continue;
-            if (show & Interest::kShowPoints) {
+            if (show & InterestWords::kShowPoints) {
                 ends.emplace_back(&pair, false);
                 if (pair.distance > 0) ends.emplace_back(&pair, true);
             }
-            if (show & Interest::kShowNormals && pair.distance > 0) lines.push_back(&pair);
-            if (show & Interest::kShowFaces) {
+            if (show & InterestWords::kShowNormals && pair.distance > 0) lines.push_back(&pair);
+            if (show & InterestWords::kShowFaces) {
                 faces.try_emplace({pair.nodeA, pair.faceA}, &pair);
                 faces.try_emplace({pair.nodeB, pair.faceB}, &pair);
             }
@@ -174,7 +175,7 @@ private:
 
     [[nodiscard]] bool ofDistances(ObjectId id) const {
         const Interest* interest = scene_.get<Interest>(id);
-        return interest && interest->mode == Interest::kDistance;
+        return interest && interest->mode == InterestWords::kDistance;
     }
 
     [[nodiscard]] std::int64_t showOf(ObjectId interest) const {

@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-/// What an interest wants drawn (Interest::kShowPoints, kShowNormals, kShowFaces).
+/// What an interest wants drawn (InterestWords::kShowPoints, kShowNormals, kShowFaces).
 struct InterestShow {
     ObjectId interest;
     std::int64_t show = 0;

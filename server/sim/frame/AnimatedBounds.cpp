@@ -11,6 +11,9 @@
 #include <vector>
 
 #include "common/animation/KeyTrack.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Skin.h"
+#include "common/cores/Transform.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"

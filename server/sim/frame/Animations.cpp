@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "common/cores/Transform.h"
+
 namespace tessera {
 namespace {
 

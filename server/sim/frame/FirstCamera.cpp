@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "common/cores/Camera.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Switch.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
 

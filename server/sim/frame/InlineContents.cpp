@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "common/base/Utf8.h"
+#include "common/cores/Inline.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 
@@ -45,6 +47,9 @@ std::optional<LoadWish> loadWishOf(const Object& core) {
     const auto* proxy = core.as<ProxyGroup>();
     if (!proxy) return std::nullopt;
     LoadWish wish = readWish(*proxy);
+    wish.promises = true;
+    wish.nodes = proxy->nodes;
+    wish.triangles = proxy->triangles;
     if (proxy->lower != proxy->upper) wish.box = Box{proxy->lower, proxy->upper};
     return wish;
 }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/cores/LoadWords.h"
 #include "common/math/Box.h"
 #include "common/scene/Aspect.h"
 
@@ -22,6 +23,8 @@ struct LoadWish {
     bool wanted = false;
     std::int64_t state = LoadWords::kWaiting;
     Box box;  ///< of a ProxyGroup, in the node's coordinates; else empty
+    bool promises = false;                 ///< it is a ProxyGroup: something is shown of it meanwhile
+    std::int64_t nodes = 0, triangles = 0;  ///< of one: what the file holds; 0: not known
 };
 /// Nothing of other objects. What it says holds as long as the object.
 [[nodiscard]] std::optional<LoadWish> loadWishOf(const Object& core);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/LoadWords.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/cores/DistanceLOD.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/Detail.h"

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Motion.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

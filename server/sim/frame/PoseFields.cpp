@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

@@ -8,8 +8,13 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/LoadWords.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/commit/ServersFields.h"
 #include "server/sim/frame/LoadParts.h"
@@ -34,6 +39,10 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     }
     sceneChanged(nullptr);
     return committer_.closeFrame();
+}
+
+std::optional<PickHit> Simulation::pick(const Ray& ray) {
+    return pipeline_.pickNode(scene(), ray);
 }
 
 void Simulation::goOnFrom(Left left) {

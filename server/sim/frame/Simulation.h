@@ -16,54 +16,13 @@
 #include "server/sim/commit/ServersNodes.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/frame/Animations.h"
+#include "server/sim/frame/Frame.h"
 #include "server/sim/frame/InlineContents.h"
 #include "server/sim/frame/Motions.h"
 #include "server/sim/frame/SkinPoses.h"
 #include "server/text/Typesetter.h"
 
 namespace tessera {
-
-/// A change that somebody wants.
-struct Edit {
-    std::uint64_t ticket = 0;  ///< comes back in the outcome
-    ChangeList list;           ///< new objects carry placeholders; ignored for kUndo and kRedo
-    enum class Kind : std::uint8_t {
-        kChange,
-        kUndo,  ///< take back the newest step instead
-        kRedo,  ///< do again what was taken back last
-        /// One of several lists that are one edit (LoadParts.h), all with one ticket; nobody sees what they make before the
-        /// last one. Placeholders count through all of them.
-        kPart,
-        kLastPart,
-    };
-    Kind kind = Kind::kChange;
-    bool undoable = true;  ///< what the server itself does is not
-    Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
-    std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
-};
-
-/// It takes a step of the history back or does it again, whatever its list says.
-[[nodiscard]] constexpr bool isStep(Edit::Kind kind) {
-    return kind == Edit::Kind::kUndo || kind == Edit::Kind::kRedo;
-}
-
-struct EditOutcome {
-    std::uint64_t ticket = 0;
-    Expected<void> result;
-    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id; of a last part the first, which the others follow
-    std::vector<ObjectId> stopped;                   ///< transforms of this edit that did not get all the way
-    bool underWay = false;                           ///< it takes several frames; its outcome follows
-};
-
-struct FrameResult {
-    CommittedFrame commit;
-    std::vector<EditOutcome> outcomes;  ///< of all edits, in their order; then of one that was under way
-    std::vector<HistoryEvent> history;  ///< what happened to the history, in order
-    std::vector<std::string> notes;     ///< of letters that are not as asked for (Typesetter)
-    StepResult collision;
-    double collisionMs = 0;
-    std::vector<std::string> remarks;  ///< for a person: animations that were paused, and why
-};
 
 struct SimulationOptions {
     SceneLimits scene;
@@ -140,7 +99,7 @@ public:
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
-    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray) { return pipeline_.pickNode(scene(), ray); }
+    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray);
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
         return pipeline_.facesIn(scene(), box, work, faces);

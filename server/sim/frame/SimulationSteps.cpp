@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/PoseFields.h"

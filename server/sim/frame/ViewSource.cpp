@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Camera.h"
 #include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
 #include "server/sim/frame/AnimatedBounds.h"

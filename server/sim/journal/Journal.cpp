@@ -12,6 +12,7 @@
 
 #include "common/base/Version.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/display/ContactDisplay.h"
 #include "server/sim/journal/NextEpoch.h"
 
 namespace tessera {

@@ -15,6 +15,8 @@
 
 namespace tessera {
 
+class ContactDisplay;
+
 struct JournalOptions {
     std::string folder;
     std::vector<std::string> scenes;  ///< what --scene says

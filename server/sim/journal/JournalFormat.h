@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/recording/RecordBytes.h"
 

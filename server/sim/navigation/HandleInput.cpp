@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "server/sim/frame/Simulation.h"
+
 namespace tessera {
 namespace {
 

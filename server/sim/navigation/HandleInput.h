@@ -12,9 +12,11 @@
 #include "common/input/HandInput.h"
 #include "common/math/Ray.h"
 #include "server/manipulators/ManipulatorDrags.h"
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 
 namespace tessera {
+
+class Simulation;
 
 /// From whole states (common/input/HandInput.h) to grabs, drags and releases. Each source has one hand, which holds one handle; what it does from a
 /// grab to its release is one step of undo. While it holds one, its drags move that and not the view. A hand that was refused (somebody else

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "common/drawable/SceneBounds.h"
+#include "server/collision/pipeline/ScenePicker.h"
+#include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 namespace {

@@ -9,13 +9,15 @@
 
 #include "common/base/Clock.h"
 #include "common/codec/ApplicationNavigation.h"
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/HandleInput.h"
 #include "server/sim/navigation/InputSources.h"
 #include "server/sim/navigation/Navigator.h"
 
 namespace tessera {
+
+class Simulation;
 
 /// Joins sources, navigator, scene and ViewSource. A frame in which nobody wants anything costs nothing that grows with the
 /// scene; one who walks costs a look at what is near. Frame thread only.

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/sim/frame/Simulation.h"
+#include "server/sim/frame/Frame.h"
 
 namespace tessera {
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/application/Application.h"
+#include "common/cores/Transform.h"
 
 using namespace std::chrono_literals;
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/cores/Volume.h"
 #include "tests/support/Models.h"
 
 #ifdef __SSE3__

@@ -7,6 +7,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/MessageCodec.h"
+#include "common/cores/Transform.h"
 #include "common/net/FrameReader.h"
 #include "common/net/SendQueue.h"
 #include "common/scene/FieldTable.h"

@@ -12,6 +12,8 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/codec/WallCodec.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/net/Transport.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/Clones.h"

@@ -4,6 +4,7 @@
 #include "common/base/Limits.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "tests/unit/HistoryLiterals.h"

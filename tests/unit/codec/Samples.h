@@ -9,6 +9,11 @@
 #include "common/change/ChangeList.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/codec/FrameCodec.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Node.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "tests/unit/HistoryLiterals.h"
 

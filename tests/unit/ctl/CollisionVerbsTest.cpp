@@ -7,6 +7,8 @@
 #include <thread>
 
 #include "client/ctl/Verbs.h"
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 

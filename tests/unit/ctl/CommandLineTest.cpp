@@ -6,6 +6,7 @@
 
 #include <sstream>
 
+#include "common/cores/Interest.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

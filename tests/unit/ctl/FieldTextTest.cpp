@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Switch.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "client/ctl/Verbs.h"
+#include "common/cores/Animation.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {

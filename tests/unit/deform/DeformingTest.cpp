@@ -9,6 +9,7 @@
 #include <random>
 
 #include "client/deform/ControlPoints.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

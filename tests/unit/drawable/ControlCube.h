@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/SubdivisionArrays.h"
 #include "tests/unit/scene/SceneEdits.h"
 

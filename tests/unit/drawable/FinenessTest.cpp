@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "common/cores/Deformation.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"

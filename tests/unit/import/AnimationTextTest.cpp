@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Skin.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {

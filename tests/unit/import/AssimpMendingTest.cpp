@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <random>
 
+#include "common/cores/Skin.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

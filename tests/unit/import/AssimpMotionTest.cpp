@@ -7,6 +7,8 @@
 #include <iterator>
 #include <map>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Skin.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/ImportFixture.h"

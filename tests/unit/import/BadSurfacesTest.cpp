@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/cores/NurbsSurface.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/import/ImportFixture.h"
 

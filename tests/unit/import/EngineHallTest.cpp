@@ -3,6 +3,11 @@
 #include <filesystem>
 #include <vector>
 
+#include "common/cores/Camera.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Motion.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Transform.h"
 #include "common/math/Box.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/ImportFixture.h"

@@ -4,6 +4,15 @@
 
 #include <cmath>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Camera.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Skin.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Transform.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/GltfText.h"

@@ -1,5 +1,6 @@
 #include <set>
 
+#include "common/cores/Geometry.h"
 #include "common/scene/Action.h"
 #include "tests/unit/import/ImportFixture.h"
 

@@ -4,6 +4,9 @@
 
 #include <numbers>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/Picture.h"
 

@@ -1,6 +1,15 @@
 /// What scene text says of material groups, levels of detail, billboards, applications' data, and of lights beside their colours.
 #include <gtest/gtest.h>
 
+#include "common/cores/ApplicationData.h"
+#include "common/cores/Billboard.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Material.h"
+#include "common/cores/MaterialGroup.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Switch.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 
+#include "common/cores/Material.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

@@ -1,6 +1,7 @@
 // What a scene may hold may also be written down by hand.
 #include <fmt/format.h>
 
+#include "common/cores/Transform.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

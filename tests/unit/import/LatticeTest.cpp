@@ -1,6 +1,8 @@
 // What authors write of lattices that bend shapes and meshes.
 #include <fmt/format.h>
 
+#include "common/cores/Deformation.h"
+#include "common/cores/Material.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/import/ImportFixture.h"
 

@@ -1,6 +1,7 @@
 // Lines, of each format that has them.
 #include <fmt/format.h>
 
+#include "common/cores/Geometry.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"
 

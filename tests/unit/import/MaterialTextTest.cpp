@@ -4,6 +4,10 @@
 
 #include <numbers>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/scene/FieldTable.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/support/SceneStructure.h"

@@ -6,6 +6,15 @@
 #include <algorithm>
 #include <iterator>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Camera.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Skin.h"
+#include "common/cores/SpotLight.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "tests/unit/import/FileCensus.h"

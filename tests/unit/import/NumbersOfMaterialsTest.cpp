@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "common/cores/Material.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/Picture.h"

@@ -1,6 +1,8 @@
 // NURBS of texts and of OBJ's free-form statements: what comes into the scene, and what is refused by name.
 #include <fmt/format.h>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/NurbsArrays.h"
 #include "tests/unit/import/ImportFixture.h"

@@ -1,4 +1,6 @@
 // Where what is loaded comes to stand.
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "tests/unit/import/ImportFixture.h"
 
 #include "common/drawable/SceneBounds.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/cores/Geometry.h"
 #include "common/geometry/Mesh.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"

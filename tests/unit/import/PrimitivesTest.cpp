@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/cores/Geometry.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/import/ImportFixture.h"
 

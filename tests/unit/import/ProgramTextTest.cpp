@@ -1,4 +1,8 @@
 // Programs, passes, edges and coarser materials as authors write them, and as they are saved.
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/support/SceneStructure.h"
 #include "tests/unit/import/Picture.h"

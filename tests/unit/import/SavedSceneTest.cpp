@@ -7,6 +7,9 @@
 #include <limits>
 #include <random>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Transform.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/support/SceneStructure.h"
 #include "tests/unit/import/ImportFixture.h"

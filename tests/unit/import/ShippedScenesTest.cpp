@@ -1,5 +1,7 @@
 // The scenes that come with Tessera load without a remark and hold the bodies that they promise.
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

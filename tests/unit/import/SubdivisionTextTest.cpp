@@ -1,6 +1,8 @@
 // Subdivision surfaces that authors write.
 #include <fmt/format.h>
 
+#include "common/cores/Material.h"
+#include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/import/ImportFixture.h"
 

@@ -4,6 +4,11 @@
 #include <cmath>
 #include <random>
 
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Image.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
 #include "server/import/reader/RadiancePicture.h"
 #include "tests/unit/import/ImportFixture.h"
 

@@ -4,6 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Image.h"
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/Picture.h"
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "common/cores/Geometry.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {

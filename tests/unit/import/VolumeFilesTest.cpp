@@ -5,6 +5,9 @@
 #include <cstring>
 #include <random>
 
+#include "common/cores/Material.h"
+#include "common/cores/Particles.h"
+#include "common/cores/Volume.h"
 #include "common/drawable/Drawable.h"
 #include "server/import/reader/VolumeFiles.h"
 #include "tests/unit/import/ImportFixture.h"

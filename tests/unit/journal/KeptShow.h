@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/Journal.h"
 #include "tests/unit/ReadableLog.h"
 #include "tests/unit/TestFolder.h"

@@ -1,4 +1,6 @@
 /// What is grabbed stays below the ray: judged in the world by the scene's own transforms, not by the frame in which a drag is worked out.
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/SpotLight.h"
 #include "server/manipulators/Drag.h"
 
 #include <gtest/gtest.h>

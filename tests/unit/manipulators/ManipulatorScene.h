@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <random>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/manipulators/ManipulatorDrags.h"

@@ -9,6 +9,8 @@
 #include <random>
 #include <thread>
 
+#include "common/cores/Image.h"
+#include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
 #include "server/movies/Movies.h"
 #include "server/sim/FilmFiles.h"

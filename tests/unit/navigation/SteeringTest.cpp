@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "server/sim/frame/Simulation.h"
 #include "server/sim/navigation/Steering.h"
 #include "tests/unit/sim/SceneForTests.h"
 

@@ -1,4 +1,5 @@
 /// Which bodies gravity and impulses move.
+#include "common/cores/Environment.h"
 #include "tests/unit/objects/ObjectScene.h"
 
 namespace tessera {

@@ -6,6 +6,10 @@
 #include <map>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {

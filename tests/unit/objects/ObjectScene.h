@@ -7,6 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/objects/ObjectHandler.h"

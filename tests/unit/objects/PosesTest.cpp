@@ -1,6 +1,7 @@
 /// Where parts are: moves, tentative poses, versions, boxes.
 #include <limits>
 
+#include "common/cores/Material.h"
 #include "common/math/Compose.h"
 #include "common/scene/Action.h"
 #include "server/collision/pairwise/ConservativeBox.h"

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "common/cores/Environment.h"
 #include "tests/unit/objects/ObjectScene.h"
 
 namespace tessera {

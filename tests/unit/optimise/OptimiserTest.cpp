@@ -1,3 +1,11 @@
+#include "common/cores/Animation.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Image.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Material.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "server/optimise/SceneOptimiser.h"
 
 #include <gtest/gtest.h>

@@ -4,6 +4,10 @@
 #include <random>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

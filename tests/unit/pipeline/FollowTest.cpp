@@ -1,6 +1,7 @@
 /// The object handler follows the scene: what the next frame sees after each kind of change.
 #include <gtest/gtest.h>
 
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

@@ -6,6 +6,7 @@
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "server/collision/query/RayQuery.h"
 #include "tests/unit/objects/RandomScene.h"
 

@@ -1,6 +1,7 @@
 // What a ray through the scene hits.
 #include <gtest/gtest.h>
 
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

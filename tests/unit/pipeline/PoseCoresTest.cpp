@@ -1,6 +1,9 @@
 // Every core that has a pose puts what is below it there for picks and collisions, not Transform alone.
 #include <gtest/gtest.h>
 
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/InverseTransform.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

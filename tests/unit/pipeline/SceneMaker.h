@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/CollisionPipeline.h"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/FieldTable.h"
+#include "server/collision/objects/Relation.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

@@ -1,6 +1,7 @@
 /// A box beside a smooth surface that is looked at as itself.
 #pragma once
 
+#include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/unit/pipeline/SceneMaker.h"

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/base/Workers.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SameResults.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/drawable/ControlCube.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 

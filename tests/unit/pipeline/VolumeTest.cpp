@@ -5,7 +5,9 @@
 #include <cstdlib>
 #include <random>
 
+#include "common/cores/Volume.h"
 #include "common/rays/IntersectAction.h"
+#include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

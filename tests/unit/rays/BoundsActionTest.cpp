@@ -1,3 +1,5 @@
+#include "common/cores/InverseTransform.h"
+#include "common/cores/Switch.h"
 #include "common/rays/BoundsAction.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,6 @@
+#include "common/cores/Geometry.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/rays/IntersectAction.h"
 
 #include <gtest/gtest.h>

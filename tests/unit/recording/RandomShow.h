@@ -9,8 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/LoadParts.h"
+#include "server/sim/frame/Simulation.h"
 #include "server/sim/recording/RecordingWriter.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene/Cores.h"
+#include "common/cores/Geometry.h"
+
 
 namespace tessera {
 

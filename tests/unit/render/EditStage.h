@@ -6,6 +6,10 @@
 #include <random>
 
 #include "client/render/SceneItems.h"
+#include "common/cores/Image.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

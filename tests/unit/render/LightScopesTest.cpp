@@ -2,6 +2,7 @@
 #include <bit>
 
 #include "client/render/SceneItems.h"
+#include "common/cores/PointLight.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

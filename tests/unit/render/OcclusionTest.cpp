@@ -2,6 +2,7 @@
 #include <random>
 
 #include "client/render/OccluderMesh.h"
+#include "common/cores/Image.h"
 #include "tests/unit/render/VisibilityOracle.h"
 
 namespace tessera {

@@ -1,5 +1,7 @@
 #include <random>
 
+#include "common/cores/PointLight.h"
+#include "common/cores/Switch.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

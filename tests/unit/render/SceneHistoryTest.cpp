@@ -7,6 +7,15 @@
 #include <set>
 
 #include "client/render/SceneItems.h"
+#include "common/cores/Billboard.h"
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/DistanceLOD.h"
+#include "common/cores/Image.h"
+#include "common/cores/MaterialGroup.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Switch.h"
 #include "common/geometry/Points.h"
 #include "common/scene/Action.h"
 #include "tests/unit/render/SceneComparison.h"

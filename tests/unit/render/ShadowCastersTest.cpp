@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "client/render/ShadowCasters.h"
+#include "common/cores/DirectionalLight.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "client/render/RenderAction.h"
+#include "common/cores/Geometry.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"

@@ -5,6 +5,10 @@
 
 #include "client/render/SceneItems.h"
 #include "client/render/ShadowCasters.h"
+#include "common/cores/Billboard.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/Switch.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/cores/Geometry.h"
 #include "common/math/Box.h"
 #include "common/scene/Action.h"
 #include "common/scene/Aspect.h"

@@ -1,3 +1,6 @@
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/InverseTransform.h"
+#include "common/cores/Switch.h"
 #include "common/scene/Action.h"
 #include "common/scene/ChildChoice.h"
 

@@ -1,3 +1,5 @@
+#include "common/cores/Group.h"
+#include "common/cores/Interest.h"
 #include "common/scene/Aspect.h"
 
 #include <gtest/gtest.h>

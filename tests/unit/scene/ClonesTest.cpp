@@ -1,3 +1,5 @@
+#include "common/cores/Animation.h"
+#include "common/cores/Interest.h"
 #include "common/scene/Clones.h"
 
 #include "tests/unit/scene/SceneEdits.h"

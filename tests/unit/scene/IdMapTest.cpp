@@ -1,3 +1,4 @@
+#include "common/cores/PointLight.h"
 #include "common/scene/IdMap.h"
 
 #include <gtest/gtest.h>

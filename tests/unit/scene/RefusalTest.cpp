@@ -3,6 +3,11 @@
 #include <cmath>
 #include <limits>
 
+#include "common/cores/Camera.h"
+#include "common/cores/Group.h"
+#include "common/cores/Image.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Switch.h"
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {

@@ -5,6 +5,9 @@
 
 #include <functional>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
+#include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 

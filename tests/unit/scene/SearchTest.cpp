@@ -1,3 +1,4 @@
+#include "common/cores/Switch.h"
 #include "common/scene/Search.h"
 
 #include <algorithm>

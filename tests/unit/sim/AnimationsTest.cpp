@@ -1,4 +1,5 @@
 /// Animations in frames: what they drive, who wins, what stops them, what they cost; followed through histories beside a look at all of them.
+#include "common/cores/PointLight.h"
 #include "server/sim/frame/Animations.h"
 
 #include <gtest/gtest.h>

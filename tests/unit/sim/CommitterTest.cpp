@@ -1,4 +1,7 @@
 /// The single writer by value: what is applied, what is handed on, what is kept.
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Volume.h"
 #include "server/sim/commit/Committer.h"
 
 #include <gtest/gtest.h>

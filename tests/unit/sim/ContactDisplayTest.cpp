@@ -1,4 +1,6 @@
 /// Marks appear, follow and vanish; nobody else notices.
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Material.h"
 #include "common/math/Compose.h"
 #include "server/sim/display/ContactDisplay.h"
 

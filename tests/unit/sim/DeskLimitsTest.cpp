@@ -4,6 +4,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/desk/RequestDesk.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/unit/session/ServerFixture.h"
 #include "tests/unit/sim/SceneForTests.h"
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/sim/frame/Simulation.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {

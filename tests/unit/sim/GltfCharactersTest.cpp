@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/cores/Skin.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
 #include "server/import/Importer.h"

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "common/cores/Image.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/commit/Committer.h"
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/base/Channel.h"
+#include "common/cores/Inline.h"
 #include "common/scene/Aspect.h"
 #include "server/sim/StartScene.h"
 #include "server/sim/commit/Committer.h"

@@ -4,12 +4,15 @@
 #include <map>
 #include <optional>
 
+#include "common/cores/Inline.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Edits.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LoadParts.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
 

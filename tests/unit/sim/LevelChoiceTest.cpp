@@ -1,5 +1,6 @@
 /// Which level of detail each user sees: by distance and by size, with hysteresis, as a part of the scene; after any history what a fresh
 /// look says, at a cost of what moved.
+#include "common/cores/DistanceLOD.h"
 #include "server/sim/frame/LevelChoice.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/FrameMaker.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {

@@ -1,4 +1,5 @@
 /// A load in parts: bounded, hidden until the last, one step, taken away where it cannot be finished.
+#include "common/cores/CollisionObject.h"
 #include "server/sim/frame/LoadParts.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,10 @@
 /// A manipulator that a list touches has something to move, or the list is refused in words.
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Group.h"
+#include "common/cores/Manipulator.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
 #include "server/rules/ManipulatorCheck.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 /// No two Movies write one Image, whatever has come and gone.
 #include <gtest/gtest.h>
 
-#include "common/scene/Cores.h"
+#include "common/cores/Movie.h"
 #include "server/sim/commit/Committer.h"
 
 namespace tessera {

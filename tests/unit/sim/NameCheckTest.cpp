@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "common/scene/Cores.h"
 #include "server/rules/NameCheck.h"
 #include "server/sim/commit/Committer.h"
 

@@ -1,4 +1,7 @@
 /// What the wall says of bad programs: comes, stands where it can be read, goes, and is nobody's but the server's.
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/cores/Switch.h"
 #include "server/programs/ProgramNotices.h"
 
 #include <gtest/gtest.h>

@@ -7,6 +7,8 @@
 #include <functional>
 #include <map>
 
+#include "common/cores/Material.h"
+#include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/frame/Simulation.h"

@@ -6,6 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "common/cores/Camera.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Switch.h"
+#include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/commit/Committer.h"
 #include "tests/property/Seeds.h"

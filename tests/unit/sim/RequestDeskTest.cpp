@@ -11,6 +11,7 @@
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/Peers.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {

@@ -1,4 +1,5 @@
 /// What the scene tells those who do not follow it: by name, and page by page while it changes.
+#include "common/cores/Animation.h"
 #include "server/sim/desk/SceneAnswers.h"
 
 #include <gtest/gtest.h>

@@ -3,6 +3,11 @@
 
 #include <vector>
 
+#include "common/cores/Geometry.h"
+#include "common/cores/Interest.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Node.h"
+#include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/Wall.h"

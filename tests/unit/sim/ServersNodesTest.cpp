@@ -1,4 +1,6 @@
 /// What the server makes to be seen is nobody else's: whichever way an edit comes at it, it is refused, and handles go on following.
+#include "common/cores/CollisionObject.h"
+#include "common/cores/InverseTransform.h"
 #include "server/sim/commit/ServersNodes.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 /// Poses of skins: beside the matrices of the whole scene after random histories; what travels, what costs nothing, what cannot be said.
+#include "common/cores/Skin.h"
 #include "server/sim/frame/SkinPoses.h"
 
 #include <gtest/gtest.h>

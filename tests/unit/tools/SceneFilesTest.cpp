@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/cores/Transform.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/CheckCommand.h"
 #include "server/tools/ConvertCommand.h"
