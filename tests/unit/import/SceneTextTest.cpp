@@ -1,25 +1,11 @@
 // Tessera's own text format: what it becomes, and what it says when it is wrong.
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "common/cores/Camera.h"
-#include "common/cores/CollisionObject.h"
-#include "common/cores/ComponentTransform.h"
-#include "common/cores/DirectionalLight.h"
-#include "common/cores/Environment.h"
-#include "common/cores/Geometry.h"
-#include "common/cores/Image.h"
-#include "common/cores/Interest.h"
-#include "common/cores/Material.h"
-#include "common/cores/Motion.h"
-#include "common/cores/PointLight.h"
-#include "common/cores/SpotLight.h"
-#include "common/cores/Switch.h"
-#include "common/cores/Transform.h"
 #include "common/scene/Action.h"
+#include "common/scene/Cores.h"
 #include "proto/scene.pb.h"
 #include "tests/unit/import/ImportFixture.h"
 

@@ -77,6 +77,7 @@ protected:
         scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
         return scene.take();
     }
+    bool applied(Aspect& scene) { return perform(work::ApplySnapshot{snapshotOf(scene)}) && next<outcome::Applied>(); }
     /// Some of it before the wall and some behind it.
     static Aspect makeMuchToUpload() {
         test::TestScene made;
@@ -162,8 +163,7 @@ TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
     start();
     EXPECT_FALSE(host_->workAhead(afterFlips())) << "nothing is drawn yet";
     Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     (void)frame(0_frame);
     int slices = 0;
     while (host_->workAhead(afterFlips()) && slices < 1000) ++slices;
@@ -178,8 +178,7 @@ TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
 TEST_F(RenderHostTest, DoesNothingAheadUntilAllHaveFlipped) {
     start();
     Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     // The third is the second once more, which the session thread says by itself.
     for (const FrameNumber number : {0_frame, 1_frame, 2_frame}) {
         EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number)}));
@@ -195,8 +194,7 @@ TEST_F(RenderHostTest, AloneOnItsMachineWorksAheadBeforeSwapToo) {
     PartSharing sharing({}, board, log_);
     start({.sharing = &sharing});
     Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     EXPECT_TRUE(perform(work::Draw{beginOf(0_frame)}));
     EXPECT_TRUE(endsAhead(clockNow()));
 }
@@ -208,8 +206,7 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     const ObjectId ball = made.place(made.add(makeSphere(0.8, 24), material), {-0.6, 1.5, -1});
     const ObjectId behind = made.place(made.add(makeSphere(0.8, 24)), {0, 1.5, 50});
     Aspect scene = made.take();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
     const auto poseOf = [&](ObjectId node) { return scene.get<Node>(scene.get<Node>(node)->parent)->core; };
     const auto set = [](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
@@ -249,8 +246,7 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     view.position = {0.1, 0, 0};
     EXPECT_GT(frame(FrameNumber(9), {}, view).drawMs, 0);
     EXPECT_EQ(frame(FrameNumber(10), {}, view).drawMs, 0);
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     EXPECT_GT(frame(FrameNumber(11), {}, view).drawMs, 0);
     configure(makeWall());
     EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
@@ -260,8 +256,7 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
 TEST_F(RenderHostTest, WhatIsDrawnIsShownByWhomItIsHandedTo) {
     start({.output = folder_.path()});
     Aspect scene = makeBall();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
     (void)frame(FrameNumber(0));
     const Picture before = shown().picture;
@@ -297,8 +292,7 @@ TEST_F(RenderHostTest, WhatIsDrawnIsShownByWhomItIsHandedTo) {
 TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     start({.output = folder_.path()});
     Aspect scene = makeBall();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     const auto shown = [&] { return readSharedFrame(folder_ / "tiles/front-0-0/shown.frame").value(); };
     const auto again = [&](decltype(Work::what) what) { return host_->again({Attempt{3}, std::move(what)}); };
     EXPECT_FALSE(again(work::Draw{beginOf(0_frame)})) << "nothing is drawn yet";
@@ -370,8 +364,7 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
 TEST_F(RenderHostTest, LeavesToItsOwnThreadWhatMayWait) {
     start({.output = folder_.path(), .keepFrames = true, .injection = {.kind = Injection::Kind::kDrawSlow, .frame = 4}});
     Aspect scene = makeBall();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     for (std::uint64_t number = 0; number < 2; ++number) frame(FrameNumber(number));
     EXPECT_TRUE(host_->again({Attempt{1}, work::Draw{beginOf(2_frame)}}));
     EXPECT_FALSE(host_->again({Attempt{1}, work::Shown{2_frame}})) << "the disk may be behind";
@@ -401,8 +394,7 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
     ObjectId lamp;
     for (const ObjectId id : scene.ids())
         if (scene.get<PointLight>(id)) lamp = id;
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     const auto surface = makeSurface("osmesa").value();
     const auto renderer = Renderer::create(*surface, {.samples = 1}).value();
     const Wall wall = makeWall();
@@ -460,8 +452,7 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
 TEST_F(RenderHostTest, ShowsAnImageOnlyWhenTold) {
     start({.output = folder_.path()});
     Aspect scene = makeBall();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     const std::string path = folder_ / "tiles/front-0-0/shown.frame";
     ASSERT_TRUE(perform(work::Draw{beginOf(0_frame)}));
     const auto drawn = next<outcome::Drawn>();
@@ -517,8 +508,7 @@ TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
 TEST_F(RenderHostTest, DescribesItsStateDownToTheObject) {
     start({.injection = *parseInjection("corrupt@1")});
     Aspect scene = makeBall();
-    ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
-    ASSERT_TRUE(next<outcome::Applied>());
+    ASSERT_TRUE(applied(scene));
     drawAndShow(0_frame);
     ASSERT_TRUE(perform(work::Draw{beginOf(1_frame)}));
     const auto drawn = next<outcome::Drawn>();
