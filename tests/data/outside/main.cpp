@@ -1,5 +1,4 @@
-// Moves a node of a running wall along x, in equal steps, one per frame; or follows one until its x is GOAL, and tells
-// what begins to touch and ceases to meanwhile.
+// Moves a node of a running wall along x, a step a frame; or follows one until its x is GOAL, and tells what touches meanwhile.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
