@@ -120,15 +120,17 @@ void Report::stats(const server_action::FrameStats& action, const HostStats& sta
 
 void Report::shown(const server_action::FrameShown& action) {
     lastShown_[action.host] = action.frame.value;
+    if (action.frame.value < settledBefore_) return;
     const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, SwapInstants{action.shownAtNs, action.shownAtNs, action.host});
     SwapInstants& instants = it->second;
     instants.firstNs = std::min(instants.firstNs, action.shownAtNs);
     if (action.shownAtNs > instants.lastNs) instants.lastNs = action.shownAtNs, instants.last = action.host;
-    // A frame's spread is settled once everybody is a few frames on.
-    while (swapInstants_.size() > 16) {
+    // A frame's spread is settled once everybody is far on: under hold a host may say long after the others that it shows.
+    while (swapInstants_.size() > kUnsettledFrames) {
         const auto& [frame, oldest] = *swapInstants_.begin();
         if (swapSpreadMs_.count() < kMaxFrames) swapSpreadMs_.add(oldest.spreadMs());
         note(worstSwap_, frame, oldest);
+        settledBefore_ = frame + 1;
         swapInstants_.erase(swapInstants_.begin());
     }
 }

@@ -99,7 +99,9 @@ private:
         std::string last;
     };
     static void note(WorstSwap& worst, std::uint64_t frame, const SwapInstants& instants);
+    static constexpr std::size_t kUnsettledFrames = 1024;  ///< 17 s of a wall at 60 Hz
     std::map<std::uint64_t, SwapInstants> swapInstants_;  ///< by frame: those that hosts may still speak of
+    std::uint64_t settledBefore_ = 0;                     ///< what is said of older frames comes too late
     WorstSwap worstSwap_;
     std::map<std::string, std::uint64_t> waitedFor_;
     WaitStatistics waits_;
