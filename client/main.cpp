@@ -10,13 +10,13 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "client/draw/Surface.h"
 #include "client/replica/HostCheck.h"
 #include "client/replica/HostProgram.h"
 #include "client/replica/LifeLine.h"
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 
 namespace {
 
@@ -160,59 +160,50 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app(
+    Options options(
+        "tessera-client",
         "One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have "
         "drawn it.",
-        "tessera-client");
-    app.set_version_flag("--version", versionText("tessera-client"));
-    app.add_option("--server", arguments.server, "Where the server listens")->type_name("ADDR:PORT");
-    app.add_option("--host", arguments.host, "Name of this host in the wall")->type_name("NAME");
-    app.add_option("--output", arguments.output, "Keep images below DIR/tiles")->type_name("DIR");
-    app.add_flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
-    app.add_option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing")->type_name("NAME");
-    app.add_option("--device", arguments.device, "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
-        ->type_name("N")
-        ->check(CLI::Range(0, 63));
+        versionText("tessera-client"));
+    const Option server = options.option("--server", arguments.server, "Where the server listens").typeName("ADDR:PORT");
+    const Option host = options.option("--host", arguments.host, "Name of this host in the wall").typeName("NAME");
+    options.option("--output", arguments.output, "Keep images below DIR/tiles").typeName("DIR");
+    options.flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
+    options.option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing").typeName("NAME");
+    options.option("--device", arguments.device, "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
+        .typeName("N")
+        .range(0, 63);
     // Two lines of the help.
     std::string cullers = cullerNames();
     if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';
-    app.add_option("--culler", arguments.culler, cullers + " (the wall's, else auto)")->type_name("K");
-    app.add_option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME")->type_name("DIR");
-    app.add_option("--threads", arguments.threads,
+    options.option("--culler", arguments.culler, cullers + " (the wall's, else auto)").typeName("K");
+    options.option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME").typeName("DIR");
+    options.option("--threads", arguments.threads,
                    "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
-        ->type_name("N")
-        ->check(CLI::Range(0, 256));
-    app.add_option("--share", arguments.share,
+        .typeName("N")
+        .range(0, 256);
+    options.option("--share", arguments.share,
                    "Arrays, and parts of tiles, with hosts on this\nmachine: auto (default) or off")
-        ->type_name("S");
-    app.add_option("--window", arguments.monitors, "Show each tile on this machine; on the monitors M,\nby number or name, first tile first")
-        ->type_name("[M...]")
-        ->expected(0, 64);
-    app.add_flag("--full-screen", arguments.fullScreen, "Windows take their whole monitor");
-    app.add_flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
-    app.add_option("--while-input", arguments.whileInput, "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
-        ->type_name("S")
-        ->check(CLI::Range(1, 86'400));
-    app.add_flag("--check", arguments.check, "Say what this machine lacks for this, and end");
+        .typeName("S");
+    const Option window = options.option("--window", arguments.monitors, "Show each tile on this machine; on the monitors M,\nby number or name, first tile first")
+        .typeName("[M...]")
+        .expected(0, 64);
+    options.flag("--full-screen", arguments.fullScreen, "Windows take their whole monitor");
+    options.flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
+    options.option("--while-input", arguments.whileInput, "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
+        .typeName("S")
+        .range(1, 86'400);
+    options.flag("--check", arguments.check, "Say what this machine lacks for this, and end");
     // For tests of the rest of the wall; see client/replica/README.md.
-    app.add_option("--inject", arguments.inject)->group("");
-    app.add_option("--window-log", arguments.windowLog)->group("");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp& e) {
-        return app.exit(e);
-    } catch (const CLI::CallForVersion& e) {
-        return app.exit(e);
-    } catch (const CLI::ParseError& e) {
-        fmt::print(stderr, "tessera-client: {}; see --help\n", e.what());
+    options.option("--inject", arguments.inject).hidden();
+    options.option("--window-log", arguments.windowLog).hidden();
+    if (const std::optional<int> code = options.parse(argc, argv)) return *code;
+    for (const Option& needed : {server, host}) {
+        if (arguments.check || needed.given()) continue;
+        fmt::print(stderr, "tessera-client: {} is required; see --help\n", needed.name());
         return exitCode(ErrorCode::kUsage);
     }
-    for (const char* needed : {"--server", "--host"}) {
-        if (arguments.check || app.count(needed) > 0) continue;
-        fmt::print(stderr, "tessera-client: {} is required; see --help\n", needed);
-        return exitCode(ErrorCode::kUsage);
-    }
-    arguments.window = app.count("--window") > 0;
+    arguments.window = window.given();
     std::erase(arguments.monitors, std::string());
     if (!arguments.window && (arguments.fullScreen || arguments.vsync)) {
         fmt::print(stderr, "tessera-client: --full-screen and --vsync say how a --window is; see --help\n");

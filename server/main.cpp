@@ -7,11 +7,11 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "common/base/Log.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
+#include "common/options/Options.h"
 #include "server/sim/FrameLoop.h"
 
 namespace {
@@ -118,71 +118,60 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app("Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
-                 "tessera-server");
-    app.set_version_flag("--version", tessera::versionText("tessera-server"));
-    app.add_option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)")->type_name("W");
+    Options options("tessera-server", "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
+                    versionText("tessera-server"));
+    options.option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)").typeName("W");
     // A variable of a script that is empty is no folder.
-    const CLI::Validator named([](std::string& text) { return text.empty() ? std::string("is empty") : std::string(); },
-                               "");
-    app.add_option("--scene", arguments.scenes, "Scene or model file; may be repeated")->type_name("S")->check(named);
-    app.add_option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
-        ->type_name("y|z")
-        ->check(CLI::IsMember({"y", "z"}).description(""));
-    const CLI::Option* at = app.add_option("--at", arguments.at, "Where each file's origin comes; with --fit the\nmiddle of its underside")->type_name("X Y Z")->expected(3);
-    const CLI::Option* fit = app.add_option("--fit", arguments.fit, "So long becomes the longest side of each")->type_name("METRES");
-    const CLI::Option* radius = app.add_option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units")->type_name("R");
-    app.add_option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)")->type_name("ADDR:PORT");
-    app.add_option("--assets", arguments.assets, "Folders for asset://NAME")->type_name("DIR");
-    app.add_option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
-        ->type_name("DIR")
-        ->check(named);
-    app.add_option("--frames", arguments.frames, "Stop after N frames")->type_name("N");
-    app.add_option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
-        ->type_name("HZ")
-        ->check(CLI::Range(0.0, 1000.0))
-        ->check([](const std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : ""; });
-    const CLI::Validator budgetFault([](const std::string& text) {
+    const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
+    options.option("--scene", arguments.scenes, "Scene or model file; may be repeated").typeName("S").check(named);
+    options.option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
+        .typeName("y|z")
+        .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);
+    const Option at = options.option("--at", arguments.at, "Where each file's origin comes; with --fit the\nmiddle of its underside").typeName("X Y Z").expected(3);
+    const Option fit = options.option("--fit", arguments.fit, "So long becomes the longest side of each").typeName("METRES");
+    const Option radius = options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units").typeName("R");
+    options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
+    options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");
+    options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
+        .typeName("DIR")
+        .check(named);
+    options.option("--frames", arguments.frames, "Stop after N frames").typeName("N");
+    options.option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
+        .typeName("HZ")
+        .range(0.0, 1000.0)
+        .check([](const std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : ""; });
+    const auto budgetFault = [](const std::string& text) {
         char* end = nullptr;
         const double number = std::strtod(text.c_str(), &end);
         return end != text.c_str() && *end == '\0' && isBudget(number) ? "" : "0, or 0.1 to 60000 milliseconds";
-    }, "");
-    app.add_option("--size", arguments.size, "Visible pixels of the whole wall")->type_name("WxH");
-    app.add_option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
-        ->type_name("N")
-        ->check(CLI::IsMember({1, 4}));
-    app.add_option("--budget", arguments.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
-        ->type_name("MS")
-        ->check(budgetFault);
-    app.add_option("--camera", arguments.camera, "Node of the camera to use")->type_name("NODE");
-    app.add_option("--report", arguments.report, "Write report.json here at the end")->type_name("FILE");
-    app.add_option("--record", arguments.record, "Write what happens here, for tessera-replay")->type_name("FILE");
-    app.add_option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")
-        ->type_name("DIR")
-        ->check(named);
-    app.add_option("--threads", arguments.threads, "Of the collision pipeline (1)")
-        ->type_name("N")
-        ->check(CLI::Range(1, 256));
-    app.add_flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
-    app.add_flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
-    app.add_flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
-    app.add_flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
-    app.add_flag("--allow-unconfined-import", arguments.allowUnconfined,
+    };
+    options.option("--size", arguments.size, "Visible pixels of the whole wall").typeName("WxH");
+    options.option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
+        .typeName("N")
+        .oneOf({1, 4});
+    options.option("--budget", arguments.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
+        .typeName("MS")
+        .check(budgetFault);
+    options.option("--camera", arguments.camera, "Node of the camera to use").typeName("NODE");
+    options.option("--report", arguments.report, "Write report.json here at the end").typeName("FILE");
+    options.option("--record", arguments.record, "Write what happens here, for tessera-replay").typeName("FILE");
+    options.option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")
+        .typeName("DIR")
+        .check(named);
+    options.option("--threads", arguments.threads, "Of the collision pipeline (1)")
+        .typeName("N")
+        .range(1, 256);
+    options.flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
+    options.flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
+    options.flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
+    options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
+    options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp& e) {
-        return app.exit(e);
-    } catch (const CLI::CallForVersion& e) {
-        return app.exit(e);
-    } catch (const CLI::ParseError& e) {
-        fmt::print(stderr, "tessera-server: {}; see --help\n", e.what());
-        return exitCode(ErrorCode::kUsage);
-    }
+    if (const std::optional<int> code = options.parse(argc, argv)) return *code;
     Placing& placing = arguments.placing;
-    if (*at) placing.at = Vec3d(arguments.at[0], arguments.at[1], arguments.at[2]);
-    if (*fit) placing.fit = arguments.fit;
-    if (*radius) placing.pointRadius = arguments.pointRadius;
+    if (at.given()) placing.at = Vec3d(arguments.at[0], arguments.at[1], arguments.at[2]);
+    if (fit.given()) placing.fit = arguments.fit;
+    if (radius.given()) placing.pointRadius = arguments.pointRadius;
     if (!arguments.up.empty()) placing.up = arguments.up == "z" ? UpAxis::kZ : UpAxis::kY;
     if (const Expected<void> sound = checkPlacing(placing); !sound) {
         fmt::print(stderr, "tessera-server: {}: {}; see --help\n", optionsText(placing), sound.error().message);

@@ -1,13 +1,14 @@
 /// tessera-deform: leads the control points of a running wall's bodies to and fro, frame by frame.
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <thread>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "client/deform/ControlPoints.h"
 #include "common/application/Application.h"
+#include "common/options/Options.h"
 
 namespace tessera {
 namespace {
@@ -98,26 +99,29 @@ int run(const DeformOptions& options) {
 }  // namespace tessera
 
 int main(int argc, char** argv) {
-    tessera::DeformOptions options;
-    CLI::App app("Leads the control points of a running wall's surfaces and lattices to and fro.");
-    // CLI's own range lets pass what is no number.
-    const CLI::Validator numberOfSeconds(
-        [](std::string& text) {
-            double seconds = 0;
-            const bool fits = CLI::detail::lexical_cast(text, seconds) && seconds >= 0 && seconds <= 1e6;
-            return fits ? std::string() : text + " is not a number of seconds from 0 to 1000000";
-        },
-        "0 to 1000000", "seconds");
-    app.add_option("--server", options.server, "The wall's server")->type_name("ADDR:PORT")->capture_default_str();
-    app.add_option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist\n(degrees) or swell (per cent); AMOUNT A or\nFROM..TO")->required()->type_name("HOW");
-    app.add_option("--stagger", options.stagger, "How much later each further body of a NODE begins,\nseconds")->check(numberOfSeconds)->capture_default_str();
-    app.add_option("--seconds", options.seconds, "Then all is led back (0: as long as the wall\nruns). Of the wall's own time, 60 frames a second:\na slow wall takes longer")->check(numberOfSeconds);
-    app.add_option("--wait", options.wait, "So many seconds for a wall that is not there yet")->check(numberOfSeconds);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        const int code = app.exit(error);
-        return code == 0 ? 0 : tessera::exitCode(tessera::ErrorCode::kUsage);
+    using namespace tessera;
+    DeformOptions options;
+    Options commandLine(argv[0], "Leads the control points of a running wall's surfaces and lattices to and fro.");
+    // A range lets pass what is no number.
+    const auto numberOfSeconds = [](const std::string& text) {
+        char* end = nullptr;
+        const auto seconds = static_cast<double>(std::strtold(text.c_str(), &end));
+        const bool fits = !text.empty() && *end == '\0' && seconds >= 0 && seconds <= 1e6;
+        return fits ? std::string() : text + " is not a number of seconds from 0 to 1000000";
+    };
+    commandLine.option("--server", options.server, "The wall's server").typeName("ADDR:PORT").showDefault();
+    commandLine.option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist\n(degrees) or swell (per cent); AMOUNT A or\nFROM..TO").required().typeName("HOW");
+    commandLine.option("--stagger", options.stagger, "How much later each further body of a NODE begins,\nseconds").check(numberOfSeconds, "0 to 1000000").showDefault();
+    commandLine.option("--seconds", options.seconds, "Then all is led back (0: as long as the wall\nruns). Of the wall's own time, 60 frames a second:\na slow wall takes longer").check(numberOfSeconds, "0 to 1000000");
+    commandLine.option("--wait", options.wait, "So many seconds for a wall that is not there yet").check(numberOfSeconds, "0 to 1000000");
+    const Expected<std::optional<std::string>> instead = commandLine.read(std::vector<std::string>(argv + 1, argv + argc));
+    if (!instead) {
+        fmt::print(stderr, "{}\nRun with --help for more information.\n", instead.error().message);
+        return exitCode(instead.error().code);
     }
-    return tessera::run(options);
+    if (*instead) {
+        fmt::print("{}", **instead);
+        return 0;
+    }
+    return run(options);
 }

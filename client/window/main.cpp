@@ -4,13 +4,13 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "client/image/Picture.h"
 #include "client/window/TileWindow.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
+#include "common/options/Options.h"
 
 namespace tessera {
 namespace {
@@ -34,37 +34,27 @@ int main(int argc, char** argv) {
     std::vector<int> part;
     bool monitors = false;
     int parent = 0;
-    CLI::App app("Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or closing the window, ends it.",
-                 "tessera-window");
-    app.set_version_flag("--version", versionText("tessera-window"));
-    auto* const file = app.add_option("file", options.frameFiles, "OUTPUT/tiles/TILE/shown.frame of the client")->type_name("FILE")->expected(0, 2);
-    app.add_option("--title", options.title, "Of the window")->type_name("TEXT");
-    app.add_option("--monitor", options.monitor, "Its number or name (the first one)")->type_name("M");
-    app.add_flag("--full-screen", options.fullScreen, "All of that monitor");
-    app.add_flag("--vsync", options.vsync, "In step with the monitor, by the graphics driver");
-    app.add_option("--part", part, "No full screen: the tile's place on its wall, and\nthe wall's size, in pixels from the upper left")
-        ->type_name("X Y W H WALL_W WALL_H")
-        ->expected(6)
-        ->check(CLI::Range(0, 1 << 30));
-    app.add_option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)")->type_name("FILE");
-    app.add_flag("--monitors", monitors, "Says which monitors there are")->excludes(file);
+    Options commandLine("tessera-window", "Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or closing the window, ends it.",
+                        versionText("tessera-window"));
+    const Option file = commandLine.option("file", options.frameFiles, "OUTPUT/tiles/TILE/shown.frame of the client").typeName("FILE").expected(0, 2);
+    commandLine.option("--title", options.title, "Of the window").typeName("TEXT");
+    commandLine.option("--monitor", options.monitor, "Its number or name (the first one)").typeName("M");
+    commandLine.flag("--full-screen", options.fullScreen, "All of that monitor");
+    commandLine.flag("--vsync", options.vsync, "In step with the monitor, by the graphics driver");
+    commandLine.option("--part", part, "No full screen: the tile's place on its wall, and\nthe wall's size, in pixels from the upper left")
+        .typeName("X Y W H WALL_W WALL_H")
+        .expected(6)
+        .range(0, 1 << 30);
+    commandLine.option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)").typeName("FILE");
+    commandLine.flag("--monitors", monitors, "Says which monitors there are").excludes(file);
     // Of the client that starts windows: the wall whose output this is, as bytes, and which; FILE is one of each of its tiles.
     std::string wall, tile;
-    app.add_option("--wall", wall)->group("");
-    app.add_option("--tile", tile)->group("");
+    commandLine.option("--wall", wall).hidden();
+    commandLine.option("--tile", tile).hidden();
     // They do not outlive it.
-    app.add_option("--parent", parent)->group("");
-    app.add_option("--input", options.input)->group("");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp& e) {
-        return app.exit(e);
-    } catch (const CLI::CallForVersion& e) {
-        return app.exit(e);
-    } catch (const CLI::ParseError& e) {
-        fmt::print(stderr, "tessera-window: {}; see --help\n", e.what());
-        return exitCode(ErrorCode::kUsage);
-    }
+    commandLine.option("--parent", parent).hidden();
+    commandLine.option("--input", options.input).hidden();
+    if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;
     if (parent > 0 && (::prctl(PR_SET_PDEATHSIG, SIGTERM) != 0 || ::getppid() != parent)) return 0;
     const auto end = [](const Expected<void>& done) {
         if (done) return 0;

@@ -17,8 +17,9 @@ endif()
 
 add_library(tessera_flags INTERFACE)
 target_compile_options(tessera_flags INTERFACE -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
-# g++ collects garbage rather often for files that are compiled together: half a GiB more each, a tenth of the time less.
-target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
+# g++ would collect garbage rather often for files that are compiled together: a tenth of the time is less without.
+# The largest take 2.4 GiB (deploy/build knows).
+target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=2097152>)
 # g++ 12 sees overlaps in std::string concatenations that are not there (GCC bug 105651).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 # g++ 12.2 at -O2 drops the rounding of (double)(float)x where it vectorises two of them in straight code. Bounds and exact
@@ -69,20 +70,47 @@ function(tessera_precompile name kind)
   target_precompile_headers(${name} PRIVATE ${ARGN})
 endfunction()
 
+# What runs seldom, or waits for others: a fifth of the time of compiling it is worth more than some of its speed.
+function(tessera_runs_seldom target)
+  target_compile_options(${target} PRIVATE -O1)
+endfunction()
+
+# tessera_reuse_precompiled(TARGET [seldom]): headers of others, read once. One set for each way of compiling: g++ 12 takes
+# the optimisation level of the precompiled header, whatever the command line of the file says.
+function(tessera_reuse_precompiled target)
+  set(headers tessera_precompiled)
+  if("${ARGN}" STREQUAL "seldom")
+    tessera_runs_seldom(${target})
+    set(headers tessera_precompiled_seldom)
+  endif()
+  if(NOT TESSERA_PRECOMPILE)
+    return()
+  endif()
+  if(NOT TARGET ${headers})
+    tessera_precompile(${headers} OBJECT ${tessera_headers})
+    target_link_libraries(${headers} PRIVATE Eigen3::Eigen tessera_flags)
+    if("${ARGN}" STREQUAL "seldom")
+      tessera_runs_seldom(${headers})
+    endif()
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${headers})
+endfunction()
+
 # Small modules that are compiled together, into one library: half of a small module's compile time is what its files share with those
 # of its neighbours. A group is made before its modules; nothing outside
 # it that they link may link one of them.
 #
-# tessera_group(NAME modules…)
+# tessera_group(NAME [SELDOM] modules…)
 function(tessera_group group)
+  cmake_parse_arguments(ARG "SELDOM" "" "" ${ARGN})
   add_library(tessera_${group} STATIC)
-  foreach(module ${ARGN})
+  foreach(module ${ARG_UNPARSED_ARGUMENTS})
     set_property(GLOBAL PROPERTY TESSERA_GROUP_OF_${module} tessera_${group})
   endforeach()
-  tessera_module_settings(tessera_${group})
+  tessera_module_settings(tessera_${group} ${ARG_SELDOM})
 endfunction()
 
-# What every library of ours is compiled with.
+# tessera_module_settings(TARGET [TRUE]): what every library of ours is compiled with. TRUE: it runs seldom.
 function(tessera_module_settings target)
   tessera_unite(${target})
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tessera>)
@@ -90,18 +118,16 @@ function(tessera_module_settings target)
   # One alignment for Eigen in every translation unit, ours and an application's.
   target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:tessera_flags>)
-  if(TESSERA_PRECOMPILE)
-    if(NOT TARGET tessera_precompiled)
-      tessera_precompile(tessera_precompiled OBJECT ${tessera_headers})
-      target_link_libraries(tessera_precompiled PRIVATE Eigen3::Eigen tessera_flags)
-    endif()
-    target_precompile_headers(${target} REUSE_FROM tessera_precompiled)
+  if("${ARGN}" STREQUAL "TRUE")
+    tessera_reuse_precompiled(${target} seldom)
+  else()
+    tessera_reuse_precompiled(${target})
   endif()
 endfunction()
 
-# tessera_library(NAME [LINK other modules and packages...]): the module in the current folder.
+# tessera_library(NAME [SELDOM] [LINK other modules and packages...]): the module in the current folder.
 function(tessera_library name)
-  cmake_parse_arguments(ARG "" "" "LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "SELDOM" "" "LINK;PRIVATE_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
   # Kernels and predicates have options of their own.
@@ -136,7 +162,7 @@ function(tessera_library name)
     endif()
   elseif(sources)
     add_library(tessera_${name} STATIC ${sources})
-    tessera_module_settings(tessera_${name})
+    tessera_module_settings(tessera_${name} ${ARG_SELDOM})
     target_link_libraries(tessera_${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   else()
     add_library(tessera_${name} INTERFACE)
@@ -149,12 +175,10 @@ function(tessera_library name)
   set_target_properties(tessera_${name} PROPERTIES EXPORT_NAME ${name})
 endfunction()
 
-# tessera_reuse_headers(NAME): as the modules have them, for a library that is no module.
+# tessera_reuse_headers(NAME): as the modules have them, for a library of tests.
 function(tessera_reuse_headers name)
   tessera_unite(${name})
-  if(TARGET tessera_precompiled)
-    target_precompile_headers(${name} REUSE_FROM tessera_precompiled)
-  endif()
+  tessera_reuse_precompiled(${name} seldom)
 endfunction()
 
 # All that a person starts: what run-wall, run-tests and install build, and deploy/build links into out/bin. Each program enters itself.
@@ -164,7 +188,7 @@ function(tessera_offer name)
   set_property(GLOBAL APPEND PROPERTY TESSERA_PROGRAMS ${name})
 endfunction()
 
-# tessera_program(NAME LINK …): main.cpp of the current folder.
+# tessera_program(NAME LINK …): main.cpp of the current folder, which reads options and calls a library.
 function(tessera_program name)
   cmake_parse_arguments(ARG "" "" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_SOURCES)
@@ -172,13 +196,11 @@ function(tessera_program name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} tessera_flags)
-  if(TARGET tessera_precompiled)
-    # Compiled as the modules are, so that their headers serve here too.
-    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-    target_compile_options(${name} PRIVATE -fPIC)
-    target_compile_definitions(${name} PRIVATE EIGEN_MAX_ALIGN_BYTES=16)
-    target_precompile_headers(${name} REUSE_FROM tessera_precompiled)
-  endif()
+  # Compiled as the modules are, so that their headers serve here too.
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(${name} PRIVATE -fPIC)
+  target_compile_definitions(${name} PRIVATE EIGEN_MAX_ALIGN_BYTES=16)
+  tessera_reuse_precompiled(${name} seldom)
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
   tessera_offer(${name})
 endfunction()

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 #include "common/codec/WallCodec.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/SceneImport.h"
@@ -17,28 +17,20 @@ namespace tessera {
 Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
     CheckArguments out;
     bool schema = false;
-    CLI::App app(
+    Options options(
+        "tessera-check",
         "Says what is wrong with walls and scenes, with line and column where they\n"
         "are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
         "first that is not: 3 for a bad or missing file.",
-        "tessera-check");
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version", versionText("tessera-check"));
-    app.add_option("FILE", out.files, "Walls (.wall), scenes and models");
-    app.add_option("--assets", out.assets, "A folder for asset://NAME; may be repeated")->type_name("DIR")->allow_extra_args(false);
-    app.add_flag("--json", out.json, "One JSON object per file");
-    app.add_flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
-    app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
-    try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
-        app.parse(std::move(reversed));
-    } catch (const CLI::CallForHelp&) {
-        return CheckText{app.help()};
-    } catch (const CLI::CallForVersion&) {
-        return CheckText{versionText("tessera-check") + "\n"};
-    } catch (const CLI::ParseError& wrong) {
-        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
-    }
+        versionText("tessera-check"));
+    options.option("FILE", out.files, "Walls (.wall), scenes and models");
+    options.option("--assets", out.assets, "A folder for asset://NAME; may be repeated").typeName("DIR").oneEach();
+    options.flag("--json", out.json, "One JSON object per file");
+    options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
+    options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    const Expected<std::optional<std::string>> instead = options.read(words);
+    if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
+    if (*instead) return CheckText{**instead};
     if (schema) return CheckText{sceneSchemaText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;

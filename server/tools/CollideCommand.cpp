@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -12,6 +11,7 @@
 #include <variant>
 
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 #include "common/base/Workers.h"
 #include "server/collision/mesh/InstructionSet.h"
 #include "server/collision/query/SelfCollision.h"
@@ -52,10 +52,10 @@ const std::map<std::string, SplitRule> kSplits{{"area", SplitRule::kSurfaceArea}
                                                {"volume", SplitRule::kMinimumVolume}};
 
 template <typename T>
-CLI::Validator oneOf(const std::map<std::string, T>& words) {
-    std::vector<std::string> keys;
-    for (const auto& [word, value] : words) keys.push_back(word);
-    return CLI::IsMember(keys).description("");
+std::vector<std::string> wordsOf(const std::map<std::string, T>& values) {
+    std::vector<std::string> words;
+    for (const auto& [word, value] : values) words.push_back(word);
+    return words;
 }
 
 /// Two bodies ready to be asked.
@@ -283,61 +283,53 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     CollideArguments out;
     std::string query, volume, split, asA, asB;
     double tolerance = 0;
-    CLI::App app(
+    Options options(
+        "tessera-collide",
         "Asks of two models, pose by pose: do they touch, where, how deep, how far\n"
         "are they apart, when do they meet? One answer per line of the pose file.\n"
         "Or of one (self): what of it runs into itself?",
-        "tessera-collide");
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version", versionText("tessera-collide"));
-    app.add_option("A", out.a, "A scene or model file; stays")->required();
-    app.add_option("B", out.b, "Another, or the same; moves");
-    app.add_option("--poses", out.poses, "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi")
-        ->type_name("FILE");
-    app.add_option("--query", query, "any, all, distance, toi, depth or self")
-        ->type_name("Q")
-        ->required()
-        ->check(oneOf(kQueries));
+        versionText("tessera-collide"));
+    options.option("A", out.a, "A scene or model file; stays").required();
+    options.option("B", out.b, "Another, or the same; moves");
+    options.option("--poses", out.poses, "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi")
+        .typeName("FILE");
+    options.option("--query", query, "any, all, distance, toi, depth or self")
+        .typeName("Q")
+        .required()
+        .oneOf(wordsOf(kQueries), ShowValues::kInErrorsAlone);
     bool json = false;
-    app.add_flag("--json", json, "One JSON object per answer");
-    app.add_flag("--time", out.time, "A last line: what it took");
-    const CLI::Option* toleranceOption =
-        app.add_option("--tolerance", tolerance,
+    options.flag("--json", json, "One JSON object per answer");
+    options.flag("--time", out.time, "A last line: what it took");
+    const Option toleranceOption =
+        options.option("--tolerance", tolerance,
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0);\nsmooth surfaces: of any answer (1e-6)")
-            ->type_name("T");
-    app.add_option("--threads", out.threads, "For any and all (1)")->type_name("N")->check(CLI::Range(1, 256));
-    app.add_option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field; or as\nOBJ's smooth surfaces: subdivision\n(Catmull-Clark), loop, nurbs (triangles)")
-        ->type_name("KIND")
-        ->check(oneOf(kKinds));
-    app.add_option("--as-b", asB, "The same of B")->type_name("KIND")->check(oneOf(kKinds));
+            .typeName("T");
+    options.option("--threads", out.threads, "For any and all (1)").typeName("N").range(1, 256);
+    options.option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field; or as\nOBJ's smooth surfaces: subdivision\n(Catmull-Clark), loop, nurbs (triangles)")
+        .typeName("KIND")
+        .oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
+    options.option("--as-b", asB, "The same of B").typeName("KIND").oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
     std::string levelA, levelB;
-    const CLI::Option* levelAOption = app.add_option("--level-a", levelA, "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
-        ->type_name("N");
-    const CLI::Option* levelBOption = app.add_option("--level-b", levelB, "The same of B")->type_name("N");
+    const Option levelAOption = options.option("--level-a", levelA, "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
+        .typeName("N");
+    const Option levelBOption = options.option("--level-b", levelB, "The same of B").typeName("N");
     double error = 1;
-    const CLI::Option* errorOption =
-        app.add_option("--error", error, "Distances and depths by distance\nfields may be wrong by so many\npercent of their size (1)")
-            ->type_name("E");
+    const Option errorOption =
+        options.option("--error", error, "Distances and depths by distance\nfields may be wrong by so many\npercent of their size (1)")
+            .typeName("E");
     double radius = 0;
-    const CLI::Option* radiusOption = app.add_option("--radius", radius, "Of points; else the file's")->type_name("R");
-    app.add_option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
-        ->type_name("V")
-        ->check(oneOf(kVolumes));
-    app.add_option("--split", split, "area, median, mean, volume;\nas --volume")
-        ->type_name("S")
-        ->check(oneOf(kSplits));
-    app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
-    app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
-    try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
-        app.parse(std::move(reversed));
-    } catch (const CLI::CallForHelp&) {
-        return CollideHelp{app.help()};
-    } catch (const CLI::CallForVersion&) {
-        return CollideHelp{versionText("tessera-collide") + "\n"};
-    } catch (const CLI::ParseError& wrong) {
-        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
-    }
+    const Option radiusOption = options.option("--radius", radius, "Of points; else the file's").typeName("R");
+    options.option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
+        .typeName("V")
+        .oneOf(wordsOf(kVolumes), ShowValues::kInErrorsAlone);
+    options.option("--split", split, "area, median, mean, volume;\nas --volume")
+        .typeName("S")
+        .oneOf(wordsOf(kSplits), ShowValues::kInErrorsAlone);
+    options.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
+    options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    const Expected<std::optional<std::string>> instead = options.read(words);
+    if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
+    if (*instead) return CollideHelp{**instead};
     out.query = kQueries.at(query);
     if (!asA.empty()) out.asA = kKinds.at(asA);
     if (!asB.empty()) out.asB = kKinds.at(asB);
@@ -351,7 +343,7 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     out.format = json ? AnswerFormat::kJson : AnswerFormat::kText;
     if (!volume.empty()) out.tree.volume = kVolumes.at(volume);
     if (!split.empty()) out.tree.split = kSplits.at(split);
-    if (toleranceOption->count() > 0) {
+    if (toleranceOption.given()) {
         const bool zeroWillDo = out.query != CollideQuery::kImpact;
         if (!std::isfinite(tolerance) || tolerance < 0 || (tolerance == 0 && !zeroWillDo))
             return fail(ErrorCode::kUsage,
@@ -360,32 +352,32 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     }
     const bool points = out.asA == Representation::kPoints || out.asB == Representation::kPoints;
     if (alone && points) return fail(ErrorCode::kUsage, "self is about surfaces: points run into nothing of theirs");
-    const auto takeLevel = [](const CLI::Option* option, const std::string& word, Representation as,
+    const auto takeLevel = [](const Option& option, const std::string& word, Representation as,
                               unsigned& to) -> Expected<void> {
-        if (option->count() == 0) return {};
+        if (!option.given()) return {};
         const char* const end = word.data() + word.size();
         const auto [rest, wrong] = std::from_chars(word.data(), end, to);
         if (wrong != std::errc() || rest != end || to > kFinestLevel)
             return fail(ErrorCode::kUsage,
-                        fmt::format("{} must be a whole number from 0 to {}", option->get_name(), kFinestLevel));
+                        fmt::format("{} must be a whole number from 0 to {}", option.name(), kFinestLevel));
         if (as != Representation::kTriangles && as != Representation::kHeightField)
-            return fail(ErrorCode::kUsage, fmt::format("{} is for triangles and height fields", option->get_name()));
+            return fail(ErrorCode::kUsage, fmt::format("{} is for triangles and height fields", option.name()));
         return {};
     };
-    if (alone && levelAOption->count() + levelBOption->count() > 0)
+    if (alone && (levelAOption.given() || levelBOption.given()))
         return fail(ErrorCode::kUsage, "self looks at the surface itself: no levels");
     if (const Expected<void> good = takeLevel(levelAOption, levelA, out.asA, out.levelA); !good)
         return tl::unexpected(good.error());
     if (const Expected<void> good = takeLevel(levelBOption, levelB, out.asB, out.levelB); !good)
         return tl::unexpected(good.error());
-    if (errorOption->count() > 0) {
+    if (errorOption.given()) {
         if (alone || (out.asA != Representation::kDistanceField && out.asB != Representation::kDistanceField))
             return fail(ErrorCode::kUsage, "--error is for --as-a distance-field and --as-b distance-field");
         if (!(error >= 0.1 && error <= 20))
             return fail(ErrorCode::kUsage, "--error must be a number of percent, from 0.1 to 20");
         out.error = 0.01 * error;
     }
-    if (radiusOption->count() > 0) {
+    if (radiusOption.given()) {
         if (!points) return fail(ErrorCode::kUsage, "--radius is for --as-a points and --as-b points");
         if (!std::isfinite(radius) || radius < 0)
             return fail(ErrorCode::kUsage, "--radius must be a number of at least 0");

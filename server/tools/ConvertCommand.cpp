@@ -1,13 +1,13 @@
 #include "server/tools/ConvertCommand.h"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 #include "common/cores/Inline.h"
 #include "common/cores/Movie.h"
 #include "common/cores/ProxyGroup.h"
@@ -64,33 +64,25 @@ void sayCounts(const OptimiseCounts& c) {
 
 Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(const std::vector<std::string>& words) {
     ConvertArguments out;
-    CLI::App app(
+    Options commandLine(
+        "tessera-convert",
         "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
         "every object as it is, arrays and images included, and needs no other file\n"
         "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
         "Of a .mpcdi it makes a .wall, with warp meshes and blend pictures beside it.",
-        "tessera-convert");
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version", versionText("tessera-convert"));
-    app.add_option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …; .mpcdi")->required();
-    app.add_option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall")->required();
-    app.add_option("--assets", out.assets, "Folders for asset://NAME")->type_name("DIR");
-    app.add_flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+        versionText("tessera-convert"));
+    commandLine.option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …; .mpcdi").required();
+    commandLine.option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall").required();
+    commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
+    commandLine.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     bool optimise = false;
     std::vector<std::string> steps, keep;
-    app.add_flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, chains of transforms that\nstand still flattened, meshes in an order\nthat draws faster");
-    app.add_option("--steps", steps, "These steps of it alone: share, flatten,\norder; merge (meshes of one material) and\nlevels (coarser ones for far away) are done\nonly where they are named")->type_name("STEP,…")->delimiter(',');
-    app.add_option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated")->type_name("PATH")->allow_extra_args(false);
-    try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
-        app.parse(std::move(reversed));
-    } catch (const CLI::CallForHelp&) {
-        return ConvertHelp{app.help()};
-    } catch (const CLI::CallForVersion&) {
-        return ConvertHelp{versionText("tessera-convert") + "\n"};
-    } catch (const CLI::ParseError& wrong) {
-        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
-    }
+    commandLine.flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, chains of transforms that\nstand still flattened, meshes in an order\nthat draws faster");
+    commandLine.option("--steps", steps, "These steps of it alone: share, flatten,\norder; merge (meshes of one material) and\nlevels (coarser ones for far away) are done\nonly where they are named").typeName("STEP,…").delimiter(',');
+    commandLine.option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated").typeName("PATH").oneEach();
+    const Expected<std::optional<std::string>> instead = commandLine.read(words);
+    if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
+    if (*instead) return ConvertHelp{**instead};
     if (isMpcdi(out.in) != out.out.ends_with(".wall"))
         return fail(ErrorCode::kUsage, "a .wall is made of a .mpcdi, and of nothing else; see --help");
     if (!optimise && (!steps.empty() || !keep.empty())) return fail(ErrorCode::kUsage, "--steps and --keep say how to --optimise; see --help");

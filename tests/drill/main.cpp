@@ -5,11 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <iterator>
 
+#include "common/options/Options.h"
 #include "tests/drill/DrillTable.h"
 #include "tests/drill/Guest.h"
 #include "tests/integration/Process.h"
@@ -78,28 +78,21 @@ int supervise(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
     Arguments arguments;
-    CLI::App app(
+    tessera::Options options(
+        "tessera-drill",
         "Kills, stops, cuts, floods and starves walls of real processes on this\nmachine; a table of what the others "
-        "missed. Exit code 1: a promise was not kept.",
-        "tessera-drill");
-    app.add_option("--rows", arguments.rows, "Only these")->type_name("NAME,...")->delimiter(',');
-    app.add_option("--json", arguments.json, "Write the rows here too")->type_name("FILE");
-    app.add_option("--repetitions", arguments.drill.repetitions, "Of rows that take little time (3)")
-        ->type_name("N")
-        ->check(CLI::Range(1, 100));
-    app.add_option("--nodes", arguments.drill.nodes, "In the scene (100000)")
-        ->type_name("N")
-        ->check(CLI::Range(1'000, 1'000'000));
-    app.add_flag("--large", arguments.drill.large, "A million nodes to load and to join");
-    app.add_option("--guest", arguments.guest)->expected(2)->group("");  // the drill's own children
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp& e) {
-        return app.exit(e);
-    } catch (const CLI::ParseError& e) {
-        fmt::print(stderr, "tessera-drill: {}; see --help\n", e.what());
-        return 2;
-    }
+        "missed. Exit code 1: a promise was not kept.");
+    options.option("--rows", arguments.rows, "Only these").typeName("NAME,...").delimiter(',');
+    options.option("--json", arguments.json, "Write the rows here too").typeName("FILE");
+    options.option("--repetitions", arguments.drill.repetitions, "Of rows that take little time (3)")
+        .typeName("N")
+        .range(1, 100);
+    options.option("--nodes", arguments.drill.nodes, "In the scene (100000)")
+        .typeName("N")
+        .range(1'000, 1'000'000);
+    options.flag("--large", arguments.drill.large, "A million nodes to load and to join");
+    options.option("--guest", arguments.guest).expected(2).hidden();  // the drill's own children
+    if (const std::optional<int> code = options.parse(argc, argv)) return *code;
     if (arguments.guest.size() == 2) return runGuest(arguments.guest[0], arguments.guest[1]);
     return supervise(arguments);
 }

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
 
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 #include "server/tools/evaluate/EvaluatedSurface.h"
 #include "server/tools/evaluate/ObjControlMesh.h"
 
@@ -55,31 +55,23 @@ Expected<void> evaluateFile(const EvaluateArguments& arguments) {
 
 Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(const std::vector<std::string>& words) {
     EvaluateArguments out;
-    CLI::App app(
+    Options options(
+        "tessera-evaluate",
         "Points, derivatives and normals of a smooth surface by its parameters: a line\n"
         "'face u v' each. Faces are numbered as OpenSubdiv's ptex faces: a quadrilateral\n"
         "is one, another polygon as many as it has corners, a triangle of Loop's scheme\n"
         "one with corners (0, 0), (1, 0), (0, 1). Of NURBS the n-th surface of the file\n"
         "is n, from 0, and u and v are those of its knots.",
-        "tessera-evaluate");
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version", versionText("tessera-evaluate"));
+        versionText("tessera-evaluate"));
     std::string names;
     for (const SurfaceScheme& scheme : surfaceSchemes()) names += (names.empty() ? "" : ", ") + std::string(scheme.name);
-    app.add_option("SURFACE", out.surface, "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
-    app.add_option("--at", out.places, "The places, one a line; # begins a\ncomment")->type_name("FILE");
-    app.add_option("--scheme", out.scheme, names)->type_name("NAME");
-    app.add_flag("--json", out.json, "One JSON object per place");
-    try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
-        app.parse(std::move(reversed));
-    } catch (const CLI::CallForHelp&) {
-        return EvaluateText{app.help()};
-    } catch (const CLI::CallForVersion&) {
-        return EvaluateText{versionText("tessera-evaluate") + "\n"};
-    } catch (const CLI::ParseError& wrong) {
-        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
-    }
+    options.option("SURFACE", out.surface, "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
+    options.option("--at", out.places, "The places, one a line; # begins a\ncomment").typeName("FILE");
+    options.option("--scheme", out.scheme, names).typeName("NAME");
+    options.flag("--json", out.json, "One JSON object per place");
+    const Expected<std::optional<std::string>> instead = options.read(words);
+    if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
+    if (*instead) return EvaluateText{**instead};
     if (out.surface.empty()) return fail(ErrorCode::kUsage, "name a SURFACE; see --help");
     if (out.places.empty()) return fail(ErrorCode::kUsage, "say where with --at FILE; see --help");
     const auto schemes = surfaceSchemes();

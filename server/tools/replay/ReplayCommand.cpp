@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <chrono>
 
 #include "common/base/Version.h"
+#include "common/options/Options.h"
 #include "server/sim/recording/RecordingReplay.h"
 #include "server/tools/replay/ReplayAnswers.h"
 
@@ -80,32 +80,24 @@ int replayFile(const ReplayArguments& arguments) {
 
 Expected<std::variant<ReplayArguments, ReplayHelp>> parseReplayArguments(const std::vector<std::string>& words) {
     ReplayArguments out;
-    CLI::App app(
+    Options options(
+        "tessera-replay",
         "Makes the frames of a recording (tessera-server --record) again and\n"
         "says whether contacts, their order and the scene are the same.\n"
         "Exit code 0: the same, 1: they differ, 3: the file is damaged.",
-        "tessera-replay");
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version", versionText("tessera-replay"));
-    app.add_option("FILE", out.file, "The recording")->required();
-    app.add_option("--threads", out.threads, "Of the collision pipeline (1)")
-        ->type_name("N")
-        ->check(CLI::Range(1, 256).description(""));
-    app.add_option("--frames", out.frames, "Stop after so many")
-        ->type_name("N")
-        ->check(CLI::Range(std::uint64_t{1}, ~std::uint64_t{0}).description(""));
-    app.add_flag("--json", out.json, "The summary as one JSON object");
-    app.add_flag("--contacts", out.contacts, "Each frame's contacts, a JSON object a\nline");
-    try {
-        std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
-        app.parse(std::move(reversed));
-    } catch (const CLI::CallForHelp&) {
-        return ReplayHelp{app.help()};
-    } catch (const CLI::CallForVersion&) {
-        return ReplayHelp{versionText("tessera-replay") + "\n"};
-    } catch (const CLI::ParseError& wrong) {
-        return fail(ErrorCode::kUsage, fmt::format("{}; see --help", wrong.what()));
-    }
+        versionText("tessera-replay"));
+    options.option("FILE", out.file, "The recording").required();
+    options.option("--threads", out.threads, "Of the collision pipeline (1)")
+        .typeName("N")
+        .range(1, 256, ShowValues::kInErrorsAlone);
+    options.option("--frames", out.frames, "Stop after so many")
+        .typeName("N")
+        .range(std::uint64_t{1}, ~std::uint64_t{0}, ShowValues::kInErrorsAlone);
+    options.flag("--json", out.json, "The summary as one JSON object");
+    options.flag("--contacts", out.contacts, "Each frame's contacts, a JSON object a\nline");
+    const Expected<std::optional<std::string>> instead = options.read(words);
+    if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
+    if (*instead) return ReplayHelp{**instead};
     return out;
 }
 
