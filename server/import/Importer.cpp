@@ -27,7 +27,8 @@ Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placi
         return fail(ErrorCode::kBadInput, "what has no size, or none that is finite, cannot be given one");
     const double factor = *placing.fit / longest;
     if (!(factor >= 1 / kMaxPlacingScale && factor <= kMaxPlacingScale))
-        return fail(ErrorCode::kBadInput, fmt::format("it is {:g} units long: it would have to be scaled by {:g}", longest, factor));
+        return fail(ErrorCode::kBadInput, fmt::format("a size of {:g}: it is {:g} units long, and would have to be scaled by {:g}; possible is {:g} to {:g}", *placing.fit,
+                                                      longest, factor, 1 / kMaxPlacingScale, kMaxPlacingScale));
     const Vec3d underside(box.center().x(), box.lower.y(), box.center().z());
     const Vec3d at = placing.at.value_or(Vec3d::Zero()) - factor * underside;
     // Lists say nothing of what is as it is by default: there may be no row, and no column.

@@ -125,7 +125,10 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
     if (!proto::scene::Mesh::Primitive_IsValid(message.primitive()))
         return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': primitive {} is none of its words", readName(name, ""), static_cast<int>(message.primitive())));
     geometry.primitive = message.primitive();
-    if (geometry.primitive == Geometry::kPoints) geometry.pointRadius = pointRadius.value_or(message.point_radius());
+    if (geometry.primitive == Geometry::kPoints) {
+        geometry.pointRadius = pointRadius.value_or(message.point_radius());
+        hasPoints = true;
+    }
     if (message.line_width() != 0) geometry.lineWidth = message.line_width();
     if (!(geometry.lineWidth >= Geometry::kThinnestLinePx && geometry.lineWidth <= Geometry::kWidestLinePx))
         return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""), geometry.lineWidth,

@@ -25,6 +25,7 @@ struct LoadedFile {
     std::string label;     ///< as it was named, for messages
     bool isScene = false;  ///< .tsct or .tsc: its top-level nodes stand for themselves
     std::optional<double> pointRadius;  ///< of all its points, whatever it says
+    bool hasPoints = false;             ///< among what was placed so far
     proto::scene::SceneFile content;
     std::vector<Blob> blobs;
 

@@ -48,8 +48,10 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             drawn.push_back(node.core);
             names.emplace_back(id, node.name);
         } else if (const Drawable drawable = drawableOf(seen)) {
-            if (const auto* geometry = seen.as<Geometry>(); file.pointRadius && geometry && geometry->primitive == Geometry::kPoints)
-                static_cast<Geometry*>(object)->pointRadius = *file.pointRadius;
+            if (const auto* geometry = seen.as<Geometry>(); geometry && geometry->primitive == Geometry::kPoints) {
+                static_cast<Geometry*>(object)->pointRadius = file.pointRadius.value_or(geometry->pointRadius);
+                file.hasPoints = true;
+            }
             if (Expected<void> sound = drawable.check(); !sound) return sound;
             if (const FieldEntry* material = spot.paint ? findField(type, "material") : nullptr) material->store(object, spot.paint);
             triangles[id] = drawable.triangleCount();

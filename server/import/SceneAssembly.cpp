@@ -135,6 +135,7 @@ SceneAssembly::~SceneAssembly() = default;
 
 Expected<ImportedScene> SceneAssembly::take() {
     noteDriven();
+    noteNoPoints();
     result_.list = builder_.take();
     if (const Sound sound = checkRules(Aspect(), result_.list, {}); !sound) return refusal(sound.error());
     if (!result_.tops.empty()) result_.top = result_.tops.front();
@@ -166,6 +167,11 @@ ObjectId SceneAssembly::createObject(const Object& object) {
 
 void SceneAssembly::note(std::string text) {
     if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
+}
+
+void SceneAssembly::noteNoPoints() {
+    if (!options_.placing || !options_.placing->pointRadius || std::ranges::any_of(files_, [](const auto& file) { return file.second->hasPoints; })) return;
+    for (const std::string& path : added_) note(path + ": point radius: the file has no points");
 }
 
 void SceneAssembly::noteMended(const LoadedFile& file, const std::string& what) {
@@ -210,6 +216,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     if ((options_.resolved || isAsset) && *canonical != *found) return failWith(path, replaced());
     Expected<LoadedFile*> file = load(*canonical, path);
     if (!file) return tl::unexpected(file.error());
+    added_.push_back(path);
 
     // What this file's own names may refer to ends at this pretended node.
     placed_.push_back(std::make_unique<Placed>());

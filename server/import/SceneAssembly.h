@@ -142,6 +142,8 @@ private:
     void noteUnfree(const PendingRef& ref, const Placed& body);
     /// Of a node's name that will not be as the file has it.
     void noteControls(const LoadedFile& file, std::string_view name);
+    /// Of a radius that somebody asked for, where none of the files has points.
+    void noteNoPoints();
     /// Of a number that was out of its bounds: "line:column: what". In a scene it is wrong.
     void noteMended(const LoadedFile& file, const std::string& what);
     /// For a person to read, each once.
@@ -182,6 +184,7 @@ private:
     };
     std::vector<Handle> handles_;
     std::set<std::string> noted_;
+    std::vector<std::string> added_;      ///< as they were named
     std::vector<std::string> importing_;  ///< files being placed, outermost first
 };
 

@@ -15,14 +15,19 @@ namespace tessera {
 // Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of how many. Whether anything was
 // changed; refused where nothing can be shown.
 
-/// A PLY gets a header that announces what is there. Into `notes` besides: properties and elements that are not shown.
+/// A PLY gets a header that announces what is there; strips become triangles, and several elements of faces one. Rows of faces that are none are left out.
+/// Refused are vertices that are none, or that nothing places. Into `notes` besides: properties, elements and what is behind them that are not shown.
 [[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes);
-/// An STL ends with a whole triangle. A binary one has the size that its count says; where that is 0, the count that its size says.
+/// An STL ends with a whole triangle; facets of more corners are cut into some. A binary one has the size that its count says; where that is 0, the count
+/// that its size says.
 [[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes);
 /// Headers of binary ones begin with "solid" too.
 [[nodiscard]] bool isTextStl(std::string_view bytes);
-/// An OFF counts the faces that are there.
+/// An OFF counts the faces that are there, each in a line, and of as many corners as assimp reads; those that are none are left out. Refused are vertices
+/// that are none. Into `notes` besides: what is behind vertices and corners.
 [[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes);
+/// The note of a text that ends within a line: 17346 cut to 1734 is a number, too.
+[[nodiscard]] std::string doubtOfLastLine(std::size_t line);
 /// Of a DXF without its end.
 void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 

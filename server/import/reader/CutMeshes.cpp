@@ -1,6 +1,7 @@
-// STL, OFF and DXF files that end too early.
+// STL and DXF files that end too early, and STL files that hold more than triangles.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <cstring>
 #include <vector>
 
+#include "common/geometry/Primitives.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/TextLines.h"
 
@@ -37,7 +39,7 @@ public:
         word = text_.substr(begin, at_ - begin);
         return true;
     }
-    void skipLine() { at_ = std::min(text_.find('\n', at_), text_.size()); }
+    void skipLine() { at_ = std::min(text_.find_first_of("\r\n", at_), text_.size()); }
     [[nodiscard]] std::size_t at() const { return at_; }  ///< behind the word
     [[nodiscard]] std::size_t line() const { return line_; }
 
@@ -69,7 +71,9 @@ Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes) {
     std::memcpy(&announced, bytes.data() + kStlCountAt, sizeof(announced));
     const std::uint64_t left = bytes.size() - kStlHead;
     const std::uint64_t there = left / kStlTriangle;
-    if (left == std::uint64_t{announced} * kStlTriangle || !hasTriangles(bytes, there)) return false;
+    // What lies behind those that are announced is anything.
+    const std::uint64_t looked = announced > 0 ? std::min<std::uint64_t>(announced, there) : there;
+    if (left == std::uint64_t{announced} * kStlTriangle || !hasTriangles(bytes, looked)) return false;
     std::uint64_t shown = std::min<std::uint64_t>(announced, there);
     if (there < announced) {
         const std::string what = fmt::format("its header announces {} triangles, and {} of them {} there: it is cut off", announced, there, are(there));
@@ -87,6 +91,56 @@ Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes) {
     return true;
 }
 
+/// Of an STL in text.
+struct StlFacet {
+    std::size_t begun = 0;  ///< where it begins
+    std::vector<std::string_view> normal, corners;  ///< a word for each number
+    std::vector<float> places;                      ///< of the corners
+    std::string fault;
+};
+
+/// The three words that follow.
+void readNumbers(StlWords& words, std::vector<std::string_view>& numbers, StlFacet& facet) {
+    std::string_view word;
+    for (int i = 0; i < 3 && words.next(word); ++i) {
+        double value = 0;
+        if (!isReal(word, value) && facet.fault.empty()) facet.fault = fmt::format("line {}: '{}' is no number", words.line(), word.substr(0, 40));
+        if (&numbers == &facet.corners) facet.places.push_back(static_cast<float>(value));
+        numbers.push_back(word);
+    }
+}
+
+/// The same, but that facets of more than three corners are several. Nothing is missing at its end.
+Expected<std::string> cutFacets(std::string_view text) {
+    StlWords words(text);
+    std::string_view word;
+    std::string made;
+    std::size_t done = 0;
+    bool inSolid = false;
+    StlFacet facet;
+    while (words.next(word)) {
+        if (word == "endsolid" || (word == "solid" && !inSolid)) {
+            words.skipLine();
+            inSolid = word == "solid";
+        }
+        if (word == "facet") facet = {.begun = words.at() - word.size()};
+        if (word == "normal") readNumbers(words, facet.normal, facet);
+        else if (word == "vertex") readNumbers(words, facet.corners, facet);
+        if (word != "endfacet" || facet.corners.size() <= 9) continue;
+        if (!facet.fault.empty()) return fail(ErrorCode::kBadInput, facet.fault);
+        const Expected<std::vector<std::uint32_t>> triangles = assembleRuns({.kind = RunKind::kPolygons, .positions = facet.places, .indices = {}, .lengths = {}});
+        if (!triangles) return failWith(fmt::format("line {}", words.line()), triangles.error());
+        made.append(text.substr(done, facet.begun - done));
+        for (std::size_t i = 0; i < triangles->size(); ++i) {
+            if (i % 3 == 0) made += fmt::format("facet normal {} outer loop\n", fmt::join(facet.normal, " "));
+            made += fmt::format("vertex {}\n", fmt::join(facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i], facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i] + 3, " "));
+            if (i % 3 == 2) made += "endloop endfacet\n";
+        }
+        done = words.at();
+    }
+    return made.append(text.substr(done));
+}
+
 }  // namespace
 
 bool isTextStl(std::string_view bytes) {
@@ -94,14 +148,17 @@ bool isTextStl(std::string_view bytes) {
     return bytes.substr(begin).starts_with("solid") && isText(bytes);
 }
 
-Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes) {
+namespace {
+
+/// `hasMore`: whether a facet has more than three corners.
+Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, bool& hasMore) {
     const std::string_view text = asText(bytes);
-    if (!isTextStl(text)) return isText(text) ? Expected<bool>(false) : mendBinaryStl(bytes, notes);
     StlWords words(text);
     std::string_view word;
     std::uint64_t whole = 0, ofSolid = 0;
     std::size_t begun = 0, end = 0;  // of the facet that is open, its line; behind the last whole one
     bool inSolid = false, inFacet = false;
+    int corners = 0;
     while (words.next(word)) {
         if (word == "solid" && !inSolid) {
             words.skipLine();
@@ -118,7 +175,11 @@ Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes) {
         } else if (word == "facet") {
             inFacet = true;
             begun = words.line();
+            corners = 0;
+        } else if (word == "vertex") {
+            ++corners;
         } else if (word == "endfacet") {
+            hasMore = hasMore || corners > 3;
             inFacet = false;
             ++whole;
             ++ofSolid;
@@ -136,50 +197,23 @@ Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes) {
     return true;
 }
 
-Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes) {
+}  // namespace
+
+Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes) {
     const std::string_view text = asText(bytes);
-    TextLines lines(text);
-    std::vector<std::string_view> words;
-    const auto next = [&] {
-        while (lines.next(words)) {
-            const auto remark = std::ranges::find_if(words, [](std::string_view word) { return word.starts_with('#'); });
-            words.erase(remark, words.end());
-            if (!words.empty()) return true;
-        }
-        return false;
-    };
-    std::uint64_t vertices = 0, faces = 0;
-    if (!next() || words[0].find("OFF") == std::string_view::npos) return false;
-    words.erase(words.begin());
-    if (words.empty() && !next()) return false;
-    if (words.size() < 2 || !isNumber(words[0], vertices) || !isNumber(words[1], faces)) return false;  // assimp says what it is not
-    const std::string_view count = words[1];
-    const std::size_t line = lines.line();
-    const auto cutOff = [&](std::uint64_t announced, const char* what, std::uint64_t there) {
-        return fmt::format("it announces {} {} (line {}), and {} of them {} there: it is cut off", announced, what, line, there, are(there));
-    };
-    for (std::uint64_t v = 0; v < vertices; ++v)
-        if (!next() || words.size() < 3) return fail(ErrorCode::kBadInput, cutOff(vertices, "vertices", v));
-    std::uint64_t there = 0;
-    std::size_t end = text.size() - lines.bytesLeft();
-    for (; there < faces && next(); ++there) {
-        std::uint64_t corners = 0;
-        const bool whole = isNumber(words[0], corners) && corners < words.size();
-        if (!whole && lines.bytesLeft() == 0) break;
-        end = text.size() - lines.bytesLeft();
-    }
-    if (there == faces) {
-        if (next()) notes.push_back(fmt::format("what is behind the {} faces that it announces is left out (line {})", faces, lines.line()));
-        return false;
-    }
-    if (there == 0) return fail(ErrorCode::kBadInput, cutOff(faces, "faces", there));
-    notes.push_back(cutOff(faces, "faces", there));
-    const auto at = static_cast<std::size_t>(count.data() - text.data());
-    std::string made(text.substr(0, at));
-    made.append(std::to_string(there)).append(text.substr(at + count.size(), end - at - count.size()));
-    const ByteSpan whole = asBytes(made);
-    bytes.assign(whole.begin(), whole.end());
+    if (!isTextStl(text)) return isText(text) ? Expected<bool>(false) : mendBinaryStl(bytes, notes);
+    bool hasMore = false;
+    Expected<bool> ended = endTextStl(bytes, notes, hasMore);
+    if (!ended || !hasMore) return ended;
+    const Expected<std::string> cut = cutFacets(asText(bytes));
+    if (!cut) return tl::unexpected(cut.error());
+    const ByteSpan made = asBytes(*cut);
+    bytes.assign(made.begin(), made.end());
     return true;
+}
+
+std::string doubtOfLastLine(std::size_t line) {
+    return fmt::format("its last line (line {}) has no line break: its last number may be cut off", line);
 }
 
 void noteCutDxf(std::string_view text, std::vector<std::string>& notes) {

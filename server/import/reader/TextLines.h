@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cstddef>
+#include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace tessera {
@@ -51,6 +53,20 @@ template <typename Number>
 [[nodiscard]] bool isNumber(std::string_view word, Number& value) {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     return error == std::errc() && end == word.data() + word.size();
+}
+
+/// Whether assimp takes the word for a number, whole: plus signs are good, and a comma where others have a point. What no double can hold is one, too, and
+/// `value` stays.
+[[nodiscard]] inline bool isReal(std::string_view word, double& value) {
+    if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+    const char* const last = word.data() + word.size();
+    const auto [end, error] = std::from_chars(word.data(), last, value);
+    if (end == last) return error != std::errc::invalid_argument && !word.empty();
+    const std::size_t comma = word.find(',');
+    if (comma == word.npos) return false;
+    std::string pointed(word);
+    pointed[comma] = '.';
+    return pointed.find(',') == pointed.npos && isReal(pointed, value);
 }
 
 }  // namespace tessera

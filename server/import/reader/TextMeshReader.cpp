@@ -41,6 +41,8 @@ public:
         return !words.empty();
     }
     [[nodiscard]] std::size_t line() const { return line_; }
+    /// Whether it ends right behind that word.
+    [[nodiscard]] bool endsBehind(std::string_view word) const { return rest_.empty() && word.data() + word.size() == rest_.data(); }
 
 private:
     static void split(std::string_view line, std::vector<std::string_view>& words) {
@@ -99,10 +101,15 @@ public:
         corners_.clear();
     }
     [[nodiscard]] std::size_t vertices() const { return mesh_.positions.size() / 3; }
+    /// `word` is the last that was needed.
+    void endsWith(std::string_view word, const Lines& lines) {
+        if (lines.endsBehind(word)) doubtfulLine_ = lines.line();
+    }
 
     PlainScene scene(const std::string& name) {
         PlainScene out;
         if (mesh_.indices.empty()) return out;
+        if (doubtfulLine_ > 0) out.note(doubtOfLastLine(doubtfulLine_));
         proto::scene::Node* node = out.file.add_node();
         node->set_name(name);
         node->mutable_geometry()->set_mesh("mesh 0");
@@ -113,6 +120,7 @@ public:
 private:
     MeshData mesh_;
     std::vector<std::uint32_t> corners_;
+    std::size_t doubtfulLine_ = 0;
 };
 
 /// f a b c …, each a number from 1, or back from -1, with texture and normal numbers behind slashes.
@@ -173,6 +181,8 @@ Expected<void> readOff(Lines& lines, MeshBuilder& mesh) {
     for (std::size_t f = 0; f < faces; ++f) {
         if (!lines.next(words)) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} faces", f));
         if (const Expected<void> done = countedFace(words, mesh); !done) return done;
+        std::size_t corners = 0;
+        if (f + 1 == faces && whole(words[0], corners)) mesh.endsWith(words[corners], lines);
     }
     return {};
 }
@@ -214,6 +224,7 @@ Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
             xyz[i] = static_cast<std::size_t>(at - element.properties.begin());
         }
         if (faces && !element.list) return fail(ErrorCode::kUnsupported, "faces whose corners do not come first");
+        if (element.name == "tristrips" && element.count > 0) return fail(ErrorCode::kUnsupported, "strips");
         for (std::size_t i = 0; i < element.count; ++i) {
             if (!lines.next(words))
                 return fail(ErrorCode::kBadInput, fmt::format("it ends after {} of {} {}", i, element.count, element.name));
@@ -226,6 +237,7 @@ Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
                 done = countedFace(words, mesh);
             }
             if (!done) return done;
+            if (i + 1 == element.count) mesh.endsWith(words.back(), lines);
         }
     }
     return {};

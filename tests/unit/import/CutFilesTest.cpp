@@ -73,6 +73,9 @@ TEST(CutFiles, WhatABinaryStlHasBehindItsTrianglesIsCounted) {
     const CutOutcome more = outcomeOf("a.stl", binaryStl(2, 3) + "remark");
     EXPECT_EQ(more.triangles, 2u) << more.said;
     EXPECT_TRUE(more.says("56 bytes behind the 2 triangles that its header announces are left out")) << more.said;
+    const CutOutcome words = outcomeOf("a.stl", binaryStl(4, 4) + std::string(50, 'x'));  // no numbers of a triangle
+    EXPECT_EQ(words.triangles, 4u) << words.said;
+    EXPECT_TRUE(words.says("50 bytes behind the 4 triangles that its header announces are left out")) << words.said;
     const CutOutcome uncounted = outcomeOf("a.stl", binaryStl(0, 3));
     EXPECT_EQ(uncounted.triangles, 3u) << uncounted.said;
     EXPECT_TRUE(uncounted.says("its header announces no triangles, and 3 are there: they are shown")) << uncounted.said;
@@ -120,6 +123,8 @@ TEST(CutFiles, AnStlInTextEndsWithAWholeTriangle) {
     EXPECT_TRUE(more.says("what is behind 'endsolid' is left out (line 24)")) << more.said;
     std::string line = text;
     std::replace(line.begin() + 20, line.end(), '\n', ' ');
+    EXPECT_FALSE(outcomeOf("a.stl", line).says("cut")) << outcomeOf("a.stl", line).said;
+    std::replace(line.begin(), line.end(), '\n', '\r');
     EXPECT_FALSE(outcomeOf("a.stl", line).says("cut")) << outcomeOf("a.stl", line).said;
 }
 
@@ -194,6 +199,37 @@ TEST(CutFiles, AnOffIsShownAsFarAsItGoes) {
     const CutOutcome corners = outcomeOf("a.off", text.substr(0, text.find("1 1 0")));
     EXPECT_TRUE(corners.refused && corners.says("it announces 4 vertices (line 3), and 3 of them are there")) << corners.said;
     EXPECT_TRUE(outcomeOf("a.off", text + "3 0 3 1\n").says("what is behind the 2 faces that it announces is left out (line 10)"));
+}
+
+/// 17346 cut to 1734 is a number, too.
+TEST(CutFiles, ALastNumberWithoutALineBreakIsInDoubt) {
+    std::string ply = "ply\nformat ascii 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string off = "OFF\n12 1 0\n";
+    for (int i = 0; i < 12; ++i)
+        for (std::string* const file : {&ply, &off}) *file += fmt::format("{} {} 0\n", i, i * i);
+    const auto doubted = [](std::size_t line) { return fmt::format("its last line (line {}) has no line break: its last number may be cut off", line); };
+    for (const auto& [name, head, line] : {std::tuple("a.ply", ply, 22), std::tuple("a.off", off, 15)}) {
+        const CutOutcome shown = outcomeOf(name, head + "3 0 2 1");
+        EXPECT_EQ(shown.triangles, 1u) << shown.said;
+        EXPECT_TRUE(shown.says(fmt::format("{}: {}", name, doubted(line)))) << shown.said;
+        EXPECT_TRUE(outcomeOf(name, head + "3 0 2 1", true).says(doubted(line))) << "as bare geometry";
+        for (const char* whole : {"3 0 2 1\n", "3 0 2 1\r\n", "3 0 2 1 ", "3 0 2 11\n\n"}) {
+            EXPECT_FALSE(outcomeOf(name, head + whole).says("cut off")) << name << whole;
+            EXPECT_FALSE(outcomeOf(name, head + whole, true).says("cut off")) << name << whole;
+        }
+        // Of what is no number, nobody doubts.
+        const CutOutcome none = outcomeOf(name, head + "3 0 2 -");
+        EXPECT_TRUE(none.refused && none.says("0 of them are there: it is cut off")) << none.said;
+    }
+    for (const char* behind : {"3 0 2 1 255 0 2", "3 0 2 1 # eleven"}) EXPECT_FALSE(outcomeOf("a.off", off + behind).says("cut off")) << "its corners are whole";
+    const std::string cloud = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nelement face 0\n"
+                              "property list uchar int vertex_indices\nend_header\n0 0 0\n";
+    const CutOutcome points = outcomeOf("a.ply", cloud + "1 1 17.3");
+    EXPECT_EQ(points.points, 2u) << points.said;
+    EXPECT_TRUE(points.says(doubted(11))) << points.said;
+    const CutOutcome exponent = outcomeOf("a.ply", cloud + "1 1 17.3e");
+    EXPECT_EQ(exponent.points, 1u) << exponent.said;
+    EXPECT_TRUE(exponent.says("its header announces 2 vertex (line 3), and 1 of them is there: it is cut off")) << exponent.said;
 }
 
 TEST(CutFiles, ADxfOrSmdWithoutItsEndSaysSo) {

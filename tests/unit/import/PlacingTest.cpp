@@ -5,6 +5,7 @@
 
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
+#include "common/scenefile/SceneFile.h"
 #include "tests/unit/import/GltfText.h"
 
 namespace tessera {
@@ -148,6 +149,33 @@ TEST(Placing, PointsHaveTheRadiusThatAPersonSays) {
     EXPECT_EQ(radiusOf(scene, 0.75), 0.75);
     EXPECT_EQ(radiusOf(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), 0.5), 0.5) << "what a scene imports too";
     EXPECT_NE(placedFile(hill, Placing{.pointRadius = 0.0}).error, "");
+}
+
+TEST(Placing, ARadiusOfPointsWithoutAnyIsNamed) {
+    const Scratch scratch;
+    const char* const note = "point radius: the file has no points";
+    const std::string obj = scratch.write("slab.obj", slabObj()), hill = scratch.write("hill.ply", hillPly('z'));
+    EXPECT_TRUE(hasNote(placedFile(obj, Placing{.pointRadius = 0.1}), std::string("slab.obj: ") + note));
+    EXPECT_FALSE(hasNote(placedFile(obj, Placing()), note)) << "nobody asked for one";
+    EXPECT_FALSE(hasNote(placedFile(hill, Placing{.pointRadius = 0.1}), note));
+    EXPECT_FALSE(hasNote(placedFile(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), Placing{.pointRadius = 0.1}), note)) << "of what a scene imports too";
+    Expected<ImportedScene> whole = importScene(hill, kRootNode, importOptions());
+    ASSERT_TRUE(whole && saveScene(scratch.path("saved.tsct"), *ImportedAspect(std::move(*whole))));
+    EXPECT_FALSE(hasNote(placedFile(scratch.path("saved.tsct"), Placing{.pointRadius = 0.1}), note)) << "of what was saved";
+    EXPECT_TRUE(hasNote(placedFile(scratch.write("box.tsct", "node { box { size { x: 1 y: 1 z: 1 } } }\n"), Placing{.pointRadius = 0.1}), note));
+    ImportOptions options = importOptions();
+    options.placing = Placing{.pointRadius = 0.1};
+    const std::string both[] = {hill, obj};
+    const Expected<ImportedScene> scene = importScenes(both, kRootNode, options);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(std::ranges::none_of(scene->notes, [&](const std::string& each) { return each.find(note) != std::string::npos; })) << "one of them has";
+}
+
+TEST(Placing, ASizeThatIsTooSmallIsRefusedAsASize) {
+    const Scratch scratch;
+    const std::string obj = scratch.write("slab.obj", slabObj());
+    const std::string error = placedFile(obj, Placing{.fit = 1e-12}).error;
+    EXPECT_NE(error.find("slab.obj: a size of 1e-12: it is 4 units long, and would have to be scaled by 2.5e-13"), std::string::npos) << error;
 }
 
 TEST(Placing, AtScaleAndFit) {

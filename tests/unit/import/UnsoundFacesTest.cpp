@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/cores/Geometry.h"
+#include "common/geometry/Mesh.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {
