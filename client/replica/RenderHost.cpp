@@ -46,17 +46,31 @@ bool RenderHost::perform(const Work& work) {
 
 bool RenderHost::workAhead(TimePoint now) {
     if (!renderer_) return false;
-    if (othersMayFlipHere() && now < flippedBy_.load()) return true;
+    // Frames without a pause that show nothing new leave no moment between flips: what is shown then is the same, whoever is late.
+    const bool starves = still_ && now >= lastSlice_ + kLongestWithoutSlice;
+    if (othersMayFlipHere() && now < flippedBy_.load() && !starves) return true;
     if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
     const TimePoint begin = clockNow();
     const bool more = aheadSlice();
     const TimePoint end = clockNow();
     nextAhead_ = end + kPausesAhead * (end - begin);
+    lastSlice_ = now;
     return more;
 }
 
+/// Where each frame is drawn and the next one begins at once there is no other time. Those who are waited for have shown the frame before.
+void RenderHost::uploadWhereNoTimeIsLeft() {
+    const TimePoint now = clockNow();
+    if (!renderer_ || now < lastSlice_ + kLongestWithoutSlice) return;
+    (void)uploadSlice();
+    lastSlice_ = now;
+}
+
 bool RenderHost::aheadSlice() {
-    if (renderer_->prepare()) return true;
+    return renderer_->prepare() || uploadSlice();
+}
+
+bool RenderHost::uploadSlice() {
     if (!eye_) return false;
     const auto more = uploads_.step(*renderer_, aspect_, scene_, *eye_);
     if (more) return *more;
@@ -237,6 +251,7 @@ void RenderHost::follow(const ChangeList* list) {
 bool RenderHost::on(const work::Draw& draw) {
     const FrameNumber frame = draw.begin.frame;
     const TimePoint begun = clockNow();
+    uploadWhereNoTimeIsLeft();
     injectBefore(frame);
     if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
         return broken({ErrorCode::kFailed, fmt::format("frame {}: an error injected by --inject", frame.value)});

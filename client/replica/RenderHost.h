@@ -53,8 +53,9 @@ public:
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
     /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Where other hosts may
-    /// be on this machine nothing is done between Ready and a moment after Swap: it would stand in the way of their flips. False:
-    /// nothing is left. On the thread of the surface; `again` may run beside it.
+    /// be on this machine nothing is done between Ready and a moment after Swap: it would stand in the way of their flips. On a wall that
+    /// never rests a slice comes all the same every `kLongestWithoutSlice`: at any time where frames show nothing new, else (uploads
+    /// alone) before one is drawn. False: nothing is left. On the thread of the surface; `again` may run beside it.
     [[nodiscard]] bool workAhead(TimePoint now);
     /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and taking note of
     /// what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
@@ -105,6 +106,8 @@ private:
     [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
     [[nodiscard]] Expected<TileStats> drawTestPicture(TileState& state, Showing showing, FrameNumber frame);
     bool aheadSlice();
+    bool uploadSlice();
+    void uploadWhereNoTimeIsLeft();
     [[nodiscard]] Expected<void> openFile(TileState& state) const;
     [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
@@ -118,6 +121,7 @@ private:
     static constexpr int kPausesAhead = 19;
     /// Of hosts that flip together the last one has done so by then, or is late for other reasons.
     static constexpr std::chrono::milliseconds kFlipsTake{2};
+    static constexpr std::chrono::milliseconds kLongestWithoutSlice{100};
     [[nodiscard]] bool othersMayFlipHere() const { return !options_.sharing || !options_.sharing->isAlone(); }
     void injectBefore(FrameNumber frame);
     void corruptOneField();
@@ -149,6 +153,7 @@ private:
     int samples_ = 0;
     std::vector<std::unique_ptr<TileState>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
+    TimePoint lastSlice_{};  ///< when the last slice began of what is done ahead
     std::atomic<TimePoint> flippedBy_{TimePoint{}};  ///< when the hosts here show the frame that this one has drawn; max: Swap is to come
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;

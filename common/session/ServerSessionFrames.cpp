@@ -215,8 +215,7 @@ void ServerSession::Impl::resync(Host& host, TimePoint now) {
 
 void ServerSession::Impl::leaveUnshown(Host& host, TimePoint now) {
     fault(host, FaultKind::kNotShown,
-          fmt::format("it lives, and did not say within {} ms that it shows frame {}; it is out until it does",
-                      config.sync.lostAfter.count(), host.lastSwap.value),
+          fmt::format("it lives, and has not said in time that it shows frame {}; it is out until it does", host.lastSwap.value),
           host.lastSwap, now);
     leaveBarrier(host, now);
     host.state = HostState::kLost;

@@ -123,7 +123,7 @@ void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
         const bool draws = member.progress == Progress::kDrawing || member.progress == Progress::kBehind;
         if (draws && now >= member.begunAt + deadline) {
             if (member.progress == Progress::kDrawing) lastHost_ = it->first;
-            outcome.stalled.push_back(it->first);
+            (member.toShow ? outcome.unshown : outcome.stalled).push_back(it->first);
             it = members_.erase(it);
         } else {
             ++it;

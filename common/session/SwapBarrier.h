@@ -27,7 +27,8 @@ namespace tessera {
 ///
 /// The next frame begins when all who were told to show the last one have said that they do: so no two shown images differ by
 /// a frame for longer than the word to show takes. Who lives and does not say so within `SyncPolicy::lostAfter` is out, whatever
-/// the policy: it has held the others up once, for that long (hold, drop: for `lateAfter` at most).
+/// the policy: it has held the others up once, for that long (hold, drop: for `lateAfter` at most). Who misses the frame deadline
+/// and owes that word is out for the word: no host draws a frame before it shows the one before.
 class SwapBarrier {
 public:
     /// `first`: the number of the first frame.
@@ -66,7 +67,7 @@ public:
         std::vector<std::string> show;  ///< hosts that have drawn it
         std::vector<std::string>
             held;  ///< hosts that keep their last image: those behind; under drop, those just dropped
-        std::vector<std::string> stalled;  ///< hosts that missed the frame deadline; they have left the barrier
+        std::vector<std::string> stalled;  ///< hosts that missed the frame deadline and owe nothing else; they have left the barrier
         std::vector<std::string> unshown;  ///< hosts that do not say that they show what they were told to; they have left too
         Duration barrierTime{};            ///< first ready to release
         Duration frameTime{};              ///< begin to release

@@ -1,130 +1,10 @@
-/// A render host without a network: work in, outcomes and files out.
-#include "client/replica/PartSharing.h"
-#include "client/replica/RenderHost.h"
+#include "tests/unit/replica/RenderHostFixture.h"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <optional>
 #include <random>
 #include <thread>
 
-#include "client/image/SharedFrame.h"
-#include "common/base/Channel.h"
-#include "common/codec/ChangeCodec.h"
-#include "common/codec/WallCodec.h"
-#include "tests/golden/TestScene.h"
-#include "tests/unit/HistoryLiterals.h"
-#include "tests/unit/TestFolder.h"
-
 namespace tessera {
 namespace {
-
-Wall makeWall(int tileWidthPx = 64) {
-    Wall wall;
-    wall.name = "test";
-    Screen screen;
-    screen.name = "front";
-    screen.lowerLeft = {-1.6, 0.6, 0};
-    screen.lowerRight = {1.6, 0.6, 0};
-    screen.upperLeft = {-1.6, 2.4, 0};
-    screen.grid = {.columns = 2, .rows = 1, .tileWidthPx = tileWidthPx, .tileHeightPx = 48};
-    wall.screens = {screen};
-    wall.users = {User{.name = "viewer"}};
-    for (int column = 0; column < 2; ++column)
-        wall.hosts.push_back({.name = column ? "right" : "left",
-                              .tiles = {{.screen = "front", .column = column, .row = 0, .user = "viewer"}}});
-    wall.samples = 1;
-    return wall;
-}
-
-class RenderHostTest : public testing::Test {
-protected:
-    void start(RenderHostOptions options = {}) {
-        options.name = "left";
-        host_.reset();
-        surface_ = makeSurface("osmesa").value();
-        host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_,
-                                             [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
-        ASSERT_TRUE(host_->probe());
-        configure(makeWall());
-    }
-    void configure(const Wall& wall) { EXPECT_TRUE(perform(work::Configure{.configuration = encodeWall(wall)})); }
-    bool perform(decltype(Work::what) what) { return host_->perform({Attempt{1}, std::move(what)}); }
-    /// As the session thread does it: at once where that goes.
-    bool performOrAgain(decltype(Work::what) what) {
-        const Work work{Attempt{1}, std::move(what)};
-        auto outcome = host_->again(work);
-        if (!outcome) return host_->perform(work);
-        return std::holds_alternative<outcome::Noted>(outcome->what) || outcomes_.push(std::move(*outcome));
-    }
-    /// The next outcome, which must be a T.
-    template <typename T>
-    std::optional<T> next() {
-        auto outcome = outcomes_.popFor(std::chrono::seconds(20));
-        if (outcome && std::holds_alternative<T>(outcome->what)) return std::get<T>(outcome->what);
-        ADD_FAILURE() << "another outcome, or none";
-        return std::nullopt;
-    }
-    /// A scene with a ball in front of the wall, as the server would send it.
-    message::Snapshot snapshotOf(Aspect& scene) {
-        const ChangeList list = snapshot(scene);
-        for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        return {share(CommittedList{7_seq, scene.stateHash(), encodeChangeList(list), {}})};
-    }
-    Aspect makeBall() {
-        test::TestScene scene;
-        scene.place(scene.add(makeSphere(0.8, 24)), {-0.6, 1.5, -1});
-        return scene.take();
-    }
-    bool applied(Aspect& scene) { return perform(work::ApplySnapshot{snapshotOf(scene)}) && next<outcome::Applied>(); }
-    /// Some of it before the wall and some behind it.
-    static Aspect makeMuchToUpload() {
-        test::TestScene made;
-        for (int i = 0; i < 30; ++i) made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3.0 : 6.0});
-        return made.take();
-    }
-    /// Whether what can be done ahead of need comes to an end, at that time.
-    bool endsAhead(TimePoint now) {
-        for (int i = 0; i < 1000; ++i)
-            if (!host_->workAhead(now)) return true;
-        return false;
-    }
-    message::Begin beginOf(FrameNumber frame, ByteSlice list = {}, const View& view = {}) {
-        return {.frame = frame,
-                .payload = encodeFrame({.view = view}),
-                .list = share(CommittedList{7_seq, {}, std::move(list), {}})};
-    }
-    /// By then whatever was shown is shown everywhere.
-    static TimePoint afterFlips() { return clockNow() + std::chrono::seconds(1); }
-    /// Draws and shows a frame in which `list` changes the scene: what the tile took.
-    TileStats frame(FrameNumber number, const ChangeList& list = {}, const View& view = {}) {
-        for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
-        const auto drawn = next<outcome::Drawn>();
-        if (drawn) show(*drawn);
-        EXPECT_TRUE(performOrAgain(work::Shown{number}));
-        if (!drawn || !decodeStats(drawn->stats)) return {};
-        return decodeStats(drawn->stats)->tiles.front();
-    }
-    void drawAndShow(FrameNumber frame) {
-        ASSERT_TRUE(perform(work::Draw{beginOf(frame)}));
-        const auto drawn = next<outcome::Drawn>();
-        ASSERT_TRUE(drawn);
-        show(*drawn);
-        ASSERT_TRUE(perform(work::Shown{frame}));
-    }
-    /// As the session thread does it.
-    static void show(const outcome::Drawn& drawn) { ASSERT_TRUE(ReadyFrame::show(drawn.pictures)); }
-
-    test::TestFolder folder_;
-    Log log_{"test"};
-    BlobStore store_;
-    std::vector<Blob> kept_;
-    Channel<Outcome> outcomes_{64};
-    std::unique_ptr<Surface> surface_;
-    std::unique_ptr<RenderHost> host_;
-};
 
 TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     start();
@@ -157,46 +37,6 @@ TEST_F(RenderHostTest, FollowsTheSceneAndReportsItsHash) {
     EXPECT_GT(stats->applyMs, 0);
     EXPECT_GE(stats->workMs, stats->applyMs + tile.cullMs + tile.drawMs) << "its parts lie in it";
     EXPECT_GE(stats->applyMs, stats->applyQueuedMs);
-}
-
-TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
-    start();
-    EXPECT_FALSE(host_->workAhead(afterFlips())) << "nothing is drawn yet";
-    Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(applied(scene));
-    (void)frame(0_frame);
-    int slices = 0;
-    while (host_->workAhead(afterFlips()) && slices < 1000) ++slices;
-    EXPECT_GT(slices, 3);
-    EXPECT_LT(slices, 1000);
-    const TileStats stats = frame(1_frame);
-    EXPECT_EQ(stats.drawMs, 0) << "the picture before is still right";
-    EXPECT_FALSE(host_->workAhead(afterFlips()));
-}
-
-/// What computes between Ready and Swap keeps those who flip here waiting (of four hosts without privileges on two processors: 6 to 12 ms).
-TEST_F(RenderHostTest, DoesNothingAheadUntilAllHaveFlipped) {
-    start();
-    Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(applied(scene));
-    // The third is the second once more, which the session thread says by itself.
-    for (const FrameNumber number : {0_frame, 1_frame, 2_frame}) {
-        EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number)}));
-        EXPECT_FALSE(endsAhead(afterFlips())) << "Swap is to come, whenever that is";
-        EXPECT_TRUE(performOrAgain(work::Shown{number}));
-        EXPECT_FALSE(endsAhead(clockNow())) << "others flip now";
-    }
-    EXPECT_TRUE(endsAhead(afterFlips()));
-}
-
-TEST_F(RenderHostTest, AloneOnItsMachineWorksAheadBeforeSwapToo) {
-    Board board = Board::create().value();
-    PartSharing sharing({}, board, log_);
-    start({.sharing = &sharing});
-    Aspect scene = makeMuchToUpload();
-    ASSERT_TRUE(applied(scene));
-    EXPECT_TRUE(perform(work::Draw{beginOf(0_frame)}));
-    EXPECT_TRUE(endsAhead(clockNow()));
 }
 
 TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChanges) {
@@ -248,7 +88,7 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
     EXPECT_EQ(frame(FrameNumber(10), {}, view).drawMs, 0);
     ASSERT_TRUE(applied(scene));
     EXPECT_GT(frame(FrameNumber(11), {}, view).drawMs, 0);
-    configure(makeWall());
+    configure(oneTileEach());
     EXPECT_GT(frame(FrameNumber(12), {}, view).drawMs, 0);
 }
 
@@ -328,7 +168,7 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
     EXPECT_FALSE(again(work::Shown{6_frame})) << "somebody waits for images";
     ASSERT_TRUE(perform(work::Shown{6_frame}));
     EXPECT_EQ(shown().frame, 6u);
-    configure(makeWall());
+    configure(oneTileEach());
     EXPECT_FALSE(again(work::Draw{beginOf(7_frame)})) << "another wall";
     EXPECT_GT(frame(FrameNumber(7)).drawMs, 0);
     EXPECT_GT(first.drawMs, 0);
@@ -338,7 +178,7 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
     host_ = std::make_unique<RenderHost>(RenderHostOptions{.name = "left", .output = folder_.path()}, nullptr, store_, log_,
                                          [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
     EXPECT_EQ(host_->probe().value(), 0u);
-    configure(makeWall());
+    configure(oneTileEach());
     Aspect scene = makeBall();
     ASSERT_TRUE(perform(work::ApplySnapshot{snapshotOf(scene)}));
     EXPECT_EQ(next<outcome::Applied>()->stateHash, scene.stateHash());
@@ -397,7 +237,7 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
     ASSERT_TRUE(applied(scene));
     const auto surface = makeSurface("osmesa").value();
     const auto renderer = Renderer::create(*surface, {.samples = 1}).value();
-    const Wall wall = makeWall();
+    const Wall wall = oneTileEach();
     const Tile tile = tilesOf(wall, "left").front();
     int again = 0;
     for (std::uint64_t number = 0; number < 120; ++number) {
@@ -567,13 +407,13 @@ TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
 TEST_F(RenderHostTest, KeepsItsImageThroughANewConnection) {
     start();
     drawAndShow(8_frame);
-    configure(makeWall());
+    configure(oneTileEach());
     ASSERT_TRUE(perform(work::SendImages{{.request = 1, .frame = 0_frame}}));
     const auto kept = next<outcome::Image>();
     ASSERT_TRUE(kept);
     EXPECT_EQ(kept->image.frame, 8_frame);
     // A wall with other tiles: what was shown is of no use.
-    configure(makeWall(70));
+    configure(oneTileEach(70));
     ASSERT_TRUE(perform(work::SendImages{{.request = 2, .frame = 0_frame}}));
     drawAndShow(9_frame);
     const auto fresh = next<outcome::Image>();

@@ -350,6 +350,27 @@ TEST(SwapBarrier, HoldAndDropWaitNoLongerForShowingThanForDrawing) {
     }
 }
 
+/// It draws no frame before it shows the one before: that is what it is to be called by.
+TEST(SwapBarrier, WhoOwesAWordAndDrawsNoMoreIsNotCalledAStalledRenderer) {
+    for (const LateFramePolicy late : {LateFramePolicy::kHold, LateFramePolicy::kDrop}) {
+        SyncPolicy early = policy(late);
+        early.frameDeadline = early.firstFrameDeadline = 300ms;
+        early.lostAfter = 800ms;
+        SwapBarrier barrier(early);
+        for (const char* host : {"a", "b"}) barrier.enter(host);
+        releasedFrame(barrier, 10ms);
+        barrier.shown("a", 0_frame, at(11ms));
+        (void)barrier.poll(at(110ms));
+        EXPECT_EQ(barrier.begin(1_frame, at(120ms)), (Names{"a", "b"}));
+        ASSERT_TRUE(barrier.ready("a", 1_frame, at(130ms)));
+        (void)barrier.poll(at(230ms));
+        const SwapBarrier::Outcome outcome = barrier.poll(at(120ms + barrier.frameDeadline()));
+        EXPECT_TRUE(outcome.stalled.empty());
+        EXPECT_EQ(outcome.unshown, Names{"b"});
+        EXPECT_FALSE(barrier.contains("b"));
+    }
+}
+
 TEST(SwapBarrier, AReadyOfAHostThatLeftIsNoReasonToCallOthersLate) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b", "c"});
     barrier.begin(0_frame, at(0ms));
