@@ -98,7 +98,10 @@ Sought soughtTime(Application& application, const ObjectInfo& node, double secon
 
 std::string soughtText(const Sought& sought, double seconds) {
     if (!sought.length || (seconds >= 0 && seconds <= *sought.length)) return fmt::format("is at {:g} s", sought.time);
-    const std::string beyond = seconds < 0 ? fmt::format("{:g} s is before its beginning", seconds) : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
+    // As short as tells the two apart.
+    const bool alike = fmt::format("{:g}", seconds) == fmt::format("{:g}", *sought.length);
+    const std::string end = alike ? fmt::format("{} s is beyond its end, {} s", seconds, *sought.length) : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
+    const std::string beyond = seconds < 0 ? fmt::format("{:g} s is before its beginning", seconds) : end;
     if (sought.goesRound) return fmt::format("is at {:g} s: {}, and it goes round", sought.time, beyond);
     return fmt::format("stopped at {:g} s: {}", sought.time, beyond);
 }

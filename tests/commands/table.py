@@ -147,6 +147,11 @@ ROWS = {
     "tessera-server … --record show.tsr": Row("ByHand", f"cd $T && by_hand --record show.tsr && tessera-replay show.tsr", says="the same"),
     "tessera-server --record FILE": Row("", elsewhere="README.md has the whole line"),
     "tessera-wall --record FILE": Row("ByHand", "tessera-wall --wall 1x1 --size 64x36 --scene tests/data/scenes/yard.tsct --frames 3 --output $T --record $T/w.tsr && tessera-replay $T/w.tsr", says="the same"),
+    # A wall that has begun knows its scene; a folder without one does not.
+    "tessera-wall --journal": Row(
+        "ByHand", "! tessera-wall --wall 1x1 --journal $T/j --frames 2 --size 64x36 --output $T && "
+                  "tessera-wall --wall 1x1 --scene tests/data/scenes/yard.tsct --journal $T/j --frames 2 --size 64x36 --output $T && "
+                  "tessera-wall --wall 1x1 --journal $T/j --frames 2 --size 64x36 --output $T", leaves=("$T/wall.png",)),
     "tessera-server --wall wall.wall --scene hall.tsct --listen 0.0.0.0:7000": Row("ByHand", "by_hand", says="over"),
     "tessera-client --server master:7000 --host upper-left": Row("ByHand", "by_hand", says="over"),
     "tessera-server --wall 2x2 --scene hall.tsct --listen 127.0.0.1:7000 --threads 4 --record hall.rec": Row("ByHand", "cd $T && by_hand --threads 4 --record hall.rec && tessera-replay hall.rec --threads 1 && tessera-replay hall.rec --contacts >contacts.jsonl", says="the same", leaves=("$T/contacts.jsonl",)),

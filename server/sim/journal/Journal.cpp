@@ -43,7 +43,8 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
                                         std::function<void()> onProgress) {
     options.scenes = absolute(std::move(options.scenes));
     // No path begins so once it is whole. Journals of those who said nothing of it are as they were.
-    if (!options.scenes.empty() && !options.placing.empty()) options.scenes.push_back(std::move(options.placing));
+    const bool saysScenes = !options.scenes.empty();
+    if (!options.placing.empty()) options.scenes.push_back(std::move(options.placing));
     Expected<JournalFolder> folder = JournalFolder::hold(options.folder);
     if (!folder) return tl::unexpected(folder.error());
     const Expected<JournalFiles> files = folder->files();
@@ -52,11 +53,17 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     if (!story) return failWith("--journal", story.error());
     JournalState& state = story->state;
     state.history.endGestures();
-    if (state.begun && !options.scenes.empty() && state.scenes != options.scenes)
+    const auto same = [&] {
+        if (saysScenes) return state.scenes == options.scenes;
+        return options.scenes.empty() || (!state.scenes.empty() && state.scenes.back() == options.scenes.back());
+    };
+    if (state.begun && !same())
         return fail(ErrorCode::kUsage,
                     fmt::format("--journal {}: it goes on from a wall that began with {}; this command says {}. Say the "
-                                "same or no --scene, or name another folder",
+                                "same, or nothing of scenes and how they stand, or name another folder",
                                 options.folder, listed(state.scenes), listed(options.scenes)));
+    // How nothing stands is not to be told.
+    if (!state.begun && !saysScenes) options.scenes.clear();
     if (state.begun) options.scenes = state.scenes;
 
     // What a killed server did not finish goes, so that only the very last log may ever be torn.

@@ -49,6 +49,7 @@ TEST_F(Seek, BeyondTheEndSaysWhereItStopped) {
     server.commit(walkOf(Animation::kOnce));
     EXPECT_EQ(seek(server, "1.5").out.rfind("/hall/walk is at 1.5 s (change", 0), 0u);
     EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk stopped at 4 s: 99 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "99").out;
+    EXPECT_EQ(seek(server, "4.0000001").out.rfind("/hall/walk stopped at 4 s: 4.0000001 s is beyond its end, 4 s (change", 0), 0u) << "no contradiction";
     EXPECT_EQ(timeOf(server), 4) << "what is shown is what it says";
     EXPECT_EQ(seek(server, "-2").out.rfind("/hall/walk stopped at 0 s: -2 s is before its beginning (change", 0), 0u);
     const auto json = nlohmann::json::parse(seek(server, "99", true).out);

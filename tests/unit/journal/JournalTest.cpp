@@ -285,6 +285,31 @@ TEST(Journal, AnotherSceneIsRefusedAndNoneIsTheSame) {
     EXPECT_TRUE(test::openJournal(folder / "wall", arrays, words.log, {}, {"hall.tsct"})) << "it still knows";
 }
 
+TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
+    const test::TestFolder folder;
+    test::ReadableLog words;
+    Random random(1);
+    KeptShow kept(random);
+    const auto open = [&](const std::vector<std::string>& scenes, const std::string& placing, KeptShow* show = nullptr) -> Expected<void> {
+        BlobStore arrays;
+        Expected<Journal::Opened> opened = Journal::open({.folder = folder / "wall", .scenes = scenes, .placing = placing}, arrays, words.log, [] {});
+        if (!opened) return tl::unexpected(opened.error());
+        if (show) show->load(*opened->journal);
+        return {};
+    };
+    ASSERT_TRUE(open({"hall.tsct"}, "--fit 3", &kept));
+    EXPECT_TRUE(open({}, ""));
+    EXPECT_TRUE(open({}, "--fit 3"));
+    EXPECT_TRUE(open({"hall.tsct"}, "--fit 3"));
+    for (const auto& [scenes, placing] : {std::pair(std::vector<std::string>{}, "--fit 4"), std::pair(std::vector<std::string>{"hall.tsct"}, "--fit 4"),
+                                          std::pair(std::vector<std::string>{"hall.tsct"}, "")}) {
+        const Expected<void> other = open(scenes, placing);
+        ASSERT_FALSE(other) << placing;
+        EXPECT_EQ(other.error().code, ErrorCode::kUsage);
+        for (const char* word : {"--fit 3", "another folder"}) EXPECT_NE(other.error().message.find(word), std::string::npos) << other.error().message;
+    }
+}
+
 TEST(Journal, TheEpochGrowsThoughTheClockHasGoneBack) {
     const test::TestFolder folder;
     test::ReadableLog words;
