@@ -102,6 +102,7 @@ struct HostEntered {
     FrameNumber frame;  ///< the first frame it takes part in
     bool rejoined = false;
     Duration awayFor{};  ///< since it was lost; zero on the first time
+    std::uint32_t framesToProve = 0;  ///< that it has to draw and show before the others wait for it: SwapBarrier
 };
 struct Fault {
     std::string host;

@@ -52,7 +52,7 @@ void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now
         barrier.enter(host.name);
         host.state = HostState::kLive;
         const Duration away = host.everEntered ? std::max(Duration::zero(), now - host.awaySince) : Duration::zero();
-        out.push_back(server_action::HostEntered{host.name, content.frame, host.everEntered, away});
+        out.push_back(server_action::HostEntered{host.name, content.frame, host.everEntered, away, barrier.framesToProve(host.name)});
         host.everEntered = true;
     }
 }

@@ -7,13 +7,24 @@ namespace tessera {
 namespace {
 /// Odd, so that the median is one of them. Half a second of a wall at 60 Hz.
 constexpr std::size_t kRecentFrames = 31;
+/// What a host that holds the others up again and again has to prove doubles up to this: 18 minutes at 60 Hz. After as many frames
+/// in which it was waited for it is as one that never did.
+constexpr std::uint32_t kMostToProve = 65'536;
 }  // namespace
 
 SwapBarrier::SwapBarrier(SyncPolicy policy, FrameNumber first) : policy_(policy), next_(first) {}
 
 void SwapBarrier::enter(const std::string& host) {
-    Member& member = members_[host];
-    if (member.dropped) member = Member{};
+    const auto [it, fresh] = members_.try_emplace(host);
+    Member& member = it->second;
+    if (member.dropped) member = Member{.proving = member.proving, .waitedFor = member.waitedFor};
+    const auto heldUp = fresh ? heldUp_.find(host) : heldUp_.end();
+    for (std::uint32_t times = heldUp == heldUp_.end() ? 0 : heldUp->second; times > 0 && member.proving < kMostToProve; --times)
+        member.proving = std::max(1u, 2 * member.proving);
+}
+
+void SwapBarrier::heldUpBy(const std::string& host, const Member& member) {
+    if (member.proving == 0) ++heldUp_[host];  // else nobody has waited for it
 }
 
 void SwapBarrier::leave(const std::string& host) {
@@ -62,6 +73,7 @@ Expected<void> SwapBarrier::ready(const std::string& host, FrameNumber frame, Ti
         member.readyAt = now;
         lastHost_ = host;
     } else if (member.progress == Progress::kBehind) {
+        if (member.proving > 0) --member.proving;
         if (member.dropped)
             members_.erase(it);
         else
@@ -82,10 +94,16 @@ bool SwapBarrier::untold() const {
 void SwapBarrier::shown(const std::string& host, FrameNumber frame, TimePoint now) {
     const auto it = members_.find(host);
     if (it == members_.end() || !it->second.toShow) return;
-    if (frame >= *it->second.toShow)
-        it->second.toShow.reset();
-    else
-        it->second.toShowSince = now;  // an earlier one: it comes forward
+    Member& member = it->second;
+    if (frame < *member.toShow) {
+        member.toShowSince = now;  // an earlier one: it comes forward
+        return;
+    }
+    member.toShow.reset();
+    if (member.proving > 0)
+        --member.proving;
+    else if (!heldUp_.empty() && ++member.waitedFor >= kMostToProve)
+        heldUp_.erase(host);
 }
 
 SwapBarrier::Outcome SwapBarrier::poll(TimePoint now, TimePoint known) {
@@ -111,6 +129,7 @@ void SwapBarrier::removeUnshown(TimePoint now, Outcome& outcome) {
             continue;
         }
         if (it->second.progress == Progress::kDrawing) lastHost_ = it->first;
+        heldUpBy(it->first, it->second);
         outcome.unshown.push_back(it->first);
         it = members_.erase(it);
     }
@@ -123,6 +142,7 @@ void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
         const bool draws = member.progress == Progress::kDrawing || member.progress == Progress::kBehind;
         if (draws && now >= member.begunAt + deadline) {
             if (member.progress == Progress::kDrawing) lastHost_ = it->first;
+            heldUpBy(it->first, member);
             (member.toShow ? outcome.unshown : outcome.stalled).push_back(it->first);
             it = members_.erase(it);
         } else {
@@ -131,9 +151,15 @@ void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
     }
 }
 
+bool SwapBarrier::mayLeaveBehind() const {
+    if (count(Progress::kDone) == 0 || count(Progress::kDrawing) == 0) return false;
+    return policy_.lateFrame != LateFramePolicy::kWait || std::ranges::none_of(members_, [](const auto& item) {
+        return item.second.progress == Progress::kDrawing && item.second.proving == 0;
+    });
+}
+
 void SwapBarrier::leaveLateBehind(TimePoint now, Outcome& outcome) {
-    if (policy_.lateFrame == LateFramePolicy::kWait || count(Progress::kDone) == 0) return;
-    if (now < firstReady() + policy_.lateAfter) return;
+    if (!mayLeaveBehind() || now < firstReady() + policy_.lateAfter) return;
     for (auto& [name, member] : members_) {
         if (member.progress != Progress::kDrawing) continue;
         member.progress = Progress::kBehind;
@@ -159,7 +185,7 @@ void SwapBarrier::release(TimePoint now, Outcome& outcome) {
             member.progress = Progress::kIdle;
             if (!member.toShow) member.toShowSince.reset();
             member.toShow = outcome.frame;
-            member.holdsUp = true;
+            member.holdsUp = member.proving == 0;
             outcome.show.push_back(name);
         } else if (member.progress == Progress::kBehind && !member.dropped) {
             outcome.held.push_back(name);
@@ -200,7 +226,7 @@ TimePoint SwapBarrier::nextDeadline() const {
         if (member.holdsUp && policy_.lateFrame != LateFramePolicy::kWait)
             next = std::min(next, *member.toShowSince + shownPatience());
     }
-    if (open_ && policy_.lateFrame != LateFramePolicy::kWait && count(Progress::kDone) > 0)
+    if (open_ && mayLeaveBehind())
         next = std::min(next, firstReady() + policy_.lateAfter);
     return next;
 }
@@ -220,6 +246,11 @@ bool SwapBarrier::owesShown(const std::string& host) const {
 bool SwapBarrier::contains(const std::string& host) const {
     const auto it = members_.find(host);
     return it != members_.end() && !it->second.dropped;
+}
+
+std::uint32_t SwapBarrier::framesToProve(const std::string& host) const {
+    const auto it = members_.find(host);
+    return it == members_.end() ? 0 : it->second.proving;
 }
 
 Duration SwapBarrier::frameDeadline() const {

@@ -29,6 +29,11 @@ namespace tessera {
 /// a frame for longer than the word to show takes. Who lives and does not say so within `SyncPolicy::lostAfter` is out, whatever
 /// the policy: it has held the others up once, for that long (hold, drop: for `lateAfter` at most). Who misses the frame deadline
 /// and owes that word is out for the word: no host draws a frame before it shows the one before.
+///
+/// A host that is out for one of these two has held the others up, and does so no more before it has *proved* itself: once it is in
+/// again, the others wait for its picture no longer than `lateAfter` after the first Ready, whatever the policy, and for its word not
+/// at all. It has proved itself after one frame that it has drawn and shown, after the second time after two, then four, and so on; a
+/// picture that comes after the others have gone on counts too. Who was waited for 65,536 frames since begins anew.
 class SwapBarrier {
 public:
     /// `first`: the number of the first frame.
@@ -91,6 +96,8 @@ public:
     [[nodiscard]] bool owesShown(const std::string& host) const;
     /// Dropped hosts are not in the barrier.
     [[nodiscard]] bool contains(const std::string& host) const;
+    /// How many frames this host has still to draw and show before the others wait for it. Zero also where it is not in the barrier.
+    [[nodiscard]] std::uint32_t framesToProve(const std::string& host) const;
     [[nodiscard]] Duration frameDeadline() const;
 
 private:
@@ -110,6 +117,8 @@ private:
         std::optional<FrameNumber> toShow;  ///< it was told to, and has not said that it does
         std::optional<TimePoint> toShowSince;  ///< as far as is known
         bool holdsUp = false;  ///< the next frame waits for that word
+        std::uint32_t proving = 0;    ///< frames that it has still to draw and show before it is waited for
+        std::uint32_t waitedFor = 0;  ///< frames that it has shown since
     };
     [[nodiscard]] std::size_t count(Progress progress) const;
     [[nodiscard]] TimePoint firstReady() const;
@@ -119,6 +128,9 @@ private:
     [[nodiscard]] static bool owesFor(const Member& member, Duration time, TimePoint now) {
         return member.toShow && member.toShowSince && now >= *member.toShowSince + time;
     }
+    /// Members that the open frame may be released without, `lateAfter` after the first Ready: only they still draw.
+    [[nodiscard]] bool mayLeaveBehind() const;
+    void heldUpBy(const std::string& host, const Member& member);
     void waitNoLongerForShown(TimePoint now);
     void removeUnshown(TimePoint now, Outcome& outcome);
     void removeStalled(TimePoint now, Outcome& outcome);
@@ -127,6 +139,7 @@ private:
 
     SyncPolicy policy_;
     std::map<std::string, Member> members_;
+    std::map<std::string, std::uint32_t> heldUp_;  ///< how often a host has held up the others, until that is forgotten
     std::vector<Duration> recentFrames_;
     FrameNumber next_;
     bool open_ = false;

@@ -31,9 +31,13 @@ ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
 
 ServerActions SessionActions::on(const server_action::HostEntered& entered) {
     around_.report.entered(entered);
-    around_.log.info(entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                    entered.host, entered.frame.value, toMilliseconds(entered.awayFor))
-                                      : fmt::format("{} enters at frame {}", entered.host, entered.frame.value));
+    std::string text = entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
+                                                      entered.host, entered.frame.value, toMilliseconds(entered.awayFor))
+                                        : fmt::format("{} enters at frame {}", entered.host, entered.frame.value);
+    if (entered.framesToProve > 0)
+        text += fmt::format("; it has held up the others, who wait for it again once it has drawn and shown {}",
+                            entered.framesToProve == 1 ? "one frame" : fmt::format("{} frames", entered.framesToProve));
+    around_.log.info(text);
     return {};
 }
 

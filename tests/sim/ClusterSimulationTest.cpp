@@ -123,6 +123,7 @@ TEST(ClusterSimulation, TheSameSeedIsTheSameHistory) {
 
 /// Interval, drawing, both ways over the slowest link and the processes' own slack.
 constexpr Duration kUsualGap = 35ms;
+constexpr Duration kLateAfter = 30ms;  ///< what the policy of these walls says
 
 struct Running : Cluster {
     explicit Running(ClusterConfig config = {}) : Cluster(config) {
@@ -207,6 +208,59 @@ TEST(ClusterSimulation, AHostThatOnlyClaimsToBeAliveHoldsTheOthersUpOnceAndIsOut
     wall.host(1).showAgain();
     EXPECT_TRUE(wall.runUntilAllInStep(500ms));
     EXPECT_EQ(wall.server().entries(), 5u);
+}
+
+TEST(ClusterSimulation, AHostThatAnswersAndNeverDrawsHoldsTheOthersUpOnceThoughItComesBack) {
+    Running wall;
+    wall.server().mayFail("host1");
+    wall.host(1).loseReadies(true);
+    wall.run(1s);
+    const Duration gap = wall.longestGap();
+    EXPECT_LE(gap, 600ms + kUsualGap);
+    EXPECT_GE(gap, 600ms);
+    wall.run(10s);
+    EXPECT_LE(wall.longestGap(), kLateAfter + kUsualGap) << "nobody waits for it any more";
+    EXPECT_GT(wall.server().faults(FaultKind::kDrawStalled), 3u) << "it has come back again and again";
+    wall.host(1).loseReadies(false);
+    EXPECT_TRUE(wall.runUntilAllInStep(2s));
+    wall.run(100ms);
+    (void)wall.longestGap();
+    wall.host(1).loseReadies(true);
+    wall.run(1s);
+    EXPECT_GE(wall.longestGap(), 600ms) << "it has proved itself, and is waited for";
+    wall.run(5s);
+    EXPECT_LE(wall.longestGap(), kLateAfter + kUsualGap);
+}
+
+TEST(ClusterSimulation, AHostThatShowsTooLateEachTimeHoldsTheOthersUpOnce) {
+    Running wall;
+    wall.server().mayFail("host1");
+    wall.host(1).showLater(400ms);
+    wall.run(1s);
+    const Duration gap = wall.longestGap();
+    EXPECT_LE(gap, 250ms + kUsualGap);
+    EXPECT_GE(gap, 250ms);
+    wall.run(10s);
+    EXPECT_LE(wall.longestGap(), kLateAfter + kUsualGap);
+    EXPECT_GT(wall.server().faults(FaultKind::kNotShown), 3u) << "it has come back again and again";
+    wall.host(1).showLater({});
+    EXPECT_TRUE(wall.runUntilAllInStep(2s));
+}
+
+/// What holds up more and more seldom costs less and less: every time it has to draw and show twice as many frames first.
+TEST(ClusterSimulation, AHostThatStallsAsSoonAsItIsTrustedIsTrustedMoreAndMoreSlowly) {
+    Running wall;
+    wall.server().mayFail("host1");
+    int heldUp = 0;
+    for (int i = 0; i < 200; ++i) {
+        wall.host(1).loseReadies(true);
+        wall.run(700ms);  // the frame deadline, and the way out
+        if (wall.longestGap() >= 600ms) ++heldUp;
+        wall.host(1).loseReadies(false);
+        wall.run(200ms);
+    }
+    EXPECT_GE(heldUp, 3);
+    EXPECT_LE(heldUp, 12) << "of 200 times";
 }
 
 TEST(ClusterSimulation, AHostThatShowsLateButAnswersIsWaitedForAndNoFrameIsAhead) {

@@ -70,10 +70,12 @@ void Owner::received(ConnectionId connection, Epoch epoch, std::shared_ptr<const
         }
         if (const auto* shown = std::get_if<message::Shown>(&*message); shown && host != hostOf_.end())
             if (const auto told = toldToShow_.find(host->second); told != toldToShow_.end()) {
-                if (shown->frame < told->second.first)
+                if (shown->frame < told->second.first) {
                     told->second.second = std::max(told->second.second, at);  // an earlier one: it comes forward
-                else
+                } else {
                     toldToShow_.erase(told);
+                    if (std::uint32_t& left = toProve_[host->second]; left > 0) --left;
+                }
             }
         return session_.received(connection, epoch, *message, at);
     });
@@ -138,7 +140,7 @@ void Owner::maybeBegin() {
     if (!prepared_) prepare();
     if (config_.session.sync.lateFrame == LateFramePolicy::kWait)
         for (const auto& [host, told] : toldToShow_)
-            if (members_.contains(host)) violated("begins a frame before " + host + " has said that it shows the last one");
+            if (members_.contains(host) && toProve_[host] == 0) violated("begins a frame before " + host + " has said that it shows the last one");
     FrameContent content = *std::exchange(prepared_, std::nullopt);
     content.frame = session_.nextFrame();
     if (content.frame.value != released_) violated("a frame begins that does not follow the last one released");
@@ -256,6 +258,7 @@ void Owner::on(const server_action::HostEntered& action) {
         violated(action.host + " enters at another frame than the one that begins");
     if (!members_.insert(action.host).second) violated(action.host + " enters twice");
     answered_.insert(action.host);
+    toProve_[action.host] = action.framesToProve;
     ++entries_;
 }
 
@@ -318,9 +321,10 @@ void Owner::on(const server_action::FrameReleased& action) {
             if (!isIn(action.shown, host)) violated("leaves out " + host + ", which is ready");
             continue;
         }
-        if (sync.lateFrame == LateFramePolicy::kWait) {
-            // The only other way out of a frame is a stall, whose fault follows.
-            if (sayingAt_ - frame_.begun < sync.frameDeadline) violated("does not wait for " + host);
+        if (sync.lateFrame == LateFramePolicy::kWait && !(toProve_[host] > 0 && isIn(action.held, host))) {
+            // The only other way out of a frame is a stall, or what it does not show while it draws: its fault follows.
+            const bool owesWord = toProve_[host] > 0 && toldToShow_.contains(host);
+            if (sayingAt_ - frame_.begun < sync.frameDeadline && !owesWord) violated("does not wait for " + host);
             continue;
         }
         if (isIn(action.held, host)) {

@@ -137,6 +137,7 @@ private:
     std::uint64_t released_ = 0;
     TimePoint lastReleased_{};
     std::set<std::string> mayFail_, members_, behind_, inStep_, answered_;
+    std::map<std::string, std::uint32_t> toProve_;  ///< frames that a host has still to show before it is waited for
     std::map<std::string, TimePoint> drawingSince_;
     std::map<std::string, FrameNumber> toldToDraw_;  ///< the frame of the last Begin
     std::map<std::string, std::pair<FrameNumber, TimePoint>> toldToShow_;  ///< and has not said that it does: that frame, since

@@ -181,6 +181,7 @@ void Peer::on(client_action::Send action) {
         violated("sends " + std::string(nameOf(action.message)) + " on a closed channel");
     if (std::holds_alternative<message::BlobRequest>(action.message) && ++chunksAsked_ > kChunksInFlight)
         violated("has more chunks under way than its window");
+    if (losesReadies_ && std::holds_alternative<message::Ready>(action.message)) return;
     network_.toServer(*connection, session_->epoch(), std::move(action.message));
 }
 
@@ -232,7 +233,7 @@ void Peer::on(const client_action::Show& action) {
             if (attempt == attempt_) inSession(show);
         };
     else
-        soon(random_.between(0ms, 1ms), show);
+        soon(showDelay_ + random_.between(0ms, 1ms), show);
 }
 
 void Peer::showAgain() {

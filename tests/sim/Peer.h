@@ -47,6 +47,10 @@ public:
     /// The session's thread says that it lives and shows nothing any more, until it is told to again: then the last image.
     void stopShowing() { showsNothing_ = true; }
     void showAgain();
+    /// All it says gets through but that it has drawn a frame.
+    void loseReadies(bool lost) { losesReadies_ = lost; }
+    /// It shows what it is told to so much later.
+    void showLater(Duration delay) { showDelay_ = delay; }
     void drawSlower(double factor) { slowness_ = factor; }
     /// One bit of the replica flips.
     void corrupt() {
@@ -132,7 +136,8 @@ private:
     std::deque<std::function<void()>> inbox_;  ///< what waits while frozen
     TimePoint drawFree_{};
     double slowness_ = 1;
-    bool showsNothing_ = false;
+    bool showsNothing_ = false, losesReadies_ = false;
+    Duration showDelay_{};
     std::function<void()> unshown_;  ///< what it was told to show meanwhile
 
     std::set<BlobId> store_;

@@ -81,7 +81,7 @@ void Trouble::strike() {
 void Trouble::strikeHost(std::size_t index) {
     Peer& host = cluster_.host(index);
     cluster_.server().mayFail(host.name());
-    switch (random_.below(10)) {
+    switch (random_.below(12)) {
         case 0:
             host.crash(random_.chance(0.5));
             return later(0ms, 500ms, [&host] {
@@ -106,6 +106,12 @@ void Trouble::strikeHost(std::size_t index) {
         case 8:
             host.stopShowing();
             return later(20ms, 1'000ms, [&host] { host.showAgain(); });
+        case 9:
+            host.loseReadies(true);
+            return later(20ms, 1'500ms, [&host] { host.loseReadies(false); });
+        case 10:
+            host.showLater(random_.between(100ms, 500ms));
+            return later(20ms, 1'500ms, [&host] { host.showLater({}); });
         default: {
             const Message rude[] = {message::Ready{.frame = FrameNumber(~std::uint64_t{0})},
                                     message::Synced{.sequence = Sequence(~std::uint64_t{0})},
@@ -125,6 +131,8 @@ void Trouble::repairAll() {
         host.thaw();
         host.drawSlower(1);
         host.showAgain();
+        host.loseReadies(false);
+        host.showLater({});
         if (!host.running()) host.start();
     }
     for (std::size_t i = 0; i < cluster_.applicationCount(); ++i) cluster_.application(i).thaw();

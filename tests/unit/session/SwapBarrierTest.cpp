@@ -371,6 +371,127 @@ TEST(SwapBarrier, WhoOwesAWordAndDrawsNoMoreIsNotCalledAStalledRenderer) {
     }
 }
 
+/// Of usual frames the deadline is the policy's.
+SwapBarrier barrierAfterShortFrames(const Names& hosts) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, hosts);
+    for (int i = 0; i < 31; ++i) wholeFrame(barrier, -1ms, 1ms);
+    return barrier;
+}
+
+/// Draws nothing until the deadline, and is entered again.
+void stall(SwapBarrier& barrier, const std::string& host, Duration begun) {
+    const FrameNumber frame = barrier.nextFrame();
+    for (const std::string& name : barrier.begin(frame, at(begun)))
+        if (name != host) ASSERT_TRUE(barrier.ready(name, frame, at(begun)));
+    const SwapBarrier::Outcome outcome = barrier.poll(at(begun + 1'000ms));
+    ASSERT_EQ(outcome.stalled, Names{host});
+    for (const std::string& name : outcome.show) barrier.shown(name, frame, at(begun + 1'000ms));
+    barrier.enter(host);
+}
+
+TEST(SwapBarrier, WhoHasHeldTheOthersUpIsWaitedForAgainOnceItHasDrawnAndShownAFrame) {
+    SwapBarrier barrier = barrierAfterShortFrames({"a", "b"});
+    stall(barrier, "b", 0ms);
+    EXPECT_EQ(barrier.framesToProve("b"), 1u);
+    EXPECT_EQ(barrier.framesToProve("a"), 0u);
+
+    EXPECT_EQ(barrier.begin(32_frame, at(1'000ms)), (Names{"a", "b"}));
+    EXPECT_EQ(barrier.nextDeadline(), at(2'000ms)) << "of a, which is waited for as ever";
+    ASSERT_TRUE(barrier.ready("a", 32_frame, at(1'010ms)));
+    EXPECT_EQ(barrier.nextDeadline(), at(1'110ms));
+    EXPECT_FALSE(barrier.poll(at(1'109ms)).released);
+    SwapBarrier::Outcome outcome = barrier.poll(at(1'110ms));
+    EXPECT_TRUE(outcome.released);
+    EXPECT_EQ(outcome.held, Names{"b"});
+    barrier.shown("a", 32_frame, at(1'110ms));
+    EXPECT_EQ(barrier.begin(33_frame, at(1'120ms)), Names{"a"});
+    ASSERT_TRUE(barrier.ready("a", 33_frame, at(1'130ms)));
+    ASSERT_TRUE(barrier.poll(at(1'130ms)).released) << "b still draws an older one";
+    barrier.shown("a", 33_frame, at(1'130ms));
+    outcome = barrier.poll(at(2'000ms));
+    EXPECT_EQ(outcome.stalled, Names{"b"});
+    barrier.enter("b");
+    EXPECT_EQ(barrier.framesToProve("b"), 1u) << "nobody has waited for it";
+
+    EXPECT_EQ(barrier.begin(34_frame, at(2'000ms)), (Names{"a", "b"}));
+    for (const char* host : {"a", "b"}) ASSERT_TRUE(barrier.ready(host, 34_frame, at(2'010ms)));
+    ASSERT_TRUE(barrier.poll(at(2'010ms)).released);
+    barrier.told(at(2'010ms));
+    barrier.shown("a", 34_frame, at(2'011ms));
+    EXPECT_EQ(barrier.framesToProve("b"), 1u) << "drawn, not shown";
+    EXPECT_TRUE(barrier.mayBegin()) << "its word is not waited for";
+    barrier.shown("b", 34_frame, at(2'012ms));
+    EXPECT_EQ(barrier.framesToProve("b"), 0u);
+    (void)barrier.begin(35_frame, at(2'020ms));
+    ASSERT_TRUE(barrier.ready("a", 35_frame, at(2'030ms)));
+    EXPECT_FALSE(barrier.poll(at(3'019ms)).released) << "it is waited for again";
+    EXPECT_EQ(barrier.poll(at(3'020ms)).stalled, Names{"b"});
+    barrier.enter("b");
+    EXPECT_EQ(barrier.framesToProve("b"), 2u);
+}
+
+TEST(SwapBarrier, WhoShowsTooLateEachTimeHoldsTheOthersUpOnce) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"a", "b"});
+    releasedFrame(barrier, 10ms);
+    barrier.shown("a", 0_frame, at(11ms));
+    ASSERT_EQ(barrier.poll(at(810ms)).unshown, Names{"b"});
+    for (int i = 0; i < 5; ++i) {
+        const Duration now = 1'000ms * (i + 1);
+        barrier.enter("b");
+        const FrameNumber frame = barrier.nextFrame();
+        releasedFrame(barrier, now);
+        barrier.shown("a", frame, at(now + 1ms));
+        EXPECT_TRUE(barrier.mayBegin());
+        EXPECT_EQ(barrier.poll(at(now + 800ms)).unshown, Names{"b"});
+    }
+}
+
+TEST(SwapBarrier, PicturesThatComeAfterTheOthersHaveGoneOnProveToo) {
+    SwapBarrier barrier = barrierAfterShortFrames({"a", "b"});
+    stall(barrier, "b", 0ms);
+    (void)barrier.begin(32_frame, at(1'000ms));
+    ASSERT_TRUE(barrier.ready("a", 32_frame, at(1'010ms)));
+    ASSERT_TRUE(barrier.poll(at(1'110ms)).released);
+    barrier.shown("a", 32_frame, at(1'110ms));
+    ASSERT_TRUE(barrier.ready("b", 32_frame, at(1'300ms)));
+    EXPECT_EQ(barrier.framesToProve("b"), 0u) << "an honest host that is slow is not left behind for ever";
+    EXPECT_EQ(barrier.begin(33_frame, at(1'310ms)), (Names{"a", "b"}));
+    ASSERT_TRUE(barrier.ready("a", 33_frame, at(1'320ms)));
+    EXPECT_FALSE(barrier.poll(at(1'600ms)).released);
+}
+
+TEST(SwapBarrier, AHostByItselfIsWaitedForWhateverItHasDone) {
+    SwapBarrier barrier = barrierOf(LateFramePolicy::kWait, {"b"});
+    (void)barrier.begin(0_frame, at(0ms));
+    ASSERT_EQ(barrier.poll(at(1'000ms)).stalled, Names{"b"});
+    barrier.enter("b");
+    (void)barrier.begin(1_frame, at(1'000ms));
+    EXPECT_FALSE(barrier.poll(at(1'999ms)).released);
+    ASSERT_TRUE(barrier.ready("b", 1_frame, at(1'999ms)));
+    EXPECT_EQ(barrier.poll(at(1'999ms)).show, Names{"b"});
+}
+
+/// Twice as many frames after each time, up to a bound; after as many in which it was waited for all is forgotten.
+TEST(SwapBarrier, WhoHoldsTheOthersUpAgainAndAgainHasMoreAndMoreToProve) {
+    SwapBarrier barrier = barrierAfterShortFrames({"a", "b"});
+    Duration now{};
+    const auto frame = [&] {
+        wholeFrame(barrier, now, 1ms);
+        now += 2ms;
+    };
+    for (std::uint32_t times = 0; times < 18; ++times) {
+        stall(barrier, "b", now);
+        now += 1'001ms;
+        const std::uint32_t expected = std::uint32_t{1} << std::min(times, 16u);
+        ASSERT_EQ(barrier.framesToProve("b"), expected);
+        for (std::uint32_t i = 0; i < expected; ++i) frame();
+        ASSERT_EQ(barrier.framesToProve("b"), 0u);
+    }
+    for (int i = 0; i < 65'536; ++i) frame();
+    stall(barrier, "b", now);
+    EXPECT_EQ(barrier.framesToProve("b"), 1u);
+}
+
 TEST(SwapBarrier, AReadyOfAHostThatLeftIsNoReasonToCallOthersLate) {
     SwapBarrier barrier = barrierOf(LateFramePolicy::kHold, {"a", "b", "c"});
     barrier.begin(0_frame, at(0ms));
