@@ -169,6 +169,15 @@ void SceneAssembly::note(std::string text) {
     if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
 }
 
+void SceneAssembly::noteNamed(const LoadedFile& file, const std::string& path) {
+    const std::string folder = folderOf(file.path);
+    if (path.starts_with(kAssetScheme)) return;
+    if (folder == "/")
+        note(file.label + ": it lies in the root folder; what it names beside it is read where the server's --allow says so");
+    else if (path.starts_with(folder + "/"))
+        result_.named.push_back(path);
+}
+
 void SceneAssembly::noteNoPoints() {
     if (!options_.placing || !options_.placing->pointRadius || std::ranges::any_of(files_, [](const auto& file) { return file.second->hasPoints; })) return;
     for (const std::string& path : added_) note(path + ": point radius: the file has no points");

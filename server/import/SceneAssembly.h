@@ -146,6 +146,8 @@ private:
     void noteNoPoints();
     /// Of a number that was out of its bounds: "line:column: what". In a scene it is wrong.
     void noteMended(const LoadedFile& file, const std::string& what);
+    /// A file that an Inline or a Movie names: ImportedScene::named.
+    void noteNamed(const LoadedFile& file, const std::string& path);
     /// For a person to read, each once.
     void note(std::string text);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -9,8 +10,8 @@
 
 #include "common/base/Channel.h"
 #include "common/base/Error.h"
-#include "server/import/AssetFolders.h"
 #include "server/import/Importer.h"
+#include "server/sim/desk/SceneFiles.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LoadParts.h"
 
@@ -45,10 +46,8 @@ public:
     /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
     static constexpr std::size_t kAtOnce = 3;
 
-    /// `allowed`: folders whose files applications may have read, beside the assets (`readableFile`).
-    /// `scenes`: files whose folders may be read besides for what Inlines hold.
-    Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,
-           const std::vector<std::string>& scenes = {});
+    /// `files`: which may be read; told what those that are read name.
+    Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(LoadFinished)> onFinished);
     ~Loader();
 
     /// False when too many orders wait already.
@@ -60,7 +59,7 @@ private:
     [[nodiscard]] Expected<ImportedScene> readContent(const InlineOrder& content) const;
 
     ImportOptions options_;
-    ReadableFolders readable_, readableContent_;
+    std::shared_ptr<SceneFiles> files_;
     std::function<void(LoadFinished)> onFinished_;
     Channel<LoadOrder> orders_{64};
     std::thread thread_;
