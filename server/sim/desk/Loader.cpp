@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
+#include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
 
@@ -32,13 +34,27 @@ void addState(ChangeList& list, const InlineOrder& content) {
 Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(LoadFinished)> onFinished)
     : options_(std::move(options)), files_(std::move(files)), onFinished_(std::move(onFinished)), thread_([this] {
           const auto work = [this] {
-              while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
+              while (std::optional<LoadOrder> order = orders_.pop()) carryOutApart(*order);
           };
           std::vector<std::thread> others;
           for (std::size_t i = 1; i < kAtOnce; ++i) others.emplace_back(work);
           work();
           for (std::thread& other : others) other.join();
       }) {}
+
+void Loader::carryOutApart(const LoadOrder& order) {
+    constexpr std::size_t kMostWords = 4096;
+    std::array<char, kMostWords> words{};
+    std::optional<ErrorCode> refused;
+    std::thread([&] {
+        LoadFinished finished = carryOut(order);
+        if (finished.scene) return onFinished_(std::move(finished));
+        // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
+        refused = finished.scene.error().code;
+        cutUtf8(finished.scene.error().message, words.size() - 1).copy(words.data(), words.size() - 1);
+    }).join();
+    if (refused) onFinished_({.ticket = order.ticket, .path = order.path, .scene = fail(*refused, words.data()), .content = order.content});
+}
 
 LoadFinished Loader::carryOut(const LoadOrder& order) const {
     constexpr int kLowestPriority = 19;

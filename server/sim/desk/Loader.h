@@ -39,8 +39,8 @@ struct LoadFinished {
 };
 
 /// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but where kAtOnce of
-/// them do, so what was ordered later may be there earlier. `onFinished` is called on those threads, on several at once. Destruction
-/// waits for the imports under way, which have deadlines of their own.
+/// them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the loader's, on several at once. Destruction
+/// waits for the imports under way, which have deadlines of their own. What a refused load took of memory is given back.
 class Loader {
 public:
     /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
@@ -54,6 +54,8 @@ public:
     bool order(LoadOrder order) { return orders_.tryPush(std::move(order)); }
 
 private:
+    /// On a thread of its own, whose memory goes with it.
+    void carryOutApart(const LoadOrder& order);
     [[nodiscard]] LoadFinished carryOut(const LoadOrder& order) const;
     [[nodiscard]] Expected<ImportedScene> read(const LoadOrder& order) const;
     [[nodiscard]] Expected<ImportedScene> readContent(const InlineOrder& content) const;
