@@ -10,6 +10,7 @@
 
 #include "common/base/Log.h"
 #include "common/base/Version.h"
+#include "common/confine/Confinement.h"
 #include "common/codec/WallCodec.h"
 #include "common/options/Options.h"
 #include "server/sim/FrameLoop.h"
@@ -104,6 +105,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone
 
+    for (const std::string& missing : missingForConfinement()) log.warning(missing);
     FrameLoop loop(std::move(options), log);
     std::jthread watcher([&](const std::stop_token& done) {
         // No tick: at the end it gets a signal of its own.

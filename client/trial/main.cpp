@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -13,8 +14,8 @@
 #include <string>
 #include <string_view>
 
-#include "client/trial/Confined.h"
 #include "client/trial/ProgramTry.h"
+#include "common/confine/Confinement.h"
 #include "common/cores/SurfaceParts.h"
 
 namespace tessera {
@@ -59,17 +60,18 @@ std::optional<SurfaceProgram> readProgram() {
 }
 
 int run(pid_t parent) {
-    constexpr int kSeconds = 2;
+    constexpr std::chrono::seconds kTime{2};
     const auto cannot = [](const Error& error) {
         say("cannot " + error.message);
         return 0;
     };
-    if (auto bounded = boundResources(parent); !bounded) return cannot(bounded.error());
+    if (auto bounded = boundResources(kProgramTrialProfile, parent); !bounded) return cannot(bounded.error());
     const std::optional<SurfaceProgram> program = readProgram();
     if (!program) return cannot({ErrorCode::kBadInput, "what was asked is no program"});
     auto attempt = ProgramTry::create();
     if (!attempt) return cannot(attempt.error());
-    if (auto confined = confineDrawing(kSeconds); !confined) return cannot(confined.error());
+    if (auto bounded = boundFurtherTime(kTime); !bounded) return cannot(bounded.error());
+    if (auto confined = confine(kProgramTrialProfile); !confined) return cannot(confined.error());
     const std::string problem = (*attempt)->problemOf(*program);
     say(problem.empty() ? "good" : "bad " + problem);
     // What is left would be given back to a driver that has just read anybody's text.

@@ -109,12 +109,12 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
         s.insert(s.end(), options.at.begin(), options.at.end());
     }
     for (const std::string& folder : options.assets) add("--assets", folder);
-    // Who is shown a scene may load what lies beside it.
+    // Who is shown a scene may load what lies beside it; beside one in the root folder lies everything.
     std::set<std::string> allowed;
     for (const std::string& scene : options.scenes) {
         std::error_code error;  // the server says what is wrong with it
         const fs::path file = fs::absolute(scene, error);
-        if (!error && scene.find("://") == std::string::npos) allowed.insert(file.parent_path().string());
+        if (!error && scene.find("://") == std::string::npos && file.parent_path() != file.root_path()) allowed.insert(file.parent_path().string());
     }
     for (const std::string& folder : allowed) add("--allow", folder);
     add("--size", options.size);

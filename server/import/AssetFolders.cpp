@@ -122,7 +122,8 @@ std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes)
         if (scene.starts_with(kAssetScheme)) continue;
         std::error_code error;
         const std::filesystem::path path = std::filesystem::weakly_canonical(scene, error);
-        if (!error && path.is_absolute()) folders.push_back(path.parent_path().string());
+        // Beside a file in the root folder would be the whole system.
+        if (!error && path.is_absolute() && path.has_relative_path() && path.parent_path() != path.root_path()) folders.push_back(path.parent_path().string());
     }
     return folders;
 }

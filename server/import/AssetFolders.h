@@ -1,4 +1,5 @@
-/// Names in files to files on disk, without letting a name lead anywhere else.
+/// Names in files to files on disk, without letting a name lead anywhere else. What is found here is looked at, not opened: it is opened as a path without
+/// links (common/confine/OrdinaryFile.h), so that what is swapped since leads nowhere else either.
 #pragma once
 
 #include <span>
@@ -36,7 +37,7 @@ struct ReadableFolders {
 /// The file itself of what is loaded into a running scene by a name that the scene says, whatever it is called: through links, "." and "..", or as an asset. A whole
 /// path, or `asset://NAME`.
 [[nodiscard]] Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where);
-/// The folders of the scenes that are no assets: what they name beside them may be read too.
+/// The folders of the scenes that are no assets: what they name beside them may be read too. Never the root folder.
 [[nodiscard]] std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes);
 /// The whole path of a name in a scene file in `folder`, whether there is such a file or not: whoever reads it looks, and where links lead is looked at then.
 [[nodiscard]] Expected<std::string> pathBeside(const std::string& name, const std::string& folder);

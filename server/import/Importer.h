@@ -77,6 +77,9 @@ struct ImportedScene {
     /// Of the notes those about numbers of a scene's materials that are out of their bounds, with their places: the nearest good ones are taken. Whoever
     /// shows or keeps a scene goes on; whoever checks it may not.
     std::vector<std::string> mended;
+    /// Files that Inlines, ProxyGroups and Movies of it name in the folder of the file that names them, or below: whole paths, whether they are there or not. Not
+    /// assets, and nothing beside a file in the root folder.
+    std::vector<std::string> named;
     /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.
     LaterParts later;
 };

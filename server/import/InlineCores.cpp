@@ -46,12 +46,14 @@ Expected<ObjectId> SceneAssembly::inlineCore(LoadedFile& file, const proto::scen
         const Expected<Inline> core = readNamed<Inline>(node.inline_(), file, importing_);
         if (!core) return tl::unexpected(core.error());
         if (!core->problem.empty()) note(fmt::format("{}: an Inline: {}", file.label, core->problem));
+        noteNamed(file, core->file);
         return create(*core);
     }
     ++result_.geometries;  // its box is drawn
     const Expected<ProxyGroup> core = readNamed<ProxyGroup>(node.proxy_group(), file, importing_);
     if (!core) return tl::unexpected(core.error());
     if (!core->problem.empty()) note(fmt::format("{}: a ProxyGroup: {}", file.label, core->problem));
+    noteNamed(file, core->file);
     if (const Expected<void> sound = drawableOf(Object::of(*core)).check(); !sound) return tl::unexpected(sound.error());
     return create(*core);
 }

@@ -46,6 +46,9 @@ struct LoadedFile {
     std::map<std::string, Geometry> checkedMeshes;
     std::map<std::string, ObjectId> materialCores, imageCores;
     std::map<const proto::scene::Movie*, ObjectId> movieCores;  ///< where it is placed again, the same film plays
+    /// Nodes that come of it, and of each definition; nothing: not counted yet.
+    std::optional<std::size_t> nodesInAll;
+    std::map<std::string, std::size_t> nodesOfDefinition;
     std::optional<std::set<std::string>> films;  ///< names of images that Movies write, once somebody has asked
 
     /// The array with this number, counted from 1; 0: an empty handle.

@@ -45,6 +45,7 @@ Expected<ObjectId> SceneAssembly::movieCore(LoadedFile& file, const proto::scene
     Expected<std::string> path = pathBeside(movie->file, folderOf(file.path));
     if (!path) return tl::unexpected(path.error());
     movie->file = std::move(*path);
+    noteNamed(file, movie->file);
     movie->playing = !message.paused();
     const Expected<ObjectId> image = imageCore(file, message.image());
     if (!image) return image;

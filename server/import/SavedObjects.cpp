@@ -7,6 +7,9 @@
 
 #include "common/cores/Camera.h"
 #include "common/cores/DistanceLOD.h"
+#include "common/cores/Inline.h"
+#include "common/cores/Movie.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/MaterialParts.h"
@@ -48,6 +51,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             drawn.push_back(node.core);
             names.emplace_back(id, node.name);
         } else if (const Drawable drawable = drawableOf(seen)) {
+            if (const auto* proxy = seen.as<ProxyGroup>()) noteNamed(file, proxy->file);
             if (const auto* geometry = seen.as<Geometry>(); geometry && geometry->primitive == Geometry::kPoints) {
                 static_cast<Geometry*>(object)->pointRadius = file.pointRadius.value_or(geometry->pointRadius);
                 file.hasPoints = true;
@@ -66,6 +70,10 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             camera.enabled = camera.enabled && spot.camerasEnabled;
             if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound) return sound;
             result_.hasCamera = result_.hasCamera || camera.enabled;
+        } else if (const auto* held = seen.as<Inline>()) {
+            noteNamed(file, held->file);
+        } else if (const auto* movie = seen.as<Movie>()) {
+            noteNamed(file, movie->file);
         }
         return {};
     };

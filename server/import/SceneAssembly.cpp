@@ -169,6 +169,15 @@ void SceneAssembly::note(std::string text) {
     if (noted_.size() < kMaxNotes && noted_.insert(text).second) result_.notes.push_back(std::move(text));
 }
 
+void SceneAssembly::noteNamed(const LoadedFile& file, const std::string& path) {
+    const std::string folder = folderOf(file.path);
+    if (path.starts_with(kAssetScheme)) return;
+    if (folder == "/")
+        note(file.label + ": it lies in the root folder; what it names beside it is read where the server's --allow says so");
+    else if (path.starts_with(folder + "/"))
+        result_.named.push_back(path);
+}
+
 void SceneAssembly::noteNoPoints() {
     if (!options_.placing || !options_.placing->pointRadius || std::ranges::any_of(files_, [](const auto& file) { return file.second->hasPoints; })) return;
     for (const std::string& path : added_) note(path + ": point radius: the file has no points");
@@ -184,11 +193,17 @@ void SceneAssembly::noteControls(const LoadedFile& file, std::string_view name) 
     if (!isOneLine(name)) note(file.label + ": names of nodes have line breaks or other control characters: '?' stands for them");
 }
 
+Error SceneAssembly::tooManyNodes() const {
+    return {ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes)};
+}
+
+Error SceneAssembly::tooDeep() const {
+    return {ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", options_.maxDepth)};
+}
+
 Expected<SceneAssembly::Placed*> SceneAssembly::newNode(std::string name, ObjectId core, const Spot& spot) {
-    if (written_++ >= options_.maxNodes)
-        return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes));
-    if (spot.depth >= options_.maxDepth)
-        return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", options_.maxDepth));
+    if (written_++ >= options_.maxNodes) return tl::unexpected(tooManyNodes());
+    if (spot.depth >= options_.maxDepth) return tl::unexpected(tooDeep());
     Node node;
     node.name = name;
     node.core = core;
@@ -234,6 +249,9 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     }
     const std::size_t drawnBefore = drawn_;
     importing_ = {*canonical};
+    const Expected<std::size_t> count = countNodes(**file, spot.depth);
+    if (!count) return tl::unexpected(count.error());
+    if (*count > options_.maxNodes - std::min(written_, options_.maxNodes)) return failWith(path, tooManyNodes());
     const Expected<void> done = placeFile(**file, spot);
     if (!done) return done;
     if (!(*file)->isScene && drawn_ == drawnBefore)
@@ -263,10 +281,11 @@ Transform SceneAssembly::standOf(const LoadedFile& file, const Placing& placing)
 Expected<LoadedFile*> SceneAssembly::load(const std::string& canonicalPath, const std::string& label) {
     std::unique_ptr<LoadedFile>& known = files_[canonicalPath];
     if (!known) {
+        if (const auto failed = failed_.find(canonicalPath); failed != failed_.end()) return tl::unexpected(failed->second);
         if (files_.size() > kMaxFiles)
             return fail(ErrorCode::kLimit, fmt::format("{}: the scene imports more than {} files", label, kMaxFiles));
         Expected<std::unique_ptr<LoadedFile>> loaded = loadFile(canonicalPath, label, options_, result_);
-        if (!loaded) return tl::unexpected(loaded.error());
+        if (!loaded) return tl::unexpected(failed_.emplace(canonicalPath, loaded.error()).first->second);
         known = std::move(*loaded);
     }
     return known.get();
@@ -381,8 +400,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     return {};
 }
 
-Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
-    const proto::scene::Import& import = node.import();
+Expected<LoadedFile*> SceneAssembly::importedFile(LoadedFile& file, const proto::scene::Import& import) {
     const std::string where = placeText(file.label, import.at());
     if (!file.isScene) return fail(ErrorCode::kBadInput, where + ": a model file may not import others");
     const std::string& uri = import.uri();
@@ -403,6 +421,13 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
 
     Expected<LoadedFile*> imported = load(*path, uri);
     if (!imported) return failWith(where, imported.error());
+    return imported;
+}
+
+Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
+    const proto::scene::Import& import = node.import();
+    const Expected<LoadedFile*> imported = importedFile(file, import);
+    if (!imported) return tl::unexpected(imported.error());
     Spot inside = spot;
     inside.top = spot.placed;
     inside.material.clear();  // the other file's materials are other ones
@@ -412,7 +437,7 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
         inside.paint = *paint;
     }
     inside.camerasEnabled = spot.camerasEnabled && import.cameras();
-    importing_.push_back(*path);
+    importing_.push_back((*imported)->path);
     const Expected<void> done = placeFile(**imported, inside);
     importing_.pop_back();
     return done;

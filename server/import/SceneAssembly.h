@@ -87,6 +87,12 @@ private:
     /// The Transform that puts a file where it shall stand, but for `Placing::fit`, which takes all of it to be known.
     Transform standOf(const LoadedFile& file, const Placing& placing);
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
+    /// The file that an `import` names, read.
+    Expected<LoadedFile*> importedFile(LoadedFile& file, const proto::scene::Import& import);
+    /// How many nodes a file's come to, definitions and imports written out: counted before one of them is made, as they multiply. Never more than maxNodes + 1.
+    /// Fails where they are nested too deep; imports that fail count for nothing, as whoever places them says why.
+    Expected<std::size_t> countNodes(LoadedFile& file, std::size_t depth);
+    Expected<std::size_t> countNodes(LoadedFile& file, const google::protobuf::RepeatedPtrField<proto::scene::Node>& nodes, std::size_t depth);
     Expected<void> placeFile(LoadedFile& file, const Spot& spot);
     /// What the file saved, object by object.
     Expected<void> placeSaved(LoadedFile& file, const Spot& spot);
@@ -120,6 +126,8 @@ private:
     /// What a material names besides images: set after it is there.
     Expected<void> materialParts(LoadedFile& file, const proto::scene::Material& message, ObjectId id);
     Expected<ObjectId> imageCore(LoadedFile& file, const std::string& name);
+    [[nodiscard]] Error tooManyNodes() const;
+    [[nodiscard]] Error tooDeep() const;
     Expected<Placed*> newNode(std::string name, ObjectId core, const Spot& spot);
     Placed* placed(ObjectId id, std::string name, Placed* parent);
     Expected<void> resolvePending(std::size_t from);
@@ -146,6 +154,8 @@ private:
     void noteNoPoints();
     /// Of a number that was out of its bounds: "line:column: what". In a scene it is wrong.
     void noteMended(const LoadedFile& file, const std::string& what);
+    /// A file that an Inline or a Movie names: ImportedScene::named.
+    void noteNamed(const LoadedFile& file, const std::string& path);
     /// For a person to read, each once.
     void note(std::string text);
 
@@ -165,6 +175,7 @@ private:
     std::uint64_t derivedTriangles_ = 0;  ///< derived while this import looked at its surfaces
     std::size_t drawn_ = 0;    ///< places of geometries in model files
     std::map<std::string, std::unique_ptr<LoadedFile>> files_;  ///< by canonical path
+    std::map<std::string, Error> failed_;                       ///< so are those that could not be read
     std::vector<std::unique_ptr<Placed>> placed_;
     std::vector<PendingRef> pending_;
     std::vector<PendingParts> pendingParts_;

@@ -140,6 +140,7 @@ Error FilmProcess::ended() {
         case SIGFPE:
         case SIGILL:
         case SIGTRAP: return {ErrorCode::kBadInput, "who decodes it crashed on it"};
+        case SIGXCPU: return {ErrorCode::kLimit, fmt::format("a picture of it takes longer than {} s of the processor", kSeconds)};
         case SIGSYS: return {ErrorCode::kBadInput, "who decodes it tried what is forbidden to it"};
         case SIGKILL: return {ErrorCode::kBadInput, "who decodes it was ended from outside (out of memory, or by somebody)"};
         default: return {ErrorCode::kBadInput, "who decodes it ended without a word"};

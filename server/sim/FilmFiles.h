@@ -1,14 +1,14 @@
 /// Which files films may come from.
 #pragma once
 
-#include <string>
-#include <vector>
+#include <memory>
 
 #include "server/movies/Movies.h"
+#include "server/sim/desk/SceneFiles.h"
 
 namespace tessera {
 
-/// As what Inlines hold: whole paths below `allowed` (--allow) or beside the scenes, and assets. Ordinary files alone.
-[[nodiscard]] Movies::Opener filmOpener(std::vector<std::string> allowed, std::vector<std::string> assets, std::vector<std::string> scenes);
+/// As what Inlines hold. Ordinary files alone.
+[[nodiscard]] Movies::Opener filmOpener(std::shared_ptr<SceneFiles> files);
 
 }  // namespace tessera

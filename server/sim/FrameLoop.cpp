@@ -115,6 +115,7 @@ struct FrameLoop::Impl {
     ProgramNotices notices;
     InlineLoading inlines;
     FrameBudget budget;
+    std::shared_ptr<SceneFiles> files;  ///< what may be read
     Movies movies;
     FrameMaker maker;
     FramePacing pacing;
@@ -157,7 +158,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       notices(options.wall),
       inlines(options.wall),
       budget(options.wall.budgetMs),
-      movies(filmOpener(options.allowed, options.import.assetFolders, options.scenes)),
+      files(std::make_shared<SceneFiles>(options.import, options.allowed, options.scenes, opened && opened->state.begun)),
+      movies(filmOpener(files)),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -180,11 +182,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
             }),
-      loader(options.import, options.allowed,
+      loader(options.import, files,
              [this](LoadFinished finished) {
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
-             },
-             options.scenes),
+             }),
       snapshots(peers.session(), blobs,
                 [this](SnapshotMade made) {
                     if (inbox.push(kOurselves, std::move(made))) peers.wake();

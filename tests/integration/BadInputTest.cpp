@@ -1,6 +1,15 @@
 /// Each wrong file, wall or option gives one clear message and the right exit code.
 #include <gtest/gtest.h>
+#include <seccomp.h>
+#include <signal.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
 
 #include "tests/integration/LiveWall.h"
 
@@ -111,6 +120,33 @@ TEST_F(BadInput, OffLoopbackTheServerSaysThatTheLinkIsPlain) {
     Process closed(folder_.path(), "closed", {program("tessera-server"), "--scene", kYard});
     ASSERT_TRUE(closed.waitForText("listening on 127.0.0.1:", 10s)) << closed.output();
     EXPECT_EQ(closed.output().find("plain"), std::string::npos);
+}
+
+TEST_F(BadInput, WhereTheKernelHasNoLandlockAWallRunsAndNoFileIsRead) {
+    const std::string model = folder_.write("model.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    // For this fork and all that it starts there is no Landlock.
+    const pid_t pid = ::fork();
+    if (pid == 0) {
+        ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+        const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+        seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SYS_landlock_create_ruleset, 0);
+        if (seccomp_load(filter) != 0) ::_exit(9);
+        Process server(folder_.path(), "server", {program("tessera-server"), "--wall", "1x1", "--size", "160x90", "--allow", folder_.path()});
+        const std::string address = server.waitForText("listening on ", 20s).value_or("");
+        Process client(folder_.path(), "all", {program("tessera-client"), "--server", address, "--host", "all", "--surface", "none"});
+        const Outcome told = run(folder_.path(), {program("tessera-ctl"), "--server", address, "load", model}, 60s);
+        const Outcome status = run(folder_.path(), {program("tessera-ctl"), "--server", address, "status"}, 60s);
+        const bool warned = server.output().find("this kernel has no Landlock, or has it switched off: no file is read") != std::string::npos;
+        const bool refused = told.exitCode != 0 && told.output.find("this system cannot confine the importer, so the file was not read") != std::string::npos;
+        if (!warned || !refused || status.exitCode != 0) std::fprintf(stderr, "%s%s%s", server.output().c_str(), told.output.c_str(), status.output.c_str());
+        server.signal(SIGTERM);
+        const bool ended = server.waitForExit(20s) == 0;
+        (void)client.waitForExit(20s);
+        ::_exit(warned && refused && status.exitCode == 0 && ended ? 0 : 1);
+    }
+    int outcome = 0;
+    ::waitpid(pid, &outcome, 0);
+    EXPECT_EQ(outcome, 0);
 }
 
 TEST_F(BadInput, ATakenPortIsANetworkError) {

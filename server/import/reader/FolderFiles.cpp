@@ -1,7 +1,6 @@
 #include "server/import/reader/FolderFiles.h"
 
 #include <dirent.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -15,7 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/import/reader/Confinement.h"
+#include "common/confine/Confinement.h"
+#include "common/confine/OrdinaryFile.h"
 
 namespace tessera {
 namespace {
@@ -67,27 +67,14 @@ std::multimap<std::string, std::string> namesBelow(const std::string& folder) {
 }  // namespace
 
 Expected<Bytes> readOrdinaryFile(const std::string& path, std::size_t maxBytes) {
-    // Without O_NONBLOCK the opening of a pipe would wait for a writer.
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0)
-        return fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kBadInput,
-                    fmt::format("cannot be opened ({})", std::strerror(errno)));
-    const auto closing = [](const int* open) { ::close(*open); };
-    const std::unique_ptr<const int, decltype(closing)> guard(&fd, closing);
-    // A link that came to stand on the way since the path was looked at leads to another file.
-    char opened[4096];
-    const ssize_t length = ::readlink(fmt::format("/proc/self/fd/{}", fd).c_str(), opened, sizeof(opened));
-    if (length > 0 && static_cast<std::size_t>(length) < sizeof(opened) &&
-        std::string_view(opened, static_cast<std::size_t>(length)) != path)
-        return fail(ErrorCode::kRefused, "was replaced while it was opened");
-    struct stat info {};
-    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) return fail(ErrorCode::kBadInput, "is not an ordinary file");
-    const auto size = static_cast<std::uint64_t>(info.st_size);
+    const Expected<OrdinaryFile> file = openOrdinaryFile(path);
+    if (!file) return tl::unexpected(file.error());
+    const std::uint64_t size = file->bytes;
     if (size > maxBytes) return fail(ErrorCode::kLimit, fmt::format("is larger than {} MiB", maxBytes >> 20));
     Bytes bytes(size);
     std::size_t done = 0;
     while (done < bytes.size()) {
-        const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
+        const ssize_t got = ::read(file->handle.get(), bytes.data() + done, bytes.size() - done);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return fail(ErrorCode::kBadInput, fmt::format("cannot be read ({})", std::strerror(errno)));
         if (got == 0) break;  // it became shorter meanwhile

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <algorithm>
 #include <functional>
 #include <set>
 #include <string_view>
@@ -10,12 +10,13 @@
 namespace tessera {
 namespace {
 
-/// A word and the trimmed rest of each line that has both.
-void forLines(const std::string& path, const std::function<void(std::string_view, std::string_view)>& visit) {
-    std::ifstream file(path);
-    for (std::string line; std::getline(file, line);) {
+/// A word and the trimmed rest of each line that has both. Of what cannot be read: nothing.
+void forLines(const Expected<Bytes>& file, const std::function<void(std::string_view, std::string_view)>& visit) {
+    std::string_view left = file ? asText(*file) : std::string_view();
+    while (!left.empty()) {
         constexpr const char* kSpace = " \t\r";
-        const std::string_view all = line;
+        const std::string_view all = left.substr(0, left.find('\n'));
+        left.remove_prefix(std::min(left.size(), all.size() + 1));
         const std::size_t start = all.find_first_not_of(kSpace);
         const std::size_t gap = all.find_first_of(kSpace, start);
         const std::size_t rest = all.find_first_not_of(kSpace, gap);
@@ -29,7 +30,7 @@ void forLines(const std::string& path, const std::function<void(std::string_view
 void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene) {
     constexpr std::size_t kNamed = 8;  // of many the first ones
     std::set<std::string> libraries, used, defined;
-    forLines(path, [&](std::string_view word, std::string_view rest) {
+    forLines(files.read(path), [&](std::string_view word, std::string_view rest) {
         if (word == "mtllib") libraries.emplace(rest);
         if (word == "usemtl") used.emplace(rest);
     });
@@ -42,7 +43,9 @@ void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainSc
             if (++missing <= kNamed) scene.note(fmt::format("the material library {} is left out: {}", library, found.error().message));
             continue;
         }
-        forLines(found->path, [&](std::string_view word, std::string_view rest) {
+        const Expected<Bytes> lines = files.readFound(*found);
+        if (!lines && ++missing <= kNamed) scene.note(fmt::format("the material library is left out: {}", lines.error().message));
+        forLines(lines, [&](std::string_view word, std::string_view rest) {
             if (word == "newmtl") defined.emplace(rest);
             for (const char* option : {"-s ", "-o ", "-t "})
                 moved = moved || (word.starts_with("map_") && (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);

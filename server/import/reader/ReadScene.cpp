@@ -1,12 +1,12 @@
 #include "server/import/reader/ReadScene.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstring>
 
+#include "common/confine/OrdinaryFile.h"
 #include "server/import/reader/VolumeFiles.h"
 
 namespace tessera {
@@ -23,10 +23,8 @@ std::string extensionOf(const std::string& path) {
 
 bool beginsWith(const std::string& path, const char* magic) {
     char head[4] = {};
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0) return false;
-    const ssize_t got = ::read(fd, head, sizeof(head));
-    ::close(fd);
+    const Expected<OrdinaryFile> file = openOrdinaryFile(path);
+    const ssize_t got = file ? ::read(file->handle.get(), head, sizeof(head)) : -1;
     return got == static_cast<ssize_t>(sizeof(head)) && std::memcmp(head, magic, sizeof(head)) == 0;
 }
 

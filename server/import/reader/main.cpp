@@ -16,8 +16,8 @@
 #include <string_view>
 
 #include "common/base/Hash.h"
+#include "common/confine/Confinement.h"
 #include "server/import/Record.h"
-#include "server/import/reader/Confinement.h"
 #include "server/import/reader/ReadScene.h"
 
 namespace tessera {
@@ -39,7 +39,11 @@ constexpr std::string_view kUsage =
     "  --help, --version\n";
 
 struct Arguments {
-    Confinement confinement;
+    std::string file;
+    ConfinementProfile profile = kImporterProfile;
+    ProcessorTime time{.given = std::chrono::seconds(10)};
+    pid_t parent = 0;
+    bool allowUnconfined = false;
     ReadLimits limits;
 };
 
@@ -87,7 +91,7 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         const std::string_view name = arguments[i];
         if (name == "--allow-unconfined") {
-            result.confinement.allowUnconfined = true;
+            result.allowUnconfined = true;
             continue;
         }
         if (name == "--verbatim") {
@@ -97,22 +101,22 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
         if (i + 1 >= arguments.size()) return std::nullopt;
         const std::string_view value = arguments[++i];
         if (name == "--file") {
-            result.confinement.file = value;
+            result.file = value;
             continue;
         }
         std::uint64_t number = 0;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
         if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
         if (name == "--memory") {
-            result.confinement.memoryBytes = number;
+            result.profile.memoryBytes = number;
         } else if (name == "--cpu") {
-            result.confinement.cpuTime = std::chrono::seconds(number);
+            result.time.given = std::chrono::seconds(number);
         } else if (name == "--cpu-per-mebibyte") {
-            result.confinement.cpuTimePerMebibyte = std::chrono::seconds(number);
+            result.time.perMebibyte = std::chrono::seconds(number);
         } else if (name == "--most-cpu") {
-            result.confinement.mostCpuTime = std::chrono::seconds(number);
+            result.time.most = std::chrono::seconds(number);
         } else if (name == "--parent") {
-            result.confinement.parent = static_cast<pid_t>(number);
+            result.parent = static_cast<pid_t>(number);
         } else if (name == "--nodes") {
             result.limits.maxNodes = number;
         } else if (name == "--depth") {
@@ -121,21 +125,30 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
             return std::nullopt;
         }
     }
-    if (result.confinement.file.empty() || result.confinement.file.front() != '/') return std::nullopt;
+    if (result.file.empty() || result.file.front() != '/') return std::nullopt;
     return result;
+}
+
+Expected<void> confineFor(const Arguments& arguments) {
+    if (Expected<void> bounded = boundResources(arguments.profile, arguments.parent); !bounded) return bounded;
+    if (Expected<void> bounded = boundProcessorTime(arguments.time); !bounded) return bounded;
+    Expected<void> confined = confine(arguments.profile, arguments.file, arguments.allowUnconfined);
+    if (!confined && confined.error().code == ErrorCode::kUnsupported)
+        return fail(ErrorCode::kUnsupported, confined.error().message + "; --allow-unconfined-import reads it all the same, at your own risk");
+    return confined;
 }
 
 void run(const Arguments& arguments) {
     try {
-        if (const Expected<void> confined = confine(arguments.confinement); !confined)
+        if (const Expected<void> confined = confineFor(arguments); !confined)
             return writeError(confined.error().code, confined.error().message);
-        const Expected<PlainScene> scene = readScene(arguments.confinement.file, arguments.limits);
+        const Expected<PlainScene> scene = readScene(arguments.file, arguments.limits);
         if (!scene) return writeError(scene.error().code, scene.error().message);
         writeScene(*scene);
     } catch (const std::bad_alloc&) {
         char message[128];
         std::snprintf(message, sizeof(message), "it needs more than %zu MiB of memory to read",
-                      arguments.confinement.memoryBytes >> 20);
+                      arguments.profile.memoryBytes >> 20);
         writeError(ErrorCode::kLimit, message);
     } catch (const std::exception& exception) {
         writeError(ErrorCode::kBadInput, exception.what());

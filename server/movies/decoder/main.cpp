@@ -15,8 +15,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/confine/Confinement.h"
 #include "server/movies/FilmRecords.h"
-#include "server/movies/decoder/DecoderConfinement.h"
 #include "server/movies/decoder/FilmDecoder.h"
 #include "server/movies/decoder/FilmPicture.h"
 
@@ -57,13 +57,16 @@ bool readRequest(FilmRequest& request) {
 }
 
 int decodeOnRequest(pid_t parent) {
-    if (Expected<void> confined = confineDecoder(parent); !confined) return endWith(confined.error().message);
+    if (Expected<void> bounded = boundResources(kFilmDecoderProfile, parent); !bounded) return endWith(bounded.error().message);
+    if (Expected<void> confined = confine(kFilmDecoderProfile); !confined) return endWith(confined.error().message);
+    renewTime(kTimeForPicture);
     void* const memory = ::mmap(nullptr, kFilmSlots * kFilmSlotBytes, PROT_READ | PROT_WRITE, MAP_SHARED, kFilmMemoryFd, 0);
     if (memory == MAP_FAILED) return endWith("there is no memory for pictures");
     auto decoder = FilmDecoder::open(STDIN_FILENO);
     if (!decoder) return endWith(decoder.error().message);
     FilmPictures pictures;
     for (FilmRequest request; readRequest(request);) {
+        renewTime(kTimeForPicture);
         const bool following = (request.flags & FilmRequest::kFollowing) != 0;
         const auto shown = following ? (*decoder)->following(request.seconds, (request.flags & FilmRequest::kLoop) != 0) : (*decoder)->at(request.seconds);
         if (!shown) return endWith(shown.error().message);

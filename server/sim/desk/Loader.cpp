@@ -6,8 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iterator>
+#include <array>
 
+#include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
 
@@ -30,23 +31,30 @@ void addState(ChangeList& list, const InlineOrder& content) {
 
 }  // namespace
 
-Loader::Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,
-               const std::vector<std::string>& scenes)
-    : options_(std::move(options)),
-      readable_{.folders = std::move(allowed), .assets = options_.assetFolders},
-      readableContent_(readable_),
-      onFinished_(std::move(onFinished)),
-      thread_([this, folders = foldersOfScenes(scenes)] {
-          std::ranges::copy(folders, std::back_inserter(readableContent_.folders));
-          // From here on the folders stay as they are.
+Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(LoadFinished)> onFinished)
+    : options_(std::move(options)), files_(std::move(files)), onFinished_(std::move(onFinished)), thread_([this] {
           const auto work = [this] {
-              while (std::optional<LoadOrder> order = orders_.pop()) onFinished_(carryOut(*order));
+              while (std::optional<LoadOrder> order = orders_.pop()) carryOutApart(*order);
           };
           std::vector<std::thread> others;
           for (std::size_t i = 1; i < kAtOnce; ++i) others.emplace_back(work);
           work();
           for (std::thread& other : others) other.join();
       }) {}
+
+void Loader::carryOutApart(const LoadOrder& order) {
+    constexpr std::size_t kMostWords = 4096;
+    std::array<char, kMostWords> words{};
+    std::optional<ErrorCode> refused;
+    std::thread([&] {
+        LoadFinished finished = carryOut(order);
+        if (finished.scene) return onFinished_(std::move(finished));
+        // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
+        refused = finished.scene.error().code;
+        cutUtf8(finished.scene.error().message, words.size() - 1).copy(words.data(), words.size() - 1);
+    }).join();
+    if (refused) onFinished_({.ticket = order.ticket, .path = order.path, .scene = fail(*refused, words.data()), .content = order.content});
+}
 
 LoadFinished Loader::carryOut(const LoadOrder& order) const {
     constexpr int kLowestPriority = 19;
@@ -75,18 +83,22 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     ImportOptions options = options_;
     options.placing = order.placing;
     options.gathers = order.asked;
-    if (!order.asked) return importScene(order.path, order.parent, options);
-    const Expected<std::string> path = readableFile(order.path, readable_);
+    if (!order.asked) {
+        Expected<ImportedScene> scene = importScene(order.path, order.parent, options);
+        if (scene) files_->add(scene->named);
+        return scene;
+    }
+    const Expected<std::string> path = files_->ofApplication(order.path);
     if (!path) return tl::unexpected(path.error());
     options.resolved = path->find("://") == std::string::npos;
     return importScene(*path, order.parent, options);
 }
 
 Expected<ImportedScene> Loader::readContent(const InlineOrder& content) const {
-    const Expected<std::string> path = contentFile(content.file, readableContent_);
+    const Expected<std::string> path = files_->ofScene(content.file);
     if (!path) return tl::unexpected(path.error());
     for (const std::string& outer : content.chain) {
-        const Expected<std::string> known = contentFile(outer, readableContent_);
+        const Expected<std::string> known = files_->ofScene(outer);
         if (known && *known == *path)
             return fail(ErrorCode::kBadInput, fmt::format("it inlines itself: {} → {}", fmt::join(content.chain, " → "), content.file));
     }
@@ -94,7 +106,9 @@ Expected<ImportedScene> Loader::readContent(const InlineOrder& content) const {
     options.placing.reset();
     options.resolved = true;
     Expected<ImportedScene> scene = importScene(*path, content.node, options);
-    if (scene) addState(scene->list, content);
+    if (!scene) return scene;
+    files_->add(scene->named);
+    addState(scene->list, content);
     return scene;
 }
 

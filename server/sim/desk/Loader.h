@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -9,8 +10,8 @@
 
 #include "common/base/Channel.h"
 #include "common/base/Error.h"
-#include "server/import/AssetFolders.h"
 #include "server/import/Importer.h"
+#include "server/sim/desk/SceneFiles.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LoadParts.h"
 
@@ -38,29 +39,29 @@ struct LoadFinished {
 };
 
 /// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but where kAtOnce of
-/// them do, so what was ordered later may be there earlier. `onFinished` is called on those threads, on several at once. Destruction
-/// waits for the imports under way, which have deadlines of their own.
+/// them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the loader's, on several at once. Destruction
+/// waits for the imports under way, which have deadlines of their own. What a refused load took of memory is given back.
 class Loader {
 public:
     /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
     static constexpr std::size_t kAtOnce = 3;
 
-    /// `allowed`: folders whose files applications may have read, beside the assets (`readableFile`).
-    /// `scenes`: files whose folders may be read besides for what Inlines hold.
-    Loader(ImportOptions options, std::vector<std::string> allowed, std::function<void(LoadFinished)> onFinished,
-           const std::vector<std::string>& scenes = {});
+    /// `files`: which may be read; told what those that are read name.
+    Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(LoadFinished)> onFinished);
     ~Loader();
 
     /// False when too many orders wait already.
     bool order(LoadOrder order) { return orders_.tryPush(std::move(order)); }
 
 private:
+    /// On a thread of its own, whose memory goes with it.
+    void carryOutApart(const LoadOrder& order);
     [[nodiscard]] LoadFinished carryOut(const LoadOrder& order) const;
     [[nodiscard]] Expected<ImportedScene> read(const LoadOrder& order) const;
     [[nodiscard]] Expected<ImportedScene> readContent(const InlineOrder& content) const;
 
     ImportOptions options_;
-    ReadableFolders readable_, readableContent_;
+    std::shared_ptr<SceneFiles> files_;
     std::function<void(LoadFinished)> onFinished_;
     Channel<LoadOrder> orders_{64};
     std::thread thread_;

@@ -46,6 +46,7 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
     const std::set<ObjectId>& pending = inlines.pending();
     if (pending.empty() || underWay_ || order_) return edits.take();
     std::optional<std::vector<Vec3d>> heads;
+    std::set<ObjectId> full;  // looked at once a frame
     auto next = pending.upper_bound(last_);
     for (std::size_t looked = std::min(pending.size(), kPerFrame); looked > 0 && !order_; --looked, ++next) {
         if (next == pending.end()) next = pending.begin();
@@ -60,6 +61,10 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
             if (wish.state == LoadWords::kLoading) setLoadState(edits, last_, wish.type, LoadWords::kWaiting);
             continue;
         }
+        if (judged.problem.empty() && (full.contains(judged.top) || isFull(scene, judged.top))) {
+            full.insert(judged.top);
+            judged.problem = fmt::format("{} Inlines below '{}' have content already, and no more may", kMostBrought, scene.get<Node>(judged.top)->name);
+        }
         if (!judged.problem.empty()) {
             setLoadState(edits, last_, wish.type, LoadWords::kFailed, judged.problem);
             continue;
@@ -67,8 +72,25 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
         if (wish.state != LoadWords::kLoading) setLoadState(edits, last_, wish.type, LoadWords::kLoading);
         order_ = std::move(judged.order);
         underWay_ = last_;
+        if (brought_.size() >= forgetAt_) {
+            std::erase_if(brought_, [&](const auto& below) { return !scene.get<Node>(below.first); });
+            forgetAt_ = 2 * brought_.size() + 64;
+        }
+        brought_[judged.top].insert(last_);
     }
     return edits.take();
+}
+
+bool InlineLoading::isFull(const Aspect& scene, ObjectId top) {
+    const auto known = brought_.find(top);
+    if (known == brought_.end() || known->second.size() < kMostBrought) return false;
+    // Once it looks full: what has gone, or let its content go, or moved away, counts no more.
+    std::erase_if(known->second, [&](ObjectId core) {
+        ++work_;
+        const std::optional<LoadWish> wish = loadWishOf(scene.find(core));
+        return !wish || wish->state == LoadWords::kWaiting || wish->state == LoadWords::kFailed;
+    });
+    return known->second.size() >= kMostBrought;
 }
 
 InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineContents& inlines, ObjectId core, const std::vector<Vec3d>& heads) const {
@@ -80,6 +102,7 @@ InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineCont
     std::vector<std::string> chain;
     ObjectId top = bearer;
     for (const Node* node = scene.get<Node>(bearer); node->parent; node = scene.get<Node>(top)) {
+        judged.top = top;
         top = node->parent;
         const Node& above = *scene.get<Node>(top);
         if (const std::optional<LoadWish> outer = above.core ? loadWishOf(scene.find(above.core)) : std::nullopt) chain.emplace_back(outer->file);

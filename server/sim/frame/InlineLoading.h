@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,12 +29,15 @@ struct InlineOrder {
 /// read for a node that hangs nowhere, that has nodes below it already, that shares its core with others, or below kMostChain others. What is on its way
 /// in the scene and not here (after a restart, in a copy) begins again.
 ///
+/// Below one node of the scene's top at most kMostBrought have content, or are on their way: one load is below one, and files that inline files, or definitions
+/// that multiply, are more than anybody meant. The others say so, and are tried again when they are wanted again.
+///
 /// A frame looks at kPerFrame of those that wait, in turn, and costs nothing where nobody does. Not thread-safe.
 class InlineLoading {
 public:
     /// Of the edits that carry what is said; nobody waits for them.
     static constexpr std::uint64_t kTicket = ~std::uint64_t{1};
-    static constexpr std::size_t kPerFrame = 256, kMostChain = 8;
+    static constexpr std::size_t kPerFrame = 256, kMostChain = 8, kMostBrought = 4096;
 
     /// Of a wall without tiles nobody is near anything.
     explicit InlineLoading(const Wall& wall);
@@ -50,14 +54,19 @@ private:
     struct Judged {
         bool wanted = false;
         std::string problem;  ///< why it cannot be; empty: it can
+        ObjectId top;         ///< the node below the root that it hangs below, or is
         InlineOrder order;
     };
     [[nodiscard]] Judged judge(const Aspect& scene, const InlineContents& inlines, ObjectId core, const std::vector<Vec3d>& heads) const;
     [[nodiscard]] std::vector<Vec3d> headsIn(const View& view) const;
+    /// Whether one more is too many there.
+    [[nodiscard]] bool isFull(const Aspect& scene, ObjectId top);
 
     std::vector<std::pair<Screen, User>> lookers_;  ///< each user that tiles are drawn for, once a screen
     std::optional<InlineOrder> order_;
     ObjectId underWay_;  ///< the core whose file is being read; none: nothing is
+    std::map<ObjectId, std::set<ObjectId>> brought_;  ///< by the top node: the cores that were ordered below it; some may have gone since
+    std::size_t forgetAt_ = 64;  ///< of `brought_`: nodes that have gone
     std::map<ObjectId, std::string> failed_;  ///< to be said
     ObjectId last_;  ///< looked at last
     std::uint64_t work_ = 0;

@@ -45,6 +45,32 @@ TEST(HostileFile, ThatIsNoOrdinaryFileIsNotOpened) {
     expectError(scratch.path("loop.obj"), ErrorCode::kBadInput, "symbolic links");
 }
 
+TEST(HostileFile, BesideAModelIsNeverWaitedFor) {
+    const Scratch scratch;
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.mtl").c_str(), 0600), 0);
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.png").c_str(), 0600), 0);
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.bin").c_str(), 0600), 0);
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.raw").c_str(), 0600), 0);
+    ImportOptions options = importOptions();
+    // Nobody ever opens the other ends: who waited would wait for ever.
+    options.deadline = std::chrono::seconds(20);
+    const auto said = [&](const std::string& path) {
+        const Expected<ImportedScene> scene = importScene(path, kRootNode, options);
+        std::string all = scene ? "" : scene.error().message;
+        if (scene)
+            for (const std::string& note : scene->notes) all += note + "; ";
+        return all;
+    };
+    const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    scratch.write("good.mtl", "newmtl a\nmap_Kd pipe.png\n");
+    for (const auto& [path, part] : {std::pair(scratch.write("library.obj", "mtllib pipe.mtl\nusemtl a\n" + triangle), "'pipe.mtl' is not an ordinary file"),
+                                     {scratch.write("picture.obj", "mtllib good.mtl\nusemtl a\n" + triangle), "'pipe.png' is not an ordinary file"},
+                                     {scratch.write("buffer.gltf", gltf("pipe.bin")), "'pipe.bin' is not an ordinary file"},
+                                     {scratch.write("field.mhd", "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = pipe.raw\n"), "'pipe.raw' is not an ordinary file"},
+                                     {scratch.write("image.tsct", R"(image { name: "i" uri: "pipe.png" } node { sphere { radius: 1 } })"), "'pipe.png' is not an ordinary file"}})
+        EXPECT_NE(said(path).find(part), std::string::npos) << path << ": " << said(path);
+}
+
 TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
     const Scratch scratch;
     const std::string large = scratch.path("large.obj");

@@ -83,11 +83,12 @@ protected:
 };
 
 TEST_F(Launching, WhatLiesBesideTheScenesMayBeLoaded) {
-    options_.scenes = {(folder_ / "hall.tsct").string(), (folder_ / "more" / "engine.glb").string(), "asset://crate.glb"};
+    options_.scenes = {(folder_ / "hall.tsct").string(), (folder_ / "more" / "engine.glb").string(), "asset://crate.glb", "/hall.tsct"};
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
     const std::string words = read(folder_ / "server.args");
     EXPECT_NE(words.find("--allow\n" + folder_.string() + "\n"), std::string::npos) << words;
     EXPECT_NE(words.find("--allow\n" + (folder_ / "more").string() + "\n"), std::string::npos) << words;
+    EXPECT_EQ(words.find("--allow\n/\n"), std::string::npos) << "beside a scene in the root folder lies everything: " << words;
 }
 
 TEST_F(Launching, LeavesTheMosaicAndWhatAVisitorSees) {

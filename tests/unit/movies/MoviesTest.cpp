@@ -27,7 +27,7 @@ const std::string kDecoder = TESSERA_BIN_DIR "/tessera-decode-film";
 /// A simulation beside which films play, as in FrameMaker.
 class Cinema {
 public:
-    explicit Cinema(std::string folder) : movies_(filmOpener({std::move(folder)}, {}, {}), kDecoder) { movies_.update(simulation_.scene(), nullptr); }
+    explicit Cinema(std::string folder) : movies_(filmOpener(std::make_shared<SceneFiles>(ImportOptions(), std::vector{std::move(folder)})), kDecoder) { movies_.update(simulation_.scene(), nullptr); }
 
     /// A film and its image, of one black pixel.
     ObjectId add(const std::string& file, const Movie& like = {}) {

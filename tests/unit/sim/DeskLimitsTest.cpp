@@ -43,7 +43,7 @@ protected:
     ServerFixture server;
     Simulation simulation;
     ViewSource view{wall, ""};
-    Loader loader{{}, {}, [](LoadFinished) {}};
+    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
     ManipulatorDrags drags;
     RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15, .maxFrameChanges = 50};
     RequestDesk desk{{.wall = wall,

@@ -18,8 +18,11 @@ class InlineFiles : public testing::Test {
 protected:
     /// What comes of one order.
     Expected<ImportedScene> read(const std::string& file, std::vector<std::string> chain = {}, std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
+        return read(std::make_shared<SceneFiles>(importOptions(), std::move(allowed), std::move(scenes)), file, std::move(chain));
+    }
+    Expected<ImportedScene> read(std::shared_ptr<SceneFiles> files, const std::string& file, std::vector<std::string> chain = {}) {
         Channel<LoadFinished> finished(1);
-        Loader loader(importOptions(), std::move(allowed), [&](LoadFinished done) { finished.push(std::move(done)); }, scenes);
+        Loader loader(importOptions(), std::move(files), [&](LoadFinished done) { finished.push(std::move(done)); });
         EXPECT_TRUE(loader.order({.ticket = 1,
                                   .path = file,
                                   .parent = kRootNode,
@@ -33,8 +36,11 @@ protected:
     }
     /// The scene of these files, as it is before the first frame.
     Expected<Aspect> start(const std::vector<std::string>& paths) {
+        return start(paths, std::make_shared<SceneFiles>(importOptions(), std::vector<std::string>(), paths));
+    }
+    Expected<Aspect> start(const std::vector<std::string>& paths, std::shared_ptr<SceneFiles> files) {
         Channel<LoadFinished> finished(8);
-        Loader loader(importOptions(), {}, [&](LoadFinished done) { finished.push(std::move(done)); }, paths);
+        Loader loader(importOptions(), std::move(files), [&](LoadFinished done) { finished.push(std::move(done)); });
         StartScene scene(paths);
         if (const Expected<void> ordered = scene.order(loader, 0); !ordered) return tl::unexpected(ordered.error());
         for (;;) {
@@ -67,8 +73,8 @@ TEST_F(InlineFiles, LieWhereTheServerMayReadThem) {
     const std::string file = scratch.write("in/a.tsct", kBox);
     EXPECT_NE(trouble(file).find("the server may not read"), std::string::npos);
     EXPECT_EQ(trouble(file, {}, {scratch.path("in")}), "");
-    EXPECT_EQ(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}), "") << "beside a scene of the command line";
-    EXPECT_NE(trouble(file, {}, {}, {scratch.path("other/scene.tsct")}).find("may not read"), std::string::npos);
+    EXPECT_NE(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}).find("may not read"), std::string::npos) << "beside a scene that does not name it";
+    EXPECT_NE(trouble(file, {}, {}, {"/scene.tsct"}).find("may not read"), std::string::npos) << "beside a scene in the root folder is everything";
     EXPECT_NE(trouble("a.tsct", {}, {scratch.path("in")}).find("whole path"), std::string::npos);
     EXPECT_NE(trouble(scratch.path("in/none.tsct"), {}, {scratch.path("in")}), "");
     EXPECT_NE(trouble("asset://no such thing.glb"), "");
@@ -78,6 +84,32 @@ TEST_F(InlineFiles, LieWhereTheServerMayReadThem) {
     scratch.write("out/b.tsct", kBox);
     std::filesystem::create_symlink(scratch.path("out/b.tsct"), scratch.path("in/link.tsct"));
     EXPECT_NE(trouble(scratch.path("in/link.tsct"), {}, {scratch.path("in")}).find("may not read"), std::string::npos);
+}
+
+TEST_F(InlineFiles, ThatAScenesFilesNameAreReadAndNoneBesideThem) {
+    const std::string scene = scratch.write("in/scene.tsct", std::string(kBox) + R"(
+        node { name: "a" inline { file: "sub/a.tsct" load: BY_HAND } }
+        image { name: "i" } node { name: "film" movie { file: "film.mkv" image: "i" } })");
+    const std::string a = scratch.write("in/sub/a.tsct", std::string(kBox) + R"(node { name: "b" inline { file: "b.tsct" load: BY_HAND } })");
+    const std::string b = scratch.write("in/sub/b.tsct", kBox), other = scratch.write("in/sub/other.tsct", kBox), film = scratch.write("in/film.mkv", "no film");
+    scratch.write("secret.tsct", kBox);
+    const auto may = [](SceneFiles& files, const std::string& name) { return files.ofScene(name).has_value(); };
+    const auto files = std::make_shared<SceneFiles>(importOptions(), std::vector<std::string>(), std::vector{scene});
+    EXPECT_FALSE(may(*files, a)) << "nobody has named it yet";
+    ASSERT_TRUE(start({scene}, files));
+    EXPECT_TRUE(may(*files, a) && may(*files, film));
+    for (const std::string& name : {b, other, scene, scratch.path("in/./sub/a.tsct"), std::string("/etc/passwd"), scratch.path("secret.tsct")}) EXPECT_FALSE(may(*files, name)) << name;
+    EXPECT_FALSE(files->ofApplication(a)) << "what an application loads itself is another matter";
+    // What it names in its turn, once it is read.
+    ASSERT_TRUE(read(files, a));
+    EXPECT_TRUE(may(*files, b) && !may(*files, other));
+    // A wall that goes on from its journal imports no scene.
+    SceneFiles again(importOptions(), {}, {scene}, true);
+    EXPECT_TRUE(may(again, b) && may(again, film) && !may(again, other));
+    // It has become a link that leads out of the folder.
+    std::filesystem::remove(b);
+    std::filesystem::create_symlink(scratch.path("secret.tsct"), b);
+    EXPECT_FALSE(may(*files, b));
 }
 
 TEST_F(InlineFiles, BringWhatTheyHoldAndSayThatItIsThere) {

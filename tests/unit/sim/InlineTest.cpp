@@ -313,6 +313,49 @@ TEST(Inlines, WhatCannotBeIsSaidInWordsAndTriedAgainWhenWanted) {
     EXPECT_FALSE(stage.order);
 }
 
+TEST(Inlines, OfOneLoadEndSomewhereAndSaySo) {
+    // Each file inlines as many as the depth lets there be: without a bound they would be thousands of millions.
+    InlineStage stage;
+    stage.parts = {};
+    stage.nodesInFile = 1;
+    test::ListMaker make;
+    const ObjectId top = make.node("load", kRootNode);
+    constexpr std::size_t kMany = InlineLoading::kMostBrought + 40;
+    for (std::size_t i = 0; i < kMany; ++i) {
+        const ObjectId core = make.create<Inline>();
+        setField<&Inline::file>(make.builder, core, "f");
+        make.node("i", top, core);
+    }
+    ASSERT_TRUE(stage.edit(make.builder.take()).result);
+    const ObjectId other = stage.place<Inline>({.file = "other"});
+    std::size_t came = 0;
+    for (std::size_t quiet = 0; quiet < 300 && came < kMany + 10; ++quiet) {
+        stage.frame();
+        if (!stage.order) continue;
+        stage.fileComes();
+        ++came;
+        quiet = 0;
+    }
+    EXPECT_EQ(came, InlineLoading::kMostBrought + 1) << "and that of the other, which is not below it";
+    EXPECT_EQ(stage.wishOf(other).state, L::kThere);
+    std::size_t failed = 0;
+    ObjectId one;
+    for (const ObjectId node : stage.scene().get<Node>(stage.scene().get<Node>(kRootNode)->children[0])->children) {
+        if (stage.wishOf(node).state != L::kFailed) continue;
+        ++failed;
+        one = node;
+        EXPECT_EQ(stage.problemOf(node), "4096 Inlines below 'load' have content already, and no more may");
+    }
+    EXPECT_EQ(failed, 40u);
+    // Where others have gone there is room again.
+    const auto& children = stage.scene().get<Node>(stage.scene().get<Node>(kRootNode)->children[0])->children;
+    const std::vector<ObjectId> going{children[0], children[1], children[2]};
+    ASSERT_TRUE(stage.edit(removalOf(stage.scene(), going)).result);
+    ASSERT_TRUE(stage.set<&Inline::wanted>(one, true).result);
+    for (int i = 0; i < 300 && !stage.order; ++i) stage.frame();
+    EXPECT_TRUE(stage.order);
+}
+
 TEST(Inlines, OnlyTheServerSaysTheirState) {
     InlineStage stage;
     const ObjectId node = stage.place(Inline{.file = "/a", .load = L::kByHand});

@@ -56,7 +56,7 @@ private:
 };
 
 TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
-    Loader loader(options_, {scratch.path("")}, [this](LoadFinished done) { finished.push(std::move(done)); });
+    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
     for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
     for (std::uint64_t quick = 10; quick < 20; ++quick) ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
     // None of the slow ones has been let go: without threads of their own this would wait for ever.
@@ -76,7 +76,7 @@ TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
 }
 
 TEST_F(Loads, BeginInTheOrderOfAskingAndNeverMoreAtOnceThanMayBe) {
-    Loader loader(options_, {scratch.path("")}, [this](LoadFinished done) { finished.push(std::move(done)); });
+    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
     std::vector<std::string> asked;
     for (std::uint64_t i = 0; i < 3 * Loader::kAtOnce; ++i) {
         asked.push_back("slow" + std::to_string(i) + ".tsct");

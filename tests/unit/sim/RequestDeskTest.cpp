@@ -65,7 +65,7 @@ private:
         Peers peers(configOf(wall), blobs, [this](LinkEvent event) {
             events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
         });
-        Loader loader({}, {}, [](LoadFinished) {});
+        Loader loader({}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {});
         ManipulatorDrags drags;
         RequestDesk desk({.wall = wall,
                           .blobs = blobs,
