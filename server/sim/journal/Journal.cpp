@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -45,7 +46,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     // No path begins so once it is whole. Journals of those who said nothing of it are as they were.
     const bool saysScenes = !options.scenes.empty();
     if (!options.placing.empty()) options.scenes.push_back(std::move(options.placing));
-    Expected<JournalFolder> folder = JournalFolder::hold(options.folder);
+    Expected<JournalFolder> folder = JournalFolder::hold(options.folder, options.calls);
     if (!folder) return tl::unexpected(folder.error());
     const Expected<JournalFiles> files = folder->files();
     if (!files) return failWith("--journal", files.error());
@@ -66,20 +67,17 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     if (!state.begun && !saysScenes) options.scenes.clear();
     if (state.begun) options.scenes = state.scenes;
 
-    // What a killed server did not finish goes, so that only the very last log may ever be torn.
+    // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to sync is
+    // synced before another log stands on it.
     std::uint64_t last = files->lastLog();
-    if (story->hollow && last > 0) {
-        // (Its number is given again: were it missing, something would seem to be lost.)
-        ::unlink(folder->logPath(last).c_str());
-        --last;
-    } else if (story->tornBytes > 0) {
-        const std::string path = folder->logPath(last);
-        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", path,
+    if (story->tornBytes > 0 && !story->hollow)
+        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", folder->logPath(last),
                                 story->tornBytes));
-        if (::truncate(path.c_str(), static_cast<off_t>(story->wholeBytes)) != 0)
-            return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, std::strerror(errno)));
-    }
-    for (const std::string& old : files->leftOver) ::unlink(old.c_str());
+    if (story->hollow && last > 0)
+        --last;  // its number is given again: were it missing, something would seem to be lost
+    else if (last > 0)
+        if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed) return tl::unexpected(sealed.error());
+    for (const std::string& old : files->unfinished) folder->remove(old);
 
     std::unique_ptr<Journal> journal(
         new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
@@ -91,7 +89,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     journal->logsSinceSnapshot_ = files->logs.size() + 1;
     journal->earlierBytes_ = story->logBytes;
     journal->snapshotBytes_ = story->snapshotBytes;
-    Expected<JournalFile> file = JournalFile::create(journal->folder_.logPath(last + 1), journal->openingOf(last + 1));
+    Expected<JournalFile> file = journal->folder_.beginLog(journal->openingOf(last + 1));
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
     // The epoch is given once it is on the disk.
@@ -101,7 +99,8 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     if (error != 0)
         return fail(ErrorCode::kFailed,
                     fmt::format("{}: the journal cannot be written: {}", journal->folder(), std::strerror(error)));
-    if (Expected<void> synced = journal->folder_.sync(); !synced) return tl::unexpected(synced.error());
+    // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
+    for (const std::string& old : files->leftOver) journal->folder_.remove(old);
     journal->thread_ = std::thread([self = journal.get()] { self->run(); });
     return Opened{.journal = std::move(journal), .state = std::move(state)};
 }
@@ -173,8 +172,8 @@ void Journal::ends(FrameNumber next) {
 }
 
 void Journal::hand(Item item) {
+    ++handed_;  // though it has ended: who waits for it is never told that it is written
     if (ended_) return;
-    ++handed_;
     // One that is larger than all that may wait is taken, where nothing else waits.
     if (queuedBytes_.fetch_add(item.bytes) > limits_.maxQueuedBytes ||
         !queue_.tryPush(std::make_unique<const Item>(std::move(item))))
@@ -262,9 +261,14 @@ int Journal::append(const Item& item) {
 
 void Journal::syncIfDue(bool now) {
     if (!unsynced_ || (!now && Clock::now() < unsyncedSince_ + limits_.syncEvery)) return;
-    // After an error nobody knows what of it the disk has.
-    if (const int error = file_.sync()) end(std::strerror(error));
+    (void)file_.sync();
+    endWhereASyncFailed();
     unsynced_ = false;
+}
+
+void Journal::endWhereASyncFailed() {
+    // Nobody knows what the disk has.
+    if (const int error = folder_.disk().failedSync()) end(fmt::format("the disk could not be made to keep it: {}", std::strerror(error)));
 }
 
 void Journal::failed(int error) {
@@ -296,15 +300,20 @@ void Journal::rotateIfLong() {
     if (!isLong || compacting_ || Clock::now() < rotateAgainAt_) return;
     rotateAgainAt_ = Clock::now() + std::chrono::seconds(1);
     // What is before the new log is whole for good, so only the very last log may ever be torn.
-    if (file_.sync() != 0) return;
-    Expected<JournalFile> next = JournalFile::create(folder_.logPath(logNumber_ + 1), openingOf(logNumber_ + 1));
-    if (!next) return;  // the old one goes on, and says what is wrong
+    if (file_.sync() != 0) return endWhereASyncFailed();
+    unsynced_ = false;
+    Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1));
+    endWhereASyncFailed();
+    if (!next) {  // the old one goes on
+        if (!ended_ && !std::exchange(saidThatItGrows_, true)) log_.warning(fmt::format("the journal goes on and grows: {}", next.error().message));
+        return;
+    }
+    saidThatItGrows_ = false;
     earlierBytes_ += file_.bytes();
     file_ = std::move(*next);
     arrays_.clear();
     ++logNumber_;
     ++logsSinceSnapshot_;
-    if (Expected<void> synced = folder_.sync(); !synced) return end(synced.error().message);
     compact();
 }
 
@@ -320,9 +329,10 @@ void Journal::compact() {
     compactor_ = std::thread([this, upTo = logNumber_] {
         ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);  // frames come first
         const Expected<std::uint64_t> bytes = compactJournal(folder_, upTo, limits_, closing_);
+        endWhereASyncFailed();
         if (bytes)
             snapshotBytes_ = *bytes;
-        else if (!closing_)
+        else if (!closing_ && !ended_)
             log_.warning(fmt::format("the journal goes on and grows: {}", bytes.error().message));
         compacting_ = false;
     });

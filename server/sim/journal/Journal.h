@@ -22,6 +22,7 @@ struct JournalOptions {
     std::vector<std::string> scenes;  ///< what --scene says
     std::string placing;              ///< options that say how they stand ("--up z"); empty: none
     JournalLimits limits;
+    std::shared_ptr<FileSystem> calls = std::make_shared<FileSystem>();
 };
 
 /// The frame thread hands over and never waits; a thread of the journal's own writes a record at a time, so that what is written
@@ -29,8 +30,8 @@ struct JournalOptions {
 /// another thread reads them and makes a snapshot of them; the frame thread's scene is not asked.
 ///
 /// **What fails.** Where a record cannot be written (a full disk), it is tried again until it can; meanwhile records wait in memory.
-/// `trouble` says so. Where too much waits, or the disk loses what it had, the journal has *ended*: nothing more is written, and what
-/// is written until then can be gone on from.
+/// `trouble` says so. Where too much waits, or a sync fails, whatever was to be synced, the journal has *ended*: nothing more is
+/// written, and what is written until then can be gone on from.
 ///
 /// All members are for the frame thread, but for the callback.
 class Journal {
@@ -91,6 +92,7 @@ private:
     /// An errno; 0 once all of it is in the file; -1: an array is not here.
     [[nodiscard]] int append(const Item& item);
     void syncIfDue(bool now);
+    void endWhereASyncFailed();
     void failed(int error);
     void end(const std::string& why);
     void tell();
@@ -126,7 +128,7 @@ private:
     std::uint64_t earlierBytes_ = 0;  ///< of the logs since the snapshot, but the open one
     Sequence sequence_;
     StateHash stateHash_;
-    bool unsynced_ = false;
+    bool unsynced_ = false, saidThatItGrows_ = false;
     TimePoint unsyncedSince_{}, rotateAgainAt_{};
     std::thread thread_;
 

@@ -318,13 +318,13 @@ TEST(Journal, TheEpochGrowsThoughTheClockHasGoneBack) {
     {
         const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall");
         ASSERT_TRUE(held);
-        ASSERT_TRUE(JournalFile::create(held->logPath(1), {.schema = schemaHash(),
-                                                           .program = "unit_journal",
-                                                           .number = 1,
-                                                           .epoch = later,
-                                                           .scenes = {},
-                                                           .sequence = {},
-                                                           .stateHash = Aspect().stateHash()}));
+        ASSERT_TRUE(held->beginLog({.schema = schemaHash(),
+                                    .program = "unit_journal",
+                                    .number = 1,
+                                    .epoch = later,
+                                    .scenes = {},
+                                    .sequence = {},
+                                    .stateHash = Aspect().stateHash()}));
     }
     for (int server = 1; server < 4; ++server) {
         const Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log);

@@ -38,6 +38,10 @@ inline Simulation::Left leftIn(JournalState& state) {
             .display = std::move(state.display)};
 }
 
+inline void goOn(Simulation& simulation, Journal::Opened& opened) {
+    if (opened.state.begun) simulation.goOnFrom(leftIn(opened.state));
+}
+
 /// Waits until all that was handed over is written. False: it took ten seconds.
 inline bool waitUntilWritten(const Journal& journal) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
