@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -36,6 +37,13 @@ std::string listed(const std::vector<std::string>& scenes) {
     std::string text;
     for (const std::string& scene : scenes) text += (scene.starts_with("--") ? " " : " --scene ") + scene;
     return text.empty() ? "no --scene" : text.substr(1);
+}
+
+/// What nobody has seen yet. How much a killed server has sent and not written nobody knows; journals of older versions do not say either.
+journal::Numbers nextNumbers(const JournalState& state, const JournalLimits& limits) {
+    const std::uint64_t id = state.scene.nextFreeId(), list = state.sequence.value;
+    if (state.numbers) return {.nextId = std::max(id, state.numbers->nextId), .lastList = {}, .behind = std::max(state.sequence, state.numbers->lastList)};
+    return {.nextId = state.begun ? id + limits.idsAhead : id, .lastList = {}, .behind = Sequence(state.begun ? list + limits.listsAhead : list)};
 }
 
 }  // namespace
@@ -89,20 +97,21 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     journal->logsSinceSnapshot_ = files->logs.size() + 1;
     journal->earlierBytes_ = story->logBytes;
     journal->snapshotBytes_ = story->snapshotBytes;
-    Expected<JournalFile> file = journal->folder_.beginLog(journal->openingOf(last + 1));
+    // The epoch and the numbers are given once they are on the disk.
+    const journal::Numbers numbers = nextNumbers(state, journal->limits_);
+    journal->framesTaken_ = FrameNumber(state.nextFrame.value + journal->limits_.framesAhead);
+    journal->taken_ = {.nextId = numbers.nextId + journal->limits_.idsAhead,
+                       .lastList = Sequence(numbers.behind.value + journal->limits_.listsAhead),
+                       .behind = numbers.behind};
+    Expected<JournalFile> file = journal->folder_.beginLog(
+        journal->openingOf(last + 1), std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
-    // The epoch is given once it is on the disk.
-    journal->framesTaken_ = FrameNumber(state.nextFrame.value + journal->limits_.framesAhead);
-    int error = journal->file_.append(encodeJournal(journal::Frames{journal->framesTaken_}));
-    if (error == 0) error = journal->file_.sync();
-    if (error != 0)
-        return fail(ErrorCode::kFailed,
-                    fmt::format("{}: the journal cannot be written: {}", journal->folder(), std::strerror(error)));
+    journal->sequence_ = numbers.behind;
     // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
     for (const std::string& old : files->leftOver) journal->folder_.remove(old);
     journal->thread_ = std::thread([self = journal.get()] { self->run(); });
-    return Opened{.journal = std::move(journal), .state = std::move(state)};
+    return Opened{.journal = std::move(journal), .state = std::move(state), .nextId = numbers.nextId, .behind = numbers.behind};
 }
 
 Journal::Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress)
@@ -120,6 +129,7 @@ Journal::~Journal() {
 }
 
 void Journal::started(const CommittedFrame& scene) {
+    takeNumbers(scene);
     hand({FrameItem{.frame = {.start = true,
                               .frame = {},
                               .sequence = scene.sent->sequence,
@@ -136,6 +146,7 @@ void Journal::frameDone(FrameNumber frame, const FrameResult& result, const Cont
         hand({journal::Frames{framesTaken_}});
     }
     if (!result.commit.list && result.history.empty()) return;
+    takeNumbers(result.commit);
     FrameItem item{.frame = {.start = false,
                              .frame = frame,
                              .sequence = result.commit.sent->sequence,
@@ -166,9 +177,23 @@ void Journal::epochRaised(Epoch epoch) {
     hand({journal::Raised{epoch}});
 }
 
+void Journal::takeNumbers(const CommittedFrame& frame) {
+    const Sequence before = std::exchange(taken_.behind, frame.sent->sequence);
+    std::uint64_t nextId = 0;
+    if (frame.list)
+        for (const Creation& creation : frame.list->creations) nextId = std::max(nextId, creation.id.value + 1);
+    const bool few = nextId + limits_.idsAhead / 2 > taken_.nextId || taken_.behind.value + limits_.listsAhead / 2 > taken_.lastList.value;
+    if (!few) return;
+    taken_.nextId = std::max(taken_.nextId, nextId) + limits_.idsAhead;
+    taken_.lastList = Sequence(taken_.behind.value + limits_.listsAhead);
+    hand({journal::Numbers{.nextId = taken_.nextId, .lastList = taken_.lastList, .behind = before}});
+}
+
 void Journal::ends(FrameNumber next) {
     framesTaken_ = next;
     hand({journal::Frames{next}});
+    // All that was sent is written by then: the next server goes on with the very next numbers.
+    hand({journal::Numbers{.nextId = 0, .lastList = {}, .behind = taken_.behind}});
 }
 
 void Journal::hand(Item item) {
@@ -251,6 +276,7 @@ int Journal::append(const Item& item) {
     const auto* frame = std::get_if<FrameItem>(&item.what);
     if (const auto* view = std::get_if<journal::View>(&item.what)) return file_.append(encodeJournal(*view));
     if (const auto* frames = std::get_if<journal::Frames>(&item.what)) return file_.append(encodeJournal(*frames));
+    if (const auto* numbers = std::get_if<journal::Numbers>(&item.what)) return file_.append(encodeJournal(*numbers));
     if (const auto* raised = std::get_if<journal::Raised>(&item.what)) return file_.append(encodeJournal(*raised));
     if (frame->frame.list)
         if (const int error = arrays_.append(file_, *frame->frame.list)) return error;

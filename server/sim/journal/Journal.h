@@ -39,6 +39,9 @@ public:
     struct Opened {
         std::unique_ptr<Journal> journal;
         JournalState state;  ///< to go on from; `begun` is false where there is none
+        /// New objects have ids from here on, and the next list follows this one: nobody has seen those that come.
+        std::uint64_t nextId = 0;
+        Sequence behind;
     };
     /// Reads what the folder has, cuts off what a killed server has not finished, and begins a new log. Arrays are in `arrays` for
     /// as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen` asks for is so. Refused:
@@ -80,12 +83,14 @@ private:
         CommittedListPtr sent;
     };
     struct Item {
-        std::variant<FrameItem, journal::View, journal::Frames, journal::Raised> what;
+        std::variant<FrameItem, journal::View, journal::Frames, journal::Numbers, journal::Raised> what;
         std::uint64_t bytes = 0;  ///< that it keeps in memory
     };
 
     Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress);
     void hand(Item item);
+    /// Takes more numbers, long before those that are taken have been given.
+    void takeNumbers(const CommittedFrame& frame);
 
     void run();
     void write(const Item& item);
@@ -110,6 +115,7 @@ private:
     // The frame thread's.
     std::uint64_t handed_ = 0;
     FrameNumber framesTaken_;  ///< those before it are taken already
+    journal::Numbers taken_;
     std::uint64_t displayVersion_ = 0, viewVersion_ = 0;
 
     // Between the two.

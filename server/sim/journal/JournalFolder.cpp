@@ -140,10 +140,12 @@ int JournalFolder::name(const std::string& unfinished, const std::string& path) 
     return disk_->syncFolder(path_);
 }
 
-Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening) const {
+Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening, std::span<const RecordContent> then) const {
     const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished);
     Expected<JournalFile> file = JournalFile::create(disk_, unfinished, opening);
     if (!file) return file;
+    for (const RecordContent& record : then)
+        if (const int error = file->append(record)) return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", unfinished, words(error)));
     if (const int error = file->sync()) return notSynced(unfinished, error);
     if (const int error = name(unfinished, path)) return notSynced(path, error);
     return file;

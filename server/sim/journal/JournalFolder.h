@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_set>
 #include <vector>
@@ -86,7 +87,7 @@ public:
     [[nodiscard]] Expected<JournalFiles> files() const;
 
     /// A log that begins with this; one of this number is replaced. Fails without a trace, but where a sync has failed.
-    [[nodiscard]] Expected<JournalFile> beginLog(const journal::Opening& opening) const;
+    [[nodiscard]] Expected<JournalFile> beginLog(const journal::Opening& opening, std::span<const RecordContent> then = {}) const;
     /// Cuts a log off where it is whole, and sees to it that the disk has what is left: others are to follow it.
     [[nodiscard]] Expected<void> sealLog(std::uint64_t number, std::uint64_t wholeBytes) const;
     /// To be finished, or dropped with `dropSnapshot`.
