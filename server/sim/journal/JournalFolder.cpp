@@ -124,6 +124,11 @@ Expected<JournalFiles> JournalFolder::files() const {
             files.leftOver.push_back(logPath(log));
         else
             files.logs.push_back(log);
+    const Expected<std::uint64_t> last = lastOfAll();
+    if (!last) return tl::unexpected(last.error());
+    if (files.lastLog() < *last)
+        return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
+                                                      logPath(*last), lastPath()));
     std::uint64_t expected = files.snapshot.value_or(1);
     if (files.snapshot && files.logs.empty())
         return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
@@ -140,15 +145,50 @@ int JournalFolder::name(const std::string& unfinished, const std::string& path) 
     return disk_->syncFolder(path_);
 }
 
+/// 0 where there is no such file: older versions write none.
+Expected<std::uint64_t> JournalFolder::lastOfAll() const {
+    const Expected<RecordSource> source = RecordSource::open(lastPath());
+    std::error_code unknown;
+    if (!source && !std::filesystem::exists(lastPath(), unknown)) return 0;
+    if (!source) return failWith(lastPath(), source.error());
+    constexpr std::uint64_t kDigits = 20;
+    const Expected<Bytes> bytes = source->read(0, std::min(source->size(), kDigits + 1));
+    if (!bytes) return failWith(lastPath(), bytes.error());
+    const std::string_view text = asText(*bytes);
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error == std::errc() && std::string_view(end, text.data() + text.size()) == "\n") return number;
+    return fail(ErrorCode::kBadInput, lastPath() + ": it names no log; remove it to go on with those that are there");
+}
+
+Expected<void> JournalFolder::writeLast(std::uint64_t number) const {
+    const std::string unfinished = lastPath() + std::string(kUnfinished), text = fmt::format("{}\n", number);
+    int file = -1;
+    int error = disk_->calls().create(unfinished, file);
+    if (error == 0) error = disk_->calls().append(file, asBytes(text), {});
+    if (error == 0) error = disk_->sync(file);
+    if (file >= 0) disk_->calls().close(file);
+    if (error == 0) return {};
+    remove(unfinished);
+    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished, words(error)));
+}
+
 Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening, std::span<const RecordContent> then) const {
-    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished);
+    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished), last = lastPath() + std::string(kUnfinished);
+    if (Expected<void> written = writeLast(opening.number); !written) return tl::unexpected(written.error());
     Expected<JournalFile> file = JournalFile::create(disk_, unfinished, opening);
-    if (!file) return file;
+    int error = 0;
     for (const RecordContent& record : then)
-        if (const int error = file->append(record)) return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", unfinished, words(error)));
-    if (const int error = file->sync()) return notSynced(unfinished, error);
-    if (const int error = name(unfinished, path)) return notSynced(path, error);
-    return file;
+        if (file && error == 0) error = file->append(record);
+    if (file && error == 0) error = file->sync();
+    if (file && error == 0) error = name(unfinished, path);
+    if (!file || error != 0) remove(last);
+    if (!file) return file;
+    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
+    if (error = name(last, lastPath()); error == 0) return file;
+    // The old log would go on beside a new one, which says where the old one ends.
+    disk_->lose(error);
+    return notSynced(lastPath(), error);
 }
 
 Expected<void> JournalFolder::sealLog(std::uint64_t number, std::uint64_t wholeBytes) const {

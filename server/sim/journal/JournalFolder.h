@@ -37,6 +37,8 @@ public:
     [[nodiscard]] int syncFolder(const std::string& path);
     /// Of the sync that failed; 0: none has.
     [[nodiscard]] int failedSync() const { return failed_; }
+    /// As after a failed sync: what is in the folder is not what was to be there.
+    void lose(int error) { failed_ = error; }
 
 private:
     [[nodiscard]] int remembered(int error);
@@ -83,10 +85,12 @@ public:
     [[nodiscard]] const JournalDisk& disk() const { return *disk_; }
     [[nodiscard]] std::string logPath(std::uint64_t number) const;
     [[nodiscard]] std::string snapshotPath(std::uint64_t number) const;
-    /// Refused: a log is missing.
+    [[nodiscard]] std::string lastPath() const { return path_ + "/last"; }
+    /// Refused: a log is missing. Of the newest ones nothing but the file `last` tells that they have been.
     [[nodiscard]] Expected<JournalFiles> files() const;
 
-    /// A log that begins with this; one of this number is replaced. Fails without a trace, but where a sync has failed.
+    /// A log that begins with this; one of this number is replaced. `last` names it once it is there, and before anybody builds on it. Fails without a
+    /// trace, but where a sync has failed.
     [[nodiscard]] Expected<JournalFile> beginLog(const journal::Opening& opening, std::span<const RecordContent> then = {}) const;
     /// Cuts a log off where it is whole, and sees to it that the disk has what is left: others are to follow it.
     [[nodiscard]] Expected<void> sealLog(std::uint64_t number, std::uint64_t wholeBytes) const;
@@ -99,6 +103,8 @@ public:
 
 private:
     JournalFolder(std::string path, std::shared_ptr<JournalDisk> disk, int lock) : path_(std::move(path)), disk_(std::move(disk)), lock_(lock) {}
+    [[nodiscard]] Expected<std::uint64_t> lastOfAll() const;
+    [[nodiscard]] Expected<void> writeLast(std::uint64_t number) const;
     /// An errno; 0: it has its name for good.
     [[nodiscard]] int name(const std::string& unfinished, const std::string& path) const;
 

@@ -83,7 +83,7 @@ public:
 inline std::vector<std::string> filesIn(const std::string& folder) {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().filename() != "lock") names.push_back(entry.path().filename().string());
+        if (entry.path().filename() != "lock" && entry.path().filename() != "last") names.push_back(entry.path().filename().string());
     std::ranges::sort(names);
     return names;
 }
