@@ -280,16 +280,17 @@ Expected<void> FrameLoop::Impl::begin() {
         log.warning("the link is plain: neither encrypted nor authenticated; keep it on a network of the wall's own");
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
+    simulation.skipNumbers(opened->nextId, opened->behind);
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
 }
 
 Expected<void> FrameLoop::Impl::goOnFromJournal() {
-    JournalState& state = opened->state;
+    const JournalState& state = opened->state;
     log.info(fmt::format("journal {}: goes on with frame {} from list {}, state {}; what --scene says is in it already",
                          journal()->folder(), state.nextFrame.value, state.sequence.value,
                          toHex(state.scene.stateHash())));
-    const Expected<CommittedFrame> there = maker.goOnFrom(std::move(state));
+    const Expected<CommittedFrame> there = maker.goOnFrom(*opened);
     if (!there) return tl::unexpected(there.error());
     snapshots.follow(*there);
     sceneIsThere();

@@ -26,12 +26,14 @@ Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
     return loaded;
 }
 
-Expected<CommittedFrame> FrameMaker::goOnFrom(JournalState state) {
+Expected<CommittedFrame> FrameMaker::goOnFrom(Journal::Opened& opened) {
+    JournalState& state = opened.state;
     if (state.view) around_.view.goOnFrom(*state.view);
     around_.simulation.goOnFrom({.scene = std::move(state.scene),
                                  .sequence = state.sequence,
                                  .history = std::move(state.history),
                                  .display = std::move(state.display)});
+    around_.simulation.skipNumbers(opened.nextId, opened.behind);
     const Aspect& scene = around_.simulation.scene();
     auto whole = std::make_shared<const ChangeList>(snapshot(scene));
     // Whoever joins fetches them by name, those that ranges have made too.

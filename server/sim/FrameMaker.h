@@ -59,7 +59,7 @@ public:
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
     /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera is not there.
-    [[nodiscard]] Expected<CommittedFrame> goOnFrom(JournalState state);
+    [[nodiscard]] Expected<CommittedFrame> goOnFrom(Journal::Opened& opened);
 
     /// Once the scene is there, before the first frame: whether the programs that it brings have been tried, so that the first frame shows them as the last
     /// one does. Never waits: asked again and again, it says yes after 10 s whatever is left.

@@ -31,7 +31,7 @@ Bytes journalFile(FuzzInput& in) {
                                                                  .stateHash = Aspect().stateHash()});
     append(opening.kind, opening.bytes());
     while (!in.empty()) {
-        const std::size_t kind = in.below(8);
+        const std::size_t kind = in.below(std::variant_size_v<JournalRecord>);
         append(kind, in.bytes(in.number<std::uint16_t>()));
     }
     return all;

@@ -275,6 +275,55 @@ TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
     EXPECT_FALSE(findNode(mover->scene(), "/late"));
 }
 
+/// Lists are sent before they are written: the disk is full, so that others see one that is never written, and the server is killed.
+TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten) {
+    KeptWall wall;
+    std::map<ObjectId, std::string> seen;  // of nodes
+    Sequence last;
+    const auto follow = [&](Application& application) {
+        application.onChanges([&](const ChangeList& list, Sequence sequence) {
+            last = std::max(last, sequence);
+            for (const Creation& creation : list.creations)
+                if (const Node* node = application.scene().get<Node>(creation.id); node && !node->name.empty()) seen[creation.id] = node->name;
+        });
+    };
+    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " + smallWall(wall.folder) + " --scene " + wall.scene +
+                                " --listen 127.0.0.1:0 --rate 200 --journal " + wall.journal();
+    for (int server = 0; server < 3; ++server) {
+        wall.server = std::make_unique<Process>(wall.folder.path(), "little" + std::to_string(server), std::vector<std::string>{"/bin/sh", "-c", command});
+        wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
+        ASSERT_FALSE(wall.address.empty()) << wall.server->output();
+        const auto mover = wall.connect("mover");
+        ASSERT_TRUE(mover);
+        for (const auto& [id, name] : seen)
+            if (const Node* node = mover->scene().get<Node>(id)) {
+                EXPECT_EQ(node->name, name) << "#" << id.value;
+            }
+        const std::map<ObjectId, std::string> before = seen;
+        const Sequence lastBefore = last;
+        follow(*mover);
+        Expected<answer::Committed> committed = answer::Committed{};
+        for (int made = 0; committed && made < 5'000; ++made) {
+            const std::string name = "s" + std::to_string(server) + "n" + std::to_string(made);
+            committed = mover->propose(newNode(name, made));
+            if (committed) {
+                EXPECT_GT(committed->sequence, lastBefore) << "another list had this number";
+            }
+        }
+        ASSERT_FALSE(committed) << "the disk was never full";
+        while (const auto polled = mover->poll(100ms))  // the list that is not written
+            if (!*polled) break;
+        std::size_t fresh = 0;
+        for (const auto& [id, name] : seen) {
+            const auto known = before.find(id);
+            EXPECT_TRUE(known == before.end() || known->second == name) << "#" << id.value << " was " << (known == before.end() ? "" : known->second);
+            fresh += known == before.end() ? 1 : 0;
+        }
+        EXPECT_GT(fresh, 1u);
+        wall.kill();
+    }
+}
+
 /// Parts come one in a frame, 50 ms apart: the kill is between two of them.
 TEST(Journal, ALoadThatIsHalfThereWhenTheServerIsKilledIsTakenAway) {
     KeptWall wall;

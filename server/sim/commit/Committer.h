@@ -43,6 +43,8 @@ public:
     [[nodiscard]] ObjectId reserveIds(std::uint64_t count);
     /// New objects have ids from this one on.
     void skipIds(ObjectId upTo) { nextId_ = std::max(nextId_, upTo.value); }
+    /// The next list follows this one.
+    void skipLists(Sequence behind) { sequence_ = std::max(sequence_, behind); }
     /// As apply, with reserved ids: kFirstPlaceholder + i becomes first + i, for i below `count`. `Applied::ids` stays empty.
     [[nodiscard]] Expected<Applied> applyReserved(ChangeList list, ObjectId first, std::uint64_t count,
                                                   Inverse inverse = Inverse::kNone);

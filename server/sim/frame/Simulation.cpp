@@ -55,6 +55,11 @@ void Simulation::goOnFrom(Left left) {
     takeOrphansAway();
 }
 
+void Simulation::skipNumbers(std::uint64_t nextId, Sequence behind) {
+    committer_.skipIds(ObjectId(nextId));
+    committer_.skipLists(behind);
+}
+
 void Simulation::takeOrphansAway() {
     if (history_.arriving() && !arriving_ && !history_.underWay()) history_.partsTakenAway();
 }

@@ -72,6 +72,9 @@ public:
     };
     void goOnFrom(Left left);
 
+    /// New objects have ids from here on, and the next list follows this one: others have seen those before.
+    void skipNumbers(std::uint64_t nextId, Sequence behind);
+
     /// Nobody asks about the last step's lists any more (CollisionPipeline::forgetLists).
     void forgetLists() { pipeline_.forgetLists(); }
     /// Motions and free bodies stand still in the first frame and advance by 1/60 s in each later one.

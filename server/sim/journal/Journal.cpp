@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,6 +39,13 @@ std::string listed(const std::vector<std::string>& scenes) {
     return text.empty() ? "no --scene" : text.substr(1);
 }
 
+/// What nobody has seen yet. How much a killed server has sent and not written nobody knows; journals of older versions do not say either.
+journal::Numbers nextNumbers(const JournalState& state, const JournalLimits& limits) {
+    const std::uint64_t id = state.scene.nextFreeId(), list = state.sequence.value;
+    if (state.numbers) return {.nextId = std::max(id, state.numbers->nextId), .lastList = {}, .behind = std::max(state.sequence, state.numbers->lastList)};
+    return {.nextId = state.begun ? id + limits.idsAhead : id, .lastList = {}, .behind = Sequence(state.begun ? list + limits.listsAhead : list)};
+}
+
 }  // namespace
 
 Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& arrays, Log& log,
@@ -45,7 +54,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     // No path begins so once it is whole. Journals of those who said nothing of it are as they were.
     const bool saysScenes = !options.scenes.empty();
     if (!options.placing.empty()) options.scenes.push_back(std::move(options.placing));
-    Expected<JournalFolder> folder = JournalFolder::hold(options.folder);
+    Expected<JournalFolder> folder = JournalFolder::hold(options.folder, options.calls);
     if (!folder) return tl::unexpected(folder.error());
     const Expected<JournalFiles> files = folder->files();
     if (!files) return failWith("--journal", files.error());
@@ -66,20 +75,17 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     if (!state.begun && !saysScenes) options.scenes.clear();
     if (state.begun) options.scenes = state.scenes;
 
-    // What a killed server did not finish goes, so that only the very last log may ever be torn.
+    // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to sync is
+    // synced before another log stands on it.
     std::uint64_t last = files->lastLog();
-    if (story->hollow && last > 0) {
-        // (Its number is given again: were it missing, something would seem to be lost.)
-        ::unlink(folder->logPath(last).c_str());
-        --last;
-    } else if (story->tornBytes > 0) {
-        const std::string path = folder->logPath(last);
-        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", path,
+    if (story->tornBytes > 0 && !story->hollow)
+        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", folder->logPath(last),
                                 story->tornBytes));
-        if (::truncate(path.c_str(), static_cast<off_t>(story->wholeBytes)) != 0)
-            return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, std::strerror(errno)));
-    }
-    for (const std::string& old : files->leftOver) ::unlink(old.c_str());
+    if (story->hollow && last > 0)
+        --last;  // its number is given again: were it missing, something would seem to be lost
+    else if (last > 0)
+        if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed) return tl::unexpected(sealed.error());
+    for (const std::string& old : files->unfinished) folder->remove(old);
 
     std::unique_ptr<Journal> journal(
         new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
@@ -91,19 +97,21 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     journal->logsSinceSnapshot_ = files->logs.size() + 1;
     journal->earlierBytes_ = story->logBytes;
     journal->snapshotBytes_ = story->snapshotBytes;
-    Expected<JournalFile> file = JournalFile::create(journal->folder_.logPath(last + 1), journal->openingOf(last + 1));
+    // The epoch and the numbers are given once they are on the disk.
+    const journal::Numbers numbers = nextNumbers(state, journal->limits_);
+    journal->framesTaken_ = FrameNumber(state.nextFrame.value + journal->limits_.framesAhead);
+    journal->taken_ = {.nextId = numbers.nextId + journal->limits_.idsAhead,
+                       .lastList = Sequence(numbers.behind.value + journal->limits_.listsAhead),
+                       .behind = numbers.behind};
+    Expected<JournalFile> file = journal->folder_.beginLog(
+        journal->openingOf(last + 1), std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
-    // The epoch is given once it is on the disk.
-    journal->framesTaken_ = FrameNumber(state.nextFrame.value + journal->limits_.framesAhead);
-    int error = journal->file_.append(encodeJournal(journal::Frames{journal->framesTaken_}));
-    if (error == 0) error = journal->file_.sync();
-    if (error != 0)
-        return fail(ErrorCode::kFailed,
-                    fmt::format("{}: the journal cannot be written: {}", journal->folder(), std::strerror(error)));
-    if (Expected<void> synced = journal->folder_.sync(); !synced) return tl::unexpected(synced.error());
+    journal->sequence_ = numbers.behind;
+    // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
+    for (const std::string& old : files->leftOver) journal->folder_.remove(old);
     journal->thread_ = std::thread([self = journal.get()] { self->run(); });
-    return Opened{.journal = std::move(journal), .state = std::move(state)};
+    return Opened{.journal = std::move(journal), .state = std::move(state), .nextId = numbers.nextId, .behind = numbers.behind};
 }
 
 Journal::Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress)
@@ -121,6 +129,7 @@ Journal::~Journal() {
 }
 
 void Journal::started(const CommittedFrame& scene) {
+    takeNumbers(scene);
     hand({FrameItem{.frame = {.start = true,
                               .frame = {},
                               .sequence = scene.sent->sequence,
@@ -137,6 +146,7 @@ void Journal::frameDone(FrameNumber frame, const FrameResult& result, const Cont
         hand({journal::Frames{framesTaken_}});
     }
     if (!result.commit.list && result.history.empty()) return;
+    takeNumbers(result.commit);
     FrameItem item{.frame = {.start = false,
                              .frame = frame,
                              .sequence = result.commit.sent->sequence,
@@ -167,14 +177,28 @@ void Journal::epochRaised(Epoch epoch) {
     hand({journal::Raised{epoch}});
 }
 
+void Journal::takeNumbers(const CommittedFrame& frame) {
+    const Sequence before = std::exchange(taken_.behind, frame.sent->sequence);
+    std::uint64_t nextId = 0;
+    if (frame.list)
+        for (const Creation& creation : frame.list->creations) nextId = std::max(nextId, creation.id.value + 1);
+    const bool few = nextId + limits_.idsAhead / 2 > taken_.nextId || taken_.behind.value + limits_.listsAhead / 2 > taken_.lastList.value;
+    if (!few) return;
+    taken_.nextId = std::max(taken_.nextId, nextId) + limits_.idsAhead;
+    taken_.lastList = Sequence(taken_.behind.value + limits_.listsAhead);
+    hand({journal::Numbers{.nextId = taken_.nextId, .lastList = taken_.lastList, .behind = before}});
+}
+
 void Journal::ends(FrameNumber next) {
     framesTaken_ = next;
     hand({journal::Frames{next}});
+    // All that was sent is written by then: the next server goes on with the very next numbers.
+    hand({journal::Numbers{.nextId = 0, .lastList = {}, .behind = taken_.behind}});
 }
 
 void Journal::hand(Item item) {
+    ++handed_;  // though it has ended: who waits for it is never told that it is written
     if (ended_) return;
-    ++handed_;
     // One that is larger than all that may wait is taken, where nothing else waits.
     if (queuedBytes_.fetch_add(item.bytes) > limits_.maxQueuedBytes ||
         !queue_.tryPush(std::make_unique<const Item>(std::move(item))))
@@ -252,6 +276,7 @@ int Journal::append(const Item& item) {
     const auto* frame = std::get_if<FrameItem>(&item.what);
     if (const auto* view = std::get_if<journal::View>(&item.what)) return file_.append(encodeJournal(*view));
     if (const auto* frames = std::get_if<journal::Frames>(&item.what)) return file_.append(encodeJournal(*frames));
+    if (const auto* numbers = std::get_if<journal::Numbers>(&item.what)) return file_.append(encodeJournal(*numbers));
     if (const auto* raised = std::get_if<journal::Raised>(&item.what)) return file_.append(encodeJournal(*raised));
     if (frame->frame.list)
         if (const int error = arrays_.append(file_, *frame->frame.list)) return error;
@@ -262,9 +287,14 @@ int Journal::append(const Item& item) {
 
 void Journal::syncIfDue(bool now) {
     if (!unsynced_ || (!now && Clock::now() < unsyncedSince_ + limits_.syncEvery)) return;
-    // After an error nobody knows what of it the disk has.
-    if (const int error = file_.sync()) end(std::strerror(error));
+    (void)file_.sync();
+    endWhereASyncFailed();
     unsynced_ = false;
+}
+
+void Journal::endWhereASyncFailed() {
+    // Nobody knows what the disk has.
+    if (const int error = folder_.disk().failedSync()) end(fmt::format("the disk could not be made to keep it: {}", std::strerror(error)));
 }
 
 void Journal::failed(int error) {
@@ -296,15 +326,20 @@ void Journal::rotateIfLong() {
     if (!isLong || compacting_ || Clock::now() < rotateAgainAt_) return;
     rotateAgainAt_ = Clock::now() + std::chrono::seconds(1);
     // What is before the new log is whole for good, so only the very last log may ever be torn.
-    if (file_.sync() != 0) return;
-    Expected<JournalFile> next = JournalFile::create(folder_.logPath(logNumber_ + 1), openingOf(logNumber_ + 1));
-    if (!next) return;  // the old one goes on, and says what is wrong
+    if (file_.sync() != 0) return endWhereASyncFailed();
+    unsynced_ = false;
+    Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1));
+    endWhereASyncFailed();
+    if (!next) {  // the old one goes on
+        if (!ended_ && !std::exchange(saidThatItGrows_, true)) log_.warning(fmt::format("the journal goes on and grows: {}", next.error().message));
+        return;
+    }
+    saidThatItGrows_ = false;
     earlierBytes_ += file_.bytes();
     file_ = std::move(*next);
     arrays_.clear();
     ++logNumber_;
     ++logsSinceSnapshot_;
-    if (Expected<void> synced = folder_.sync(); !synced) return end(synced.error().message);
     compact();
 }
 
@@ -320,9 +355,10 @@ void Journal::compact() {
     compactor_ = std::thread([this, upTo = logNumber_] {
         ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);  // frames come first
         const Expected<std::uint64_t> bytes = compactJournal(folder_, upTo, limits_, closing_);
+        endWhereASyncFailed();
         if (bytes)
             snapshotBytes_ = *bytes;
-        else if (!closing_)
+        else if (!closing_ && !ended_)
             log_.warning(fmt::format("the journal goes on and grows: {}", bytes.error().message));
         compacting_ = false;
     });

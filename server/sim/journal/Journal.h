@@ -22,6 +22,7 @@ struct JournalOptions {
     std::vector<std::string> scenes;  ///< what --scene says
     std::string placing;              ///< options that say how they stand ("--up z"); empty: none
     JournalLimits limits;
+    std::shared_ptr<FileSystem> calls = std::make_shared<FileSystem>();
 };
 
 /// The frame thread hands over and never waits; a thread of the journal's own writes a record at a time, so that what is written
@@ -29,8 +30,8 @@ struct JournalOptions {
 /// another thread reads them and makes a snapshot of them; the frame thread's scene is not asked.
 ///
 /// **What fails.** Where a record cannot be written (a full disk), it is tried again until it can; meanwhile records wait in memory.
-/// `trouble` says so. Where too much waits, or the disk loses what it had, the journal has *ended*: nothing more is written, and what
-/// is written until then can be gone on from.
+/// `trouble` says so. Where too much waits, or a sync fails, whatever was to be synced, the journal has *ended*: nothing more is
+/// written, and what is written until then can be gone on from.
 ///
 /// All members are for the frame thread, but for the callback.
 class Journal {
@@ -38,6 +39,9 @@ public:
     struct Opened {
         std::unique_ptr<Journal> journal;
         JournalState state;  ///< to go on from; `begun` is false where there is none
+        /// New objects have ids from here on, and the next list follows this one: nobody has seen those that come.
+        std::uint64_t nextId = 0;
+        Sequence behind;
     };
     /// Reads what the folder has, cuts off what a killed server has not finished, and begins a new log. Arrays are in `arrays` for
     /// as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen` asks for is so. Refused:
@@ -79,18 +83,21 @@ private:
         CommittedListPtr sent;
     };
     struct Item {
-        std::variant<FrameItem, journal::View, journal::Frames, journal::Raised> what;
+        std::variant<FrameItem, journal::View, journal::Frames, journal::Numbers, journal::Raised> what;
         std::uint64_t bytes = 0;  ///< that it keeps in memory
     };
 
     Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress);
     void hand(Item item);
+    /// Takes more numbers, long before those that are taken have been given.
+    void takeNumbers(const CommittedFrame& frame);
 
     void run();
     void write(const Item& item);
     /// An errno; 0 once all of it is in the file; -1: an array is not here.
     [[nodiscard]] int append(const Item& item);
     void syncIfDue(bool now);
+    void endWhereASyncFailed();
     void failed(int error);
     void end(const std::string& why);
     void tell();
@@ -108,6 +115,7 @@ private:
     // The frame thread's.
     std::uint64_t handed_ = 0;
     FrameNumber framesTaken_;  ///< those before it are taken already
+    journal::Numbers taken_;
     std::uint64_t displayVersion_ = 0, viewVersion_ = 0;
 
     // Between the two.
@@ -126,7 +134,7 @@ private:
     std::uint64_t earlierBytes_ = 0;  ///< of the logs since the snapshot, but the open one
     Sequence sequence_;
     StateHash stateHash_;
-    bool unsynced_ = false;
+    bool unsynced_ = false, saidThatItGrows_ = false;
     TimePoint unsyncedSince_{}, rotateAgainAt_{};
     std::thread thread_;
 

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
@@ -35,6 +36,10 @@ std::string words(int error) {
     return std::strerror(error);
 }
 
+tl::unexpected<Error> notSynced(const std::string& what, int error) {
+    return fail(ErrorCode::kFailed, fmt::format("{}: the disk could not be made to keep it: {}", what, words(error)));
+}
+
 /// What the holder of a lock has written into it.
 std::string holderOf(int lock) {
     char text[64] = {};
@@ -44,14 +49,30 @@ std::string holderOf(int lock) {
 
 }  // namespace
 
-Expected<JournalFolder> JournalFolder::hold(const std::string& path) {
-    if (::mkdir(path.c_str(), 0755) != 0 && errno != EEXIST)
+int JournalDisk::remembered(int error) {
+    if (error != 0) failed_ = error;
+    return error;
+}
+
+int JournalDisk::sync(int file) {
+    const int failed = failed_;
+    return failed != 0 ? failed : remembered(calls_->sync(file));
+}
+
+int JournalDisk::syncFolder(const std::string& path) {
+    const int failed = failed_;
+    return failed != 0 ? failed : remembered(calls_->syncFolder(path));
+}
+
+Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared_ptr<FileSystem> calls) {
+    const bool made = ::mkdir(path.c_str(), 0755) == 0;
+    if (!made && errno != EEXIST)
         return fail(ErrorCode::kFailed, fmt::format("{}: the journal's folder cannot be made: {}", path, words(errno)));
     const std::string name = path + "/lock";
     const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (lock < 0)
         return fail(ErrorCode::kFailed, fmt::format("{}: a journal cannot be kept there: {}", name, words(errno)));
-    JournalFolder folder(path, lock);
+    JournalFolder folder(path, std::make_shared<JournalDisk>(std::move(calls)), lock);
     if (::flock(lock, LOCK_EX | LOCK_NB) != 0)
         return fail(ErrorCode::kRefused, fmt::format("{}: this journal is in use by {}; a wall has one server, and each "
                                                      "server a journal of its own",
@@ -59,11 +80,14 @@ Expected<JournalFolder> JournalFolder::hold(const std::string& path) {
     const std::string holder = fmt::format("tessera-server, pid {}", ::getpid());
     // For people only: a full disk is no reason.
     if (::ftruncate(lock, 0) == 0) (void)!::pwrite(lock, holder.data(), holder.size(), 0);
+    const std::string above = std::filesystem::path(path).parent_path().string();
+    if (made)
+        if (const int error = folder.disk_->syncFolder(above.empty() ? "." : above)) return notSynced(path, error);
     return folder;
 }
 
 JournalFolder::JournalFolder(JournalFolder&& other) noexcept
-    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
+    : path_(std::move(other.path_)), disk_(std::move(other.disk_)), lock_(std::exchange(other.lock_, -1)) {}
 
 JournalFolder::~JournalFolder() {
     if (lock_ >= 0) ::close(lock_);
@@ -85,8 +109,7 @@ Expected<JournalFiles> JournalFolder::files() const {
         const std::string_view name = entry->d_name;
         if (const auto log = numberIn(name, kLog)) logs.push_back(*log);
         if (const auto snapshot = numberIn(name, kSnapshot)) snapshots.push_back(*snapshot);
-        if (name.starts_with(kSnapshot) && name.ends_with(kUnfinished))
-            files.leftOver.push_back(fmt::format("{}/{}", path_, name));
+        if (name.ends_with(kUnfinished)) files.unfinished.push_back(fmt::format("{}/{}", path_, name));
     }
     ::closedir(listing);
     std::ranges::sort(logs);
@@ -101,6 +124,11 @@ Expected<JournalFiles> JournalFolder::files() const {
             files.leftOver.push_back(logPath(log));
         else
             files.logs.push_back(log);
+    const Expected<std::uint64_t> last = lastOfAll();
+    if (!last) return tl::unexpected(last.error());
+    if (files.lastLog() < *last)
+        return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
+                                                      logPath(*last), lastPath()));
     std::uint64_t expected = files.snapshot.value_or(1);
     if (files.snapshot && files.logs.empty())
         return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
@@ -109,13 +137,90 @@ Expected<JournalFiles> JournalFolder::files() const {
     return files;
 }
 
-Expected<void> JournalFolder::sync() const {
-    const int folder = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder < 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path_, words(errno)));
-    const int error = ::fsync(folder) == 0 ? 0 : errno;
-    ::close(folder);
-    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path_, words(error)));
-    return {};
+int JournalFolder::name(const std::string& unfinished, const std::string& path) const {
+    if (const int error = disk_->calls().rename(unfinished, path)) {
+        remove(unfinished);
+        return error;
+    }
+    return disk_->syncFolder(path_);
+}
+
+/// 0 where there is no such file: older versions write none.
+Expected<std::uint64_t> JournalFolder::lastOfAll() const {
+    const Expected<RecordSource> source = RecordSource::open(lastPath());
+    std::error_code unknown;
+    if (!source && !std::filesystem::exists(lastPath(), unknown)) return 0;
+    if (!source) return failWith(lastPath(), source.error());
+    constexpr std::uint64_t kDigits = 20;
+    const Expected<Bytes> bytes = source->read(0, std::min(source->size(), kDigits + 1));
+    if (!bytes) return failWith(lastPath(), bytes.error());
+    const std::string_view text = asText(*bytes);
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error == std::errc() && std::string_view(end, text.data() + text.size()) == "\n") return number;
+    return fail(ErrorCode::kBadInput, lastPath() + ": it names no log; remove it to go on with those that are there");
+}
+
+Expected<void> JournalFolder::writeLast(std::uint64_t number) const {
+    const std::string unfinished = lastPath() + std::string(kUnfinished), text = fmt::format("{}\n", number);
+    int file = -1;
+    int error = disk_->calls().create(unfinished, file);
+    if (error == 0) error = disk_->calls().append(file, asBytes(text), {});
+    if (error == 0) error = disk_->sync(file);
+    if (file >= 0) disk_->calls().close(file);
+    if (error == 0) return {};
+    remove(unfinished);
+    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished, words(error)));
+}
+
+Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening, std::span<const RecordContent> then) const {
+    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished), last = lastPath() + std::string(kUnfinished);
+    if (Expected<void> written = writeLast(opening.number); !written) return tl::unexpected(written.error());
+    Expected<JournalFile> file = JournalFile::create(disk_, unfinished, opening);
+    int error = 0;
+    for (const RecordContent& record : then)
+        if (file && error == 0) error = file->append(record);
+    if (file && error == 0) error = file->sync();
+    if (file && error == 0) error = name(unfinished, path);
+    if (!file || error != 0) remove(last);
+    if (!file) return file;
+    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
+    if (error = name(last, lastPath()); error == 0) return file;
+    // The old log would go on beside a new one, which says where the old one ends.
+    disk_->lose(error);
+    return notSynced(lastPath(), error);
+}
+
+Expected<void> JournalFolder::sealLog(std::uint64_t number, std::uint64_t wholeBytes) const {
+    const std::string path = logPath(number);
+    int file = -1;
+    int error = disk_->calls().open(path, file);
+    if (error == 0) error = disk_->calls().truncate(file, wholeBytes);
+    if (error == 0) error = disk_->sync(file);
+    if (file >= 0) disk_->calls().close(file);
+    if (error == 0) return {};
+    return disk_->failedSync() != 0 ? notSynced(path, error)
+                                    : fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, words(error)));
+}
+
+Expected<JournalFile> JournalFolder::beginSnapshot(const journal::Opening& opening) const {
+    return JournalFile::create(disk_, snapshotPath(opening.number) + std::string(kUnfinished), opening);
+}
+
+Expected<void> JournalFolder::finishSnapshot(const JournalFile& file, std::uint64_t number) const {
+    const std::string path = snapshotPath(number), unfinished = path + std::string(kUnfinished);
+    if (const int error = file.sync()) {
+        remove(unfinished);
+        return notSynced(unfinished, error);
+    }
+    const int error = name(unfinished, path);
+    if (error == 0) return {};
+    remove(path);  // what it was made of is there: a start shall not trust a name that may not last
+    return notSynced(path, error);
+}
+
+void JournalFolder::dropSnapshot(std::uint64_t number) const {
+    remove(snapshotPath(number) + std::string(kUnfinished));
 }
 
 namespace {
@@ -172,8 +277,9 @@ Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFil
 }
 
 JournalFile::JournalFile(JournalFile&& other) noexcept
-    : file_(std::exchange(other.file_, -1)), bytes_(other.bytes_), number_(other.number_), torn_(other.torn_) {}
+    : disk_(std::move(other.disk_)), file_(std::exchange(other.file_, -1)), bytes_(other.bytes_), number_(other.number_), torn_(other.torn_) {}
 JournalFile& JournalFile::operator=(JournalFile&& other) noexcept {
+    std::swap(disk_, other.disk_);
     std::swap(file_, other.file_);
     std::swap(bytes_, other.bytes_);
     std::swap(number_, other.number_);
@@ -181,35 +287,33 @@ JournalFile& JournalFile::operator=(JournalFile&& other) noexcept {
     return *this;
 }
 JournalFile::~JournalFile() {
-    if (file_ >= 0) ::close(file_);
+    if (file_ >= 0) disk_->calls().close(file_);
 }
 
-Expected<JournalFile> JournalFile::create(const std::string& path, const journal::Opening& opening) {
+Expected<JournalFile> JournalFile::create(std::shared_ptr<JournalDisk> disk, const std::string& path, const journal::Opening& opening) {
     JournalFile made;
-    // O_APPEND: what failed is cut off, and the next try begins where the file then ends.
-    made.file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
-    int error = made.file_ < 0 ? errno : writeAll(made.file_, asBytes(kJournalMark));
+    made.disk_ = std::move(disk);
+    FileSystem& calls = made.disk_->calls();
+    int error = calls.create(path, made.file_);
+    if (error == 0) error = calls.append(made.file_, asBytes(kJournalMark), {});
     made.bytes_ = kJournalMark.size();
     if (error == 0) error = made.append(encodeJournal(opening));
     if (error == 0) return made;
-    if (made.file_ >= 0) ::unlink(path.c_str());
+    if (made.file_ >= 0) (void)calls.remove(path);
     return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
 }
 
 int JournalFile::append(const RecordContent& content) {
-    if (torn_ && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) return errno;
+    if (torn_)
+        if (const int error = disk_->calls().truncate(file_, bytes_)) return error;
     const ByteSpan bytes = content.bytes();
     const RecordHeader header = headerFor(content.kind, bytes, number_);
-    const int error = writeAll(file_, std::as_bytes(std::span(&header, 1)), bytes);
-    torn_ = error != 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0;
+    const int error = disk_->calls().append(file_, std::as_bytes(std::span(&header, 1)), bytes);
+    torn_ = error != 0 && disk_->calls().truncate(file_, bytes_) != 0;
     if (error != 0) return error;
     ++number_;
     bytes_ += sizeof(header) + bytes.size();
     return 0;
-}
-
-int JournalFile::sync() const {
-    return ::fdatasync(file_) == 0 ? 0 : errno;
 }
 
 int JournalArrays::append(JournalFile& file, const ChangeList& list) {
@@ -231,19 +335,18 @@ Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_
     if (!story) return tl::unexpected(story.error());
     const JournalState& state = story->state;
 
-    const std::string path = folder.snapshotPath(upTo), unfinished = path + std::string(kUnfinished);
-    const auto failed = [&](const Error& error) {
-        ::unlink(unfinished.c_str());
-        return tl::unexpected(error);
-    };
-    Expected<JournalFile> file = JournalFile::create(unfinished, {.schema = state.schema,
-                                                                  .program = state.program,
-                                                                  .number = upTo,
-                                                                  .epoch = state.epoch,
-                                                                  .scenes = state.scenes,
-                                                                  .sequence = {},
-                                                                  .stateHash = Aspect().stateHash()});
+    Expected<JournalFile> file = folder.beginSnapshot({.schema = state.schema,
+                                                       .program = state.program,
+                                                       .number = upTo,
+                                                       .epoch = state.epoch,
+                                                       .scenes = state.scenes,
+                                                       .sequence = {},
+                                                       .stateHash = Aspect().stateHash()});
     if (!file) return tl::unexpected(file.error());
+    const auto failed = [&](std::string_view why) {
+        folder.dropSnapshot(upTo);
+        return fail(ErrorCode::kFailed, fmt::format("{}: the snapshot cannot be written: {}", folder.snapshotPath(upTo), why));
+    };
     int error = 0;
     JournalArrays written;
     state.forEachRecord([&](const JournalRecord& record) {
@@ -256,18 +359,14 @@ Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_
         if (error == 0) error = file->append(encodeJournal(record));
         return error == 0 && !stop.load();
     });
-    if (stop) return failed({ErrorCode::kFailed, "it was stopped"});
-    if (error == 0) error = file->sync();
-    if (error == 0 && ::rename(unfinished.c_str(), path.c_str()) != 0) error = errno;
-    if (error != 0)
-        return failed({ErrorCode::kFailed, fmt::format("{}: the snapshot cannot be written: {}", unfinished,
-                                                       error < 0 ? "an array is not here" : words(error))});
+    if (stop) return failed("it was stopped");
+    if (error != 0) return failed(error < 0 ? "an array is not here" : words(error));
     // Only once the snapshot is there for good may go what it was made of.
-    if (Expected<void> synced = folder.sync(); !synced) return tl::unexpected(synced.error());
-    for (const std::string& old : files->leftOver) ::unlink(old.c_str());
-    if (files->snapshot && *files->snapshot != upTo) ::unlink(folder.snapshotPath(*files->snapshot).c_str());
+    if (Expected<void> there = folder.finishSnapshot(*file, upTo); !there) return tl::unexpected(there.error());
+    for (const std::string& old : files->leftOver) folder.remove(old);
+    if (files->snapshot && *files->snapshot != upTo) folder.remove(folder.snapshotPath(*files->snapshot));
     for (const std::uint64_t log : files->logs)
-        if (log < upTo) ::unlink(folder.logPath(log).c_str());
+        if (log < upTo) folder.remove(folder.logPath(log));
     return file->bytes();
 }
 

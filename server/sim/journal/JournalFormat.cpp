@@ -17,7 +17,7 @@ namespace {
 namespace wire = proto::journal;
 
 constexpr std::array<std::string_view, std::variant_size_v<JournalRecord>> kKindNames{
-    "opening", "array", "frame", "numbers of frames", "view", "step of the history", "state", "higher epoch"};
+    "opening", "array", "frame", "numbers of frames", "view", "step of the history", "state", "higher epoch", "numbers"};
 constexpr std::size_t kMaxHeadBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxDisplayIds = 65'536;
 constexpr std::size_t kMaxStepLists = 65'536;
@@ -133,6 +133,13 @@ RecordContent encode(const journal::Frames& frames) {
     head.set_next(frames.next.value);
     return contentOf<journal::Frames>(head);
 }
+RecordContent encode(const journal::Numbers& numbers) {
+    wire::Numbers head;
+    head.set_next_id(numbers.nextId);
+    head.set_last_list(numbers.lastList.value);
+    head.set_behind(numbers.behind.value);
+    return contentOf<journal::Numbers>(head);
+}
 RecordContent encode(const journal::View& view) {
     wire::View head;
     head.set_by_hand(view.state.byHand.has_value());
@@ -193,9 +200,9 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
     const auto taken = take<wire::Opening>(bytes, 0, 0);
     if (!taken) return tl::unexpected(taken.error());
     const wire::Opening& head = taken->head;
-    if (head.format() != kJournalFormat)
+    if (head.format() < 1 || head.format() > kJournalFormat)
         return fail(ErrorCode::kUnsupported,
-                    fmt::format("it is of format {}; this program reads format {}", head.format(), kJournalFormat));
+                    fmt::format("it is of format {}; this program reads formats up to {}", head.format(), kJournalFormat));
     // They are printed, and a terminal obeys what is not text.
     const auto isText = [](const std::string& text, std::size_t most) {
         return text.size() <= most && std::ranges::none_of(text, [](char c) { return (c >= 0 && c < ' ') || c == 127; });
@@ -385,6 +392,15 @@ Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes content, const B
         }
         case kindOf<journal::State>():
             return stateFrom(content, arrays, limits);
+        case kindOf<journal::Numbers>(): {
+            const auto taken = take<wire::Numbers>(content, 0, 0);
+            if (!taken) return tl::unexpected(taken.error());
+            // There must be room to go on.
+            constexpr std::uint64_t kMost = kFirstPlaceholder / 2;
+            const wire::Numbers& head = taken->head;
+            if (head.next_id() > kMost || head.last_list() > kMost || head.behind() > kMost) return malformed("its numbers are beyond all that are given");
+            return journal::Numbers{.nextId = head.next_id(), .lastList = Sequence(head.last_list()), .behind = Sequence(head.behind())};
+        }
         default:
             return malformed(fmt::format("kind {} is none", kind));
     }

@@ -3,8 +3,8 @@
 /// A folder holds logs and at most one snapshot, numbered: snapshot 7 is what there was when log 7 began. Each file begins with
 /// kJournalMark; records follow as in a recording (RecordBytes.h).
 ///
-///     log        Opening (Array* (Frame | Frames | View | Raised))*
-///     snapshot   Opening (Array* (Step | View))* Array* State
+///     log        Opening (Array* (Frame | Frames | Numbers | View | Raised))*
+///     snapshot   Opening (Array* (Step | View))* Numbers Array* State
 ///
 /// Arrays (blobs) stand once in each log that names them, before the first record that does.
 #pragma once
@@ -22,8 +22,8 @@
 namespace tessera {
 
 inline constexpr std::string_view kJournalMark = "tessera journal\n";
-/// Raised whenever an older program would misread a file.
-inline constexpr std::uint32_t kJournalFormat = 1;
+/// Raised whenever an older program would misread a file. 1 had no Numbers, and is read.
+inline constexpr std::uint32_t kJournalFormat = 2;
 
 struct JournalLimits {
     /// Once the logs since the snapshot are longer than this and than the snapshot, a new snapshot is made.
@@ -40,6 +40,9 @@ struct JournalLimits {
     std::chrono::milliseconds retryEvery{500};
     /// Frames without a change leave no record: so many numbers are taken at once.
     std::uint64_t framesAhead = 64;
+    /// Ids and lists are sent before they are written, so they are taken long before they are given. More than may ever wait to be written, and
+    /// enough for days of a journal that has ended.
+    std::uint64_t idsAhead = 10'000'000'000, listsAhead = 1'000'000'000;
 };
 
 namespace journal {
@@ -72,6 +75,12 @@ struct Frame {
 struct Frames {
     FrameNumber next;
 };
+/// What others may have seen of numbers, though it was not written.
+struct Numbers {
+    std::uint64_t nextId = 0;  ///< ids before it may have been given; those of the scene have in any case
+    Sequence lastList;         ///< lists up to it may have been sent; those that are written have in any case
+    Sequence behind;           ///< the next list follows this one
+};
 struct View {
     ViewState state;
 };
@@ -97,7 +106,7 @@ struct State {
 
 /// The index of a JournalRecord in the variant is its kind in the file.
 using JournalRecord = std::variant<journal::Opening, journal::Array, journal::Frame, journal::Frames, journal::View,
-                                   journal::Step, journal::State, journal::Raised>;
+                                   journal::Step, journal::State, journal::Raised, journal::Numbers>;
 
 [[nodiscard]] std::string_view nameOfJournalKind(std::uint64_t kind);
 

@@ -70,7 +70,7 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
 Expected<std::optional<JournalRecord>> JournalReader::damaged(std::string_view what) const {
     if (!aRecordFollows()) return std::optional<JournalRecord>();
     return fail(ErrorCode::kBadInput, fmt::format("{}, and records follow it; to go on without all from there on, cut the "
-                                                  "file to {} bytes and remove the journal's later files",
+                                                  "file to {} bytes and remove the journal's later files and `last`",
                                                   what, offset_));
 }
 

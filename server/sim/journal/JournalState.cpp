@@ -68,6 +68,14 @@ Expected<void> JournalState::take(const journal::Frames& frames) {
     return {};
 }
 
+Expected<void> JournalState::take(const journal::Numbers& taken) {
+    if (taken.behind < sequence)
+        return fail(ErrorCode::kBadInput, fmt::format("lists go on behind {}, and list {} has been", taken.behind.value, sequence.value));
+    sequence = taken.behind;
+    numbers = taken;
+    return {};
+}
+
 Expected<void> JournalState::take(journal::View taken) {
     view = std::move(taken.state);
     return {};
@@ -100,6 +108,7 @@ void JournalState::forEachRecord(const std::function<bool(const JournalRecord&)>
     for (const EditHistory::Kept& kept : history.kept())
         if (!write(journal::Step{.kept = kept})) return;
     if (view && !write(journal::View{*view})) return;
+    if (numbers && !write(journal::Numbers{.nextId = numbers->nextId, .lastList = numbers->lastList, .behind = {}})) return;
     write(journal::State{.begun = begun,
                          .nextFrame = nextFrame,
                          .sequence = sequence,

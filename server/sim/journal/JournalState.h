@@ -18,6 +18,7 @@ public:
     [[nodiscard]] Expected<void> take(journal::Opening opening);
     [[nodiscard]] Expected<void> take(journal::Frame frame);
     [[nodiscard]] Expected<void> take(const journal::Frames& frames);
+    [[nodiscard]] Expected<void> take(const journal::Numbers& numbers);
     [[nodiscard]] Expected<void> take(journal::View view);
     [[nodiscard]] Expected<void> take(const journal::Raised& raised);
     [[nodiscard]] Expected<void> take(journal::Step step);
@@ -29,7 +30,9 @@ public:
 
     bool begun = false;  ///< there has been a scene, though it may be an empty one
     Aspect scene;
-    Sequence sequence;
+    Sequence sequence;  ///< of the scene
+    /// What the last server may have given and sent beyond that; nothing: nobody knows.
+    std::optional<journal::Numbers> numbers;
     FrameNumber nextFrame;  ///< none before it comes again
     EditHistory history;
     std::vector<ObjectId> display;

@@ -11,6 +11,7 @@
 #include "server/sim/journal/Journal.h"
 #include "tests/unit/ReadableLog.h"
 #include "tests/unit/TestFolder.h"
+#include "tests/unit/journal/ModelDisk.h"
 #include "tests/unit/recording/RandomShow.h"
 
 namespace tessera::test {
@@ -25,9 +26,10 @@ inline Standing standingOf(const Simulation& simulation) {
     return {simulation.scene().stateHash(), simulation.history().undoDepth(), simulation.history().redoDepth()};
 }
 
+/// Nothing is synced: no test cuts the power below it.
 inline Expected<Journal::Opened> openJournal(const std::string& folder, BlobStore& arrays, Log& log, JournalLimits limits = {},
                                              std::vector<std::string> scenes = {}) {
-    return Journal::open({.folder = folder, .scenes = std::move(scenes), .limits = limits}, arrays, log, {});
+    return Journal::open({.folder = folder, .scenes = std::move(scenes), .limits = limits, .calls = std::make_shared<UnsyncedDisk>()}, arrays, log, {});
 }
 
 /// For a simulation that goes on from it.
@@ -36,6 +38,11 @@ inline Simulation::Left leftIn(JournalState& state) {
             .sequence = state.sequence,
             .history = std::move(state.history),
             .display = std::move(state.display)};
+}
+
+inline void goOn(Simulation& simulation, Journal::Opened& opened) {
+    if (opened.state.begun) simulation.goOnFrom(leftIn(opened.state));
+    simulation.skipNumbers(opened.nextId, opened.behind);
 }
 
 /// Waits until all that was handed over is written. False: it took ten seconds.
@@ -76,7 +83,7 @@ public:
 inline std::vector<std::string> filesIn(const std::string& folder) {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().filename() != "lock") names.push_back(entry.path().filename().string());
+        if (entry.path().filename() != "lock" && entry.path().filename() != "last") names.push_back(entry.path().filename().string());
     std::ranges::sort(names);
     return names;
 }

@@ -32,7 +32,7 @@ public:
         ASSERT_TRUE(opened) << opened.error().message;
         opened_ = std::move(*opened);
         simulation = std::make_unique<Simulation>();
-        if (opened_->state.begun) simulation->goOnFrom(test::leftIn(opened_->state));
+        test::goOn(*simulation, *opened_);
         number_ = opened_->state.nextFrame;
         if (limits_.compactBytes > 1 || !opened_->state.begun) return;
         const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
