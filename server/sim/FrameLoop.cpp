@@ -30,7 +30,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -70,6 +70,7 @@ struct FrameLoop::Impl {
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
     Expected<void> take(SnapshotMade made);
+    Expected<void> take(const StateCompared& found);
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -212,7 +213,6 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .snapshots = snapshots,
                .desk = desk,
                .steering = steering,
-               .simulation = simulation,
                .report = report,
                .budget = budget,
                .log = log,
@@ -227,6 +227,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .onEpochRaised =
                    [this](Epoch epoch) {
                        if (journal()) journal()->epochRaised(epoch);
+                   },
+               .deliver =
+                   [this](StateCompared found) {
+                       if (inbox.push(kOurselves, std::move(found))) peers.wake();
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
 }
@@ -405,6 +409,11 @@ Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
 
 Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
     actions.carryOut(snapshots.made(std::move(made), Clock::now()));
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
+    actions.compared(found);
     return {};
 }
 
