@@ -16,11 +16,18 @@
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
 #include "server/sim/WandInput.h"
+#include "server/sim/frame/AnimatedBounds.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/NextEpoch.h"
 #include "server/sim/tracking/TrackerInputs.h"
 
 namespace tessera {
+
+/// How far the scene reached at a list, found beside the frames. Named for the same reason.
+struct SceneSurveyed {
+    Box bounds;
+    Sequence at;
+};
 
 /// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
 struct JournalProgress {};
@@ -30,7 +37,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -71,6 +78,8 @@ struct FrameLoop::Impl {
     Expected<void> take(LoadFinished finished);
     Expected<void> take(SnapshotMade made);
     Expected<void> take(const StateCompared& found);
+    Expected<void> take(const SceneSurveyed& survey);
+    void orderSurvey();
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -121,6 +130,7 @@ struct FrameLoop::Impl {
     FramePacing pacing;
     StartScene startScene;
     bool sceneReady = false, programsTried = false, filmsBegun = false;
+    bool surveyWanted = false, surveying = false;
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
 
@@ -207,6 +217,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .showing = &options.showing,
             .steering = &steering,
             .inlines = &inlines,
+            .orderSurvey = [this] { orderSurvey(); },
             .budget = &budget}),
       actions({.peers = peers,
                .pacing = pacing,
@@ -233,6 +244,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                        if (inbox.push(kOurselves, std::move(found))) peers.wake();
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+    view.surveyElsewhere([this] { surveyWanted = true; });
 }
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
@@ -417,6 +429,22 @@ Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
     return {};
 }
 
+/// One serves all who wait: whoever asked after it began orders another one.
+void FrameLoop::Impl::orderSurvey() {
+    if (std::exchange(surveying, true)) return;
+    snapshots.look(simulation.sequence(), [this, at = simulation.sequence()](const Aspect* scene) {
+        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
+        if (inbox.push(kOurselves, SceneSurveyed{animatedBounds(*scene).box, at})) peers.wake();
+    });
+}
+
+Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
+    surveying = false;
+    view.surveyed(survey.bounds);
+    actions.carryOut(desk.surveyed(survey.bounds, survey.at));
+    return {};
+}
+
 void FrameLoop::Impl::sceneIsThere() {
     sceneReady = true;
     snapshots.sceneReady();
@@ -447,6 +475,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     poses = tracking.poses(number, made.view);
     steering.wands(poses.wands);
     snapshots.follow(made.result.commit);
+    if (std::exchange(surveyWanted, false)) orderSurvey();
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));

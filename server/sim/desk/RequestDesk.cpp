@@ -23,7 +23,8 @@ template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
                             std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
                             std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
-                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
+                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages> ||
+                            std::is_same_v<Request, request::SetView>;
 
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
 std::string lineOf(const TrackerInfo& tracker) {
@@ -44,6 +45,7 @@ RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
     : around_(around),
       limits_(limits),
       images_(around.wall, around.session, limits.imageDeadline),
+      views_(around.session, around.view, around.simulation, around.orderSurvey),
       news_(around.session, limits.news) {}
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
@@ -61,7 +63,7 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
 
 /// Each application for itself: one that asks without end keeps no other from asking.
 std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
-    std::size_t count = images_.openCount(asker.connection), bytes = 0;
+    std::size_t count = images_.openCount(asker.connection) + views_.openCount(asker.connection), bytes = 0;
     for (const auto& [ticket, open] : open_) {
         if (open.asker.connection != asker.connection) continue;
         ++count;
@@ -169,9 +171,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    const Expected<void> set = around_.view.set(around_.simulation.scene(), wish);
-    if (!set) return refuse(asker, set.error());
-    return answer(asker, ApplicationAnswer(answer::Done{}));
+    return views_.ask(asker, wish);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
@@ -427,6 +427,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     news_.applicationLeft(connection);
     if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
+    views_.applicationLeft(connection);
     around_.drags.release(connection.value);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.

@@ -13,6 +13,7 @@
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
+#include "server/sim/desk/ViewRequests.h"
 #include "server/sim/frame/FrameBudget.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/Steering.h"
@@ -63,6 +64,7 @@ public:
         Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed
         Steering* steering = nullptr;  ///< null: nobody can be asked to fly
         InlineLoading* inlines = nullptr;  ///< is told what comes of its orders
+        ViewRequests::Survey orderSurvey = {};
         FrameBudget* budget = nullptr;     ///< null: frames have all of their detail, and nobody can change that
     };
 
@@ -80,6 +82,8 @@ public:
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
         return images_.imageReceived(image);
     }
+    /// What was ordered by `orderSurvey`.
+    [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return views_.surveyed(bounds, at); }
     [[nodiscard]] ServerActions advance(TimePoint now) { return images_.advance(now); }
     [[nodiscard]] TimePoint nextDeadline() const { return images_.nextDeadline(); }
     void applicationJoined(ConnectionId connection) { applications_.insert(connection); }
@@ -170,6 +174,7 @@ private:
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;
+    ViewRequests views_;
     FrameNews news_;
 };
 
