@@ -37,7 +37,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, CopyMade, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -79,6 +79,7 @@ struct FrameLoop::Impl {
     Expected<void> take(SnapshotMade made);
     Expected<void> take(const StateCompared& found);
     Expected<void> take(const SceneSurveyed& survey);
+    Expected<void> take(CopyMade made);
     void orderSurvey();
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
@@ -218,6 +219,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .steering = &steering,
             .inlines = &inlines,
             .orderSurvey = [this] { orderSurvey(); },
+            .orderCopy =
+                [this](CopyOrder order) {
+                    snapshots.look(simulation.sequence(), [this, order = std::move(order)](const Aspect* scene) {
+                        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
+                        if (inbox.push(kOurselves, makeCopy(*scene, order))) peers.wake();
+                    });
+                },
             .budget = &budget}),
       actions({.peers = peers,
                .pacing = pacing,
@@ -426,6 +434,11 @@ Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
 
 Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
     actions.compared(found);
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(CopyMade made) {
+    actions.carryOut(desk.copied(std::move(made), Clock::now()));
     return {};
 }
 

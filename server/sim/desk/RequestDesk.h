@@ -14,6 +14,7 @@
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
 #include "server/sim/desk/ViewRequests.h"
+#include "server/sim/frame/Copies.h"
 #include "server/sim/frame/FrameBudget.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/Steering.h"
@@ -65,6 +66,8 @@ public:
         Steering* steering = nullptr;  ///< null: nobody can be asked to fly
         InlineLoading* inlines = nullptr;  ///< is told what comes of its orders
         ViewRequests::Survey orderSurvey = {};
+        /// Has `makeCopy` called beside the frames, with the scene as it is now; `copied` is told. Empty: copies are made at once.
+        std::function<void(CopyOrder)> orderCopy = {};
         FrameBudget* budget = nullptr;     ///< null: frames have all of their detail, and nobody can change that
     };
 
@@ -77,6 +80,7 @@ public:
     /// A start scene is loaded without a question; its ticket is `kStartScene`.
     static constexpr std::uint64_t kStartScene = 0;
     [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
+    [[nodiscard]] ServerActions copied(CopyMade made, TimePoint now);
     /// What an Inline holds is read and comes like any other load, but that nobody is answered and it is no step of undo.
     void loadContent(InlineOrder order);
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
@@ -113,7 +117,7 @@ private:
         std::size_t bytes = 0;  ///< of the proposal
         bool isLoad = false;
         ObjectId content = {};  ///< of what an Inline holds: its core; nobody asked
-        std::vector<ChangeList> parts;  ///< of a load that takes several frames
+        std::vector<ChangeList> parts;  ///< of a load, or a large copy, that takes several frames
         std::size_t nextPart = 0;
         answer::Loaded loaded;  ///< `node` is a placeholder until the commit
     };
