@@ -17,8 +17,8 @@ Expected<Injection> parseInjection(std::string_view text) {
     const auto wrong = [&] {
         return fail(ErrorCode::kUsage,
                     "--inject '" + std::string(text) +
-                        "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME, show-hang@FRAME or "
-                    "corrupt@FRAME");
+                        "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME, show-hang@FRAME, "
+                    "corrupt@FRAME or lie@FRAME");
     };
     const std::size_t at = text.find('@');
     if (at == std::string_view::npos) return wrong();
@@ -33,6 +33,8 @@ Expected<Injection> parseInjection(std::string_view text) {
         injection.kind = Injection::Kind::kShowHang;
     } else if (name == "corrupt") {
         injection.kind = Injection::Kind::kCorrupt;
+    } else if (name == "lie") {
+        injection.kind = Injection::Kind::kLie;
     } else if (name == "draw-slow") {
         injection.kind = Injection::Kind::kDrawSlow;
         const std::size_t colon = rest.find(':');

@@ -114,6 +114,7 @@ std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
 outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats) {
     flippedBy_ = TimePoint::max();
     outcome::Drawn drawn{.frame = frame, .stateHash = aspect_.stateHash(), .stats = stats};
+    if (options_.injection.kind == Injection::Kind::kLie && frame.value >= options_.injection.frame) drawn.stateHash.value ^= 1;
     for (const auto& state : tiles_)
         if (state->ready) drawn.pictures.push_back(*state->ready);
     return drawn;

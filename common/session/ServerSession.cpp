@@ -298,8 +298,8 @@ void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& de
     tellNeighbours(host.machine);
 }
 
-void ServerSession::Impl::close(Peer& peer, const std::string& reason) {
-    if (peer.stage == Peer::Stage::kControl) send(peer.id, message::Refused{ErrorCode::kRefused, reason, true});
+void ServerSession::Impl::close(Peer& peer, const std::string& reason, bool retry) {
+    if (peer.stage == Peer::Stage::kControl) send(peer.id, message::Refused{ErrorCode::kRefused, reason, retry});
     out.push_back(server_action::Close{peer.id, reason});
     forget(peer);
 }

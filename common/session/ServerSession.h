@@ -29,7 +29,7 @@ enum class FaultKind : std::uint8_t {
     kDisconnected,   ///< its connection closed
     kSilent,         ///< no byte for SyncPolicy::lostAfter
     kDrawStalled,    ///< alive by its heartbeats, but missed the frame deadline
-    kStateMismatch,  ///< its replica differs; repaired by a snapshot
+    kStateMismatch,  ///< its replica differs; repaired by a snapshot, at the third time in a minute sent away
     kProtocol,       ///< said something a host must not say
     kBlobsLate,      ///< did not fetch announced blobs in time
     kNotShown,       ///< lives, and did not say within SyncPolicy::lostAfter that it shows a frame: out until it does
@@ -53,6 +53,10 @@ struct ServerSessionConfig {
     std::chrono::milliseconds syncDeadline{60'000};
     /// A live host that has not fetched announced blobs by then leaves the barrier.
     std::chrono::milliseconds blobDeadline{10'000};
+    /// A host whose hash is wrong so often within that time is sent away, and its program told not to come back by itself. One
+    /// that comes all the same, and is wrong again within that time, is sent away at once.
+    std::size_t maxMismatches = 3;
+    std::chrono::milliseconds mismatchesWithin{60'000};
     /// Applications may be slower than hosts: silent for this long, they are closed.
     std::chrono::milliseconds applicationLostAfter{5'000};
     /// Lists kept for peers whose snapshot is being made. Beyond either bound a newer snapshot is asked for.
@@ -132,7 +136,7 @@ struct FrameShown {
     std::int64_t shownAtNs = 0;  ///< on the server's clock, as the host estimates it
 };
 /// The host's replica stood at `expected` ≠ `actual` after `frame`. Its hash tree follows as `HashesReceived`. The host
-/// is out of the barrier and its replica stands still until `repair`.
+/// is out of the barrier and its replica stands still until `repair`. (Not said of one that is sent away for it.)
 struct StateMismatch {
     std::string host;
     FrameNumber frame;

@@ -84,6 +84,7 @@ struct ServerSession::Impl {
         FrameNumber lastShown;
 
         bool mismatched = false;  ///< out of the barrier until `repair`
+        std::deque<TimePoint> mismatches;  ///< the newest, whatever the connection
         bool unshown = false;     ///< out of the barrier until it says that it shows `lastSwap`
         std::size_t queriesOpen = 0;
         Duration roundTrip{};
@@ -143,6 +144,8 @@ struct ServerSession::Impl {
     void on(Peer& peer, const message::Input& message, TimePoint now);
     void violated(Peer& peer, const std::string& what, TimePoint now);
     void mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual, TimePoint now);
+    /// Notes that its hash is wrong: whether it is so too often.
+    [[nodiscard]] bool differsTooOften(Host& host, TimePoint now) const;
 
     // ServerSessionFrames.cpp: frames, catching up, blobs
     [[nodiscard]] bool mayBegin(TimePoint now) const;
@@ -205,7 +208,7 @@ struct ServerSession::Impl {
     /// The host is gone: fault, out of the barrier. What happens to its connection is the caller's.
     void lose(Host& host, FaultKind kind, const std::string& detail, FrameNumber frame, TimePoint now);
     /// Tells a welcomed peer why, closes its connection and its bulk one, and forgets them. `peer` is gone afterwards.
-    void close(Peer& peer, const std::string& reason);
+    void close(Peer& peer, const std::string& reason, bool retry = true);
     /// Forgets a connection that is closed, and closes the bulk one that hangs on it.
     void forget(Peer& peer);
     ServerActions take() { return std::exchange(out, {}); }

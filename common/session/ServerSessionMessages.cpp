@@ -156,6 +156,8 @@ void ServerSession::Impl::on(Peer& peer, const message::BlobsHeld& message, Time
 void ServerSession::Impl::on(Peer& peer, const message::HashAnswer& message, TimePoint now) {
     Host& host = hostOf(peer);
     if (host.queriesOpen == 0) return violated(peer, "answers a hash query that nobody made", now);
+    if (message.sequence > peer.sentThrough)
+        return violated(peer, fmt::format("describes itself at list {}, which it was not sent", message.sequence.value), now);
     --host.queriesOpen;
     if (host.mismatched)
         out.push_back(server_action::HashesReceived{host.name, message.sequence, message.objects, message.entries});
@@ -170,11 +172,22 @@ void ServerSession::Impl::violated(Peer& peer, const std::string& what, TimePoin
 void ServerSession::Impl::mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual,
                                    TimePoint now) {
     const FrameNumber frame = host.everBegun ? host.frame : currentFrame();
-    fault(host, FaultKind::kStateMismatch, "its replica differs at list " + std::to_string(sequence.value), frame, now);
-    out.push_back(server_action::StateMismatch{host.name, frame, sequence, expected, actual});
+    std::string differs = fmt::format("its replica differs at list {}", sequence.value);
     // Its picture of this frame may be wrong: the others go on, it keeps the image it has.
     if (barrier.open() && barrier.contains(host.name) && host.frame == currentFrame())
         heldByMismatch.push_back(host.name);
+    if (differsTooOften(host, now)) {
+        // Each repair costs a snapshot, and has not helped.
+        differs += fmt::format(", as {} times within {:.0f} s; it is sent away", host.mismatches.size(),
+                               std::chrono::duration<double>(config.mismatchesWithin).count());
+        lose(host, FaultKind::kStateMismatch, differs, frame, now);
+        close(peer,
+              fmt::format("host '{}': {}. Look at its memory and its installation, then start it again", host.name, differs),
+              false);
+        return settle(now);
+    }
+    fault(host, FaultKind::kStateMismatch, differs, frame, now);
+    out.push_back(server_action::StateMismatch{host.name, frame, sequence, expected, actual});
     leaveBarrier(host, now);
     host.state = HostState::kSyncing;
     host.synced = false;
@@ -183,6 +196,15 @@ void ServerSession::Impl::mismatch(Peer& peer, Host& host, Sequence sequence, St
     peer.following = false;
     ++host.queriesOpen;
     send(peer.id, message::HashQuery{});
+}
+
+bool ServerSession::Impl::differsTooOften(Host& host, TimePoint now) const {
+    while (!host.mismatches.empty() && now - host.mismatches.front() > config.mismatchesWithin) host.mismatches.pop_front();
+    host.mismatches.push_back(now);
+    const bool tooOften = host.mismatches.size() >= config.maxMismatches;
+    // These stay: of one that comes again the first within the time is one too many.
+    if (host.mismatches.size() > config.maxMismatches) host.mismatches.pop_front();
+    return tooOften;
 }
 
 }  // namespace tessera

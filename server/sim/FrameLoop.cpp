@@ -16,11 +16,18 @@
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
 #include "server/sim/WandInput.h"
+#include "server/sim/frame/AnimatedBounds.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/NextEpoch.h"
 #include "server/sim/tracking/TrackerInputs.h"
 
 namespace tessera {
+
+/// How far the scene reached at a list, found beside the frames. Named for the same reason.
+struct SceneSurveyed {
+    Box bounds;
+    Sequence at;
+};
 
 /// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
 struct JournalProgress {};
@@ -30,7 +37,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, CopyMade, JournalProgress>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -70,6 +77,10 @@ struct FrameLoop::Impl {
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
     Expected<void> take(SnapshotMade made);
+    Expected<void> take(const StateCompared& found);
+    Expected<void> take(const SceneSurveyed& survey);
+    Expected<void> take(CopyMade made);
+    void orderSurvey();
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -121,6 +132,7 @@ struct FrameLoop::Impl {
     FramePacing pacing;
     StartScene startScene;
     bool sceneReady = false, programsTried = false, filmsBegun = false;
+    bool surveyWanted = false, surveying = false;
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
 
@@ -207,13 +219,20 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .showing = &options.showing,
             .steering = &steering,
             .inlines = &inlines,
+            .orderSurvey = [this] { orderSurvey(); },
+            .orderCopy =
+                [this](CopyOrder order) {
+                    snapshots.look(simulation.sequence(), [this, order = std::move(order)](const Aspect* scene) {
+                        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
+                        if (inbox.push(kOurselves, makeCopy(*scene, order))) peers.wake();
+                    });
+                },
             .budget = &budget}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
                .desk = desk,
                .steering = steering,
-               .simulation = simulation,
                .report = report,
                .budget = budget,
                .log = log,
@@ -228,8 +247,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .onEpochRaised =
                    [this](Epoch epoch) {
                        if (journal()) journal()->epochRaised(epoch);
+                   },
+               .deliver =
+                   [this](StateCompared found) {
+                       if (inbox.push(kOurselves, std::move(found))) peers.wake();
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+    view.surveyElsewhere([this] { surveyWanted = true; });
 }
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
@@ -410,6 +434,32 @@ Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
     return {};
 }
 
+Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
+    actions.compared(found);
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(CopyMade made) {
+    actions.carryOut(desk.copied(std::move(made), Clock::now()));
+    return {};
+}
+
+/// One serves all who wait: whoever asked after it began orders another one.
+void FrameLoop::Impl::orderSurvey() {
+    if (std::exchange(surveying, true)) return;
+    snapshots.look(simulation.sequence(), [this, at = simulation.sequence()](const Aspect* scene) {
+        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
+        if (inbox.push(kOurselves, SceneSurveyed{animatedBounds(*scene).box, at})) peers.wake();
+    });
+}
+
+Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
+    surveying = false;
+    view.surveyed(survey.bounds);
+    actions.carryOut(desk.surveyed(survey.bounds, survey.at));
+    return {};
+}
+
 void FrameLoop::Impl::sceneIsThere() {
     sceneReady = true;
     snapshots.sceneReady();
@@ -440,6 +490,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     poses = tracking.poses(number, made.view);
     steering.wands(poses.wands);
     snapshots.follow(made.result.commit);
+    if (std::exchange(surveyWanted, false)) orderSurvey();
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));

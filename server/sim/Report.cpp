@@ -1,7 +1,6 @@
 #include "server/sim/Report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -37,15 +36,6 @@ Json toJson(const std::vector<WaitStatistics::Row>& rows) {
 
 }  // namespace
 
-double Series::quantile(double share) const {
-    if (values_.empty()) return 0;
-    std::vector<double> sorted = values_;
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-    const std::size_t index = std::clamp<std::size_t>(rank, 1, sorted.size()) - 1;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(index));
-    return sorted[index];
-}
-
 SceneCounts countScene(const Aspect& scene) {
     SceneCounts counts;
     for (const ObjectId id : scene.ids()) {
@@ -78,7 +68,7 @@ void Report::frameCommitted(const FrameResult& frame) {
         changes_ += frame.commit.list->changeCount();
         bytes_ += frame.commit.sent->encoded.size();
     }
-    if (collisionMs_.count() < kMaxFrames) collisionMs_.add(frame.collisionMs);
+    collisionMs_.add(frame.collisionMs);
     collision_.frameDone(frame.collision);
 }
 
@@ -88,10 +78,8 @@ void Report::released(const server_action::FrameReleased& action) {
     for (TileRow& row : tiles_) ++(shown.contains(row.host) ? row.shown : row.missed);
     if (shown.empty()) return;
     ++framesShown_;
-    if (frameMs_.count() < kMaxFrames) {
-        frameMs_.add(toMilliseconds(action.frameTime));
-        barrierMs_.add(toMilliseconds(action.barrierTime));
-    }
+    frameMs_.add(toMilliseconds(action.frameTime));
+    barrierMs_.add(toMilliseconds(action.barrierTime));
     if (!action.lastHost.empty()) ++waitedFor_[action.lastHost];
 }
 
@@ -106,10 +94,8 @@ void Report::stats(const server_action::FrameStats& action, const HostStats& sta
         const auto row = std::ranges::find_if(
             tiles_, [&](const TileRow& r) { return r.tile == tile.tile && r.host == action.host; });
         if (row == tiles_.end()) continue;
-        if (row->cullMs.count() < kMaxFrames) {
-            row->cullMs.add(tile.cullMs);
-            row->drawMs.add(tile.drawMs);
-        }
+        row->cullMs.add(tile.cullMs);
+        row->drawMs.add(tile.drawMs);
         row->last = tile;
         row->divided += tile.parts > 0 ? 1 : 0;
         row->parts += tile.parts;
@@ -128,7 +114,7 @@ void Report::shown(const server_action::FrameShown& action) {
     // A frame's spread is settled once everybody is far on: under hold a host may say long after the others that it shows.
     while (swapInstants_.size() > kUnsettledFrames) {
         const auto& [frame, oldest] = *swapInstants_.begin();
-        if (swapSpreadMs_.count() < kMaxFrames) swapSpreadMs_.add(oldest.spreadMs());
+        swapSpreadMs_.add(oldest.spreadMs());
         note(worstSwap_, frame, oldest);
         settledBefore_ = frame + 1;
         swapInstants_.erase(swapInstants_.begin());

@@ -10,23 +10,12 @@
 #include "common/codec/FrameCodec.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/CollisionReport.h"
+#include "server/sim/Series.h"
 #include "server/sim/frame/FrameBudget.h"
 #include "server/sim/WaitStatistics.h"
 #include "server/sim/frame/Frame.h"
 
 namespace tessera {
-
-/// Half, all but a hundredth, and the worst of a series.
-class Series {
-public:
-    void add(double value) { values_.push_back(value); }
-    [[nodiscard]] std::size_t count() const { return values_.size(); }
-    /// The smallest value that at least `share` of all values do not exceed; 0 for none.
-    [[nodiscard]] double quantile(double share) const;
-
-private:
-    std::vector<double> values_;
-};
 
 struct SceneCounts {
     std::uint64_t nodes = 0, cores = 0;
@@ -37,11 +26,9 @@ struct SceneCounts {
 };
 [[nodiscard]] SceneCounts countScene(const Aspect& scene);
 
-/// Bounded: one number per frame and tile, at most kMaxFrames of them; later frames overwrite nothing and are counted
-/// only.
+/// Bounded by the wall, however long it runs (Series).
 class Report {
 public:
-    static constexpr std::size_t kMaxFrames = 1'000'000;
     /// Of more faults those in between are left out and counted.
     static constexpr std::size_t kFirstFaults = 100, kLastFaults = 400;
 

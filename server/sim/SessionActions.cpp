@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "server/sim/frame/Simulation.h"
-
 namespace tessera {
 namespace {
 
@@ -71,18 +69,34 @@ ServerActions SessionActions::on(const server_action::FrameShown& shown) {
 }
 
 ServerActions SessionActions::on(const server_action::StateMismatch& mismatch) {
-    comparison_.begin(mismatch.host, around_.simulation.scene());
+    walks_[mismatch.host] = {++lastWalk_, std::make_shared<StateComparison>()};
     return {};
 }
 
+/// The scene goes on: what the replica says is compared with the scene at the list at which it stands, beside the frames.
 ServerActions SessionActions::on(const server_action::HashesReceived& hashes) {
-    const StateComparison::Step step = comparison_.compare(hashes, around_.simulation.scene());
-    if (step.queryLeaf) return around_.peers.session().queryObjects(hashes.host, *step.queryLeaf);
-    if (!step.finding.empty()) {
-        around_.log.warning(fmt::format("{}: first differing object: {}", hashes.host, step.finding));
-        around_.report.mismatch(hashes.host, step.finding);
-    }
-    return around_.peers.session().repair(hashes.host, Clock::now());
+    const auto walk = walks_.find(hashes.host);
+    if (walk == walks_.end()) return around_.peers.session().repair(hashes.host, Clock::now());
+    StateCompared compared{.host = hashes.host, .walk = walk->second.number, .step = {}};
+    const auto at = hashes.objects ? std::nullopt : std::optional(hashes.sequence);
+    around_.snapshots.look(at, [hashes, compared, comparison = walk->second.comparison, deliver = around_.deliver](const Aspect* scene) mutable {
+        if (!scene)
+            compared.step.finding = fmt::format("which object differs is not known: the scene has gone on since list {}", hashes.sequence.value);
+        else
+            compared.step = hashes.objects ? comparison->objects(*scene, hashes.entries) : comparison->leaves(*scene, hashes.entries);
+        deliver(std::move(compared));
+    });
+    return {};
+}
+
+void SessionActions::compared(const StateCompared& found) {
+    const auto walk = walks_.find(found.host);
+    if (walk == walks_.end() || walk->second.number != found.walk) return;
+    if (found.step.queryLeaf) return carryOut(around_.peers.session().queryObjects(found.host, *found.step.queryLeaf));
+    walks_.erase(walk);
+    around_.log.warning(fmt::format("{}: {}{}", found.host, found.step.named ? "first differing object: " : "", found.step.finding));
+    around_.report.mismatch(found.host, found.step.finding);
+    carryOut(around_.peers.session().repair(found.host, Clock::now()));
 }
 
 ServerActions SessionActions::on(const server_action::RequestReceived& request) {

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <memory>
+#include <string>
 
 #include "common/base/Log.h"
 #include "server/sim/FramePacing.h"
@@ -13,7 +16,12 @@
 
 namespace tessera {
 
-class Simulation;
+/// What a step of the walk down a replica's hash tree has found (StateComparison), on the thread of `Snapshots`.
+struct StateCompared {
+    std::string host;
+    std::uint64_t walk = 0;
+    StateComparison::Step step;
+};
 
 /// Carries out actions and all that follows from them, in order. Frame thread only.
 class SessionActions {
@@ -25,7 +33,6 @@ public:
         Snapshots& snapshots;
         RequestDesk& desk;
         Steering& steering;
-        const Simulation& simulation;
         Report& report;
         FrameBudget& budget;
         Log& log;
@@ -33,10 +40,13 @@ public:
         /// What the desk says to a request passes through it on its way out; may be empty.
         const std::function<ServerActions(ServerActions)> onAnswered = {};
         const std::function<void(Epoch)> onEpochRaised = {};  ///< may be empty
+        /// Called by another thread; what it hands over comes back by `compared`.
+        const std::function<void(StateCompared)> deliver = {};
     };
     explicit SessionActions(Surroundings around) : around_(std::move(around)) {}
 
     void carryOut(ServerActions actions);
+    void compared(const StateCompared& found);
 
 private:
     // One for each action, with what follows from it; one that is missing does not compile.
@@ -62,7 +72,12 @@ private:
     ServerActions on(const server_action::InputEnded&);
 
     Surroundings around_;
-    StateComparison comparison_;
+    struct Walk {
+        std::uint64_t number = 0;  ///< what an earlier one of the host still finds is nothing any more
+        std::shared_ptr<StateComparison> comparison;  ///< that thread's, once it is under way
+    };
+    std::map<std::string, Walk> walks_;  ///< by host: at most one each, and one leaf of hashes with it
+    std::uint64_t lastWalk_ = 0;
 };
 
 }  // namespace tessera

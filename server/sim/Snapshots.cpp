@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <deque>
 #include <limits>
 
 #include "common/codec/ChangeCodec.h"
@@ -15,12 +16,52 @@ namespace {
 /// Lists that wait for the thread: enough that it is not woken for each frame of a wall in motion.
 constexpr std::size_t kMaxFresh = 64;
 constexpr std::size_t kMaxFreshBytes = std::size_t{1} << 20;
+/// Lists that the thread leaves to be applied later, so that the scene as it was before them can be asked about.
+constexpr std::size_t kTrailing = 64;
+constexpr std::size_t kTrailingBytes = std::size_t{8} << 20;
 /// Behind the frame thread, hosts on the same machine, and their drawing.
 constexpr int kNice = 10;
 
 std::size_t bytesOf(const SnapshotMade& made) {
     return made.content.empty() ? made.snapshot.list->encoded.size() : made.content.sizeBytes();
 }
+
+/// An aspect that follows committed lists, some behind.
+class Follower {
+public:
+    [[nodiscard]] const Aspect& scene() const { return scene_; }
+    [[nodiscard]] Sequence sequence() const { return sequence_; }
+
+    void follow(std::vector<CommittedFrame> frames) {
+        for (CommittedFrame& frame : frames) {
+            trailingBytes_ += frame.sent->encoded.size();
+            trailing_.push_back(std::move(frame));
+        }
+        while (trailing_.size() > kTrailing || trailingBytes_ > kTrailingBytes) applyOne();
+    }
+    void catchUp() {
+        while (!trailing_.empty()) applyOne();
+    }
+    /// Goes on to that list; false: it is beyond.
+    [[nodiscard]] bool goTo(Sequence sequence) {
+        while (!trailing_.empty() && trailing_.front().sent->sequence <= sequence) applyOne();
+        return sequence_ == sequence;
+    }
+
+private:
+    void applyOne() {
+        const CommittedFrame frame = std::move(trailing_.front());
+        trailing_.pop_front();
+        trailingBytes_ -= frame.sent->encoded.size();
+        const Expected<void> applied = scene_.apply(*frame.list);
+        TESSERA_CHECK(applied, "what has been committed can be applied again");
+        sequence_ = frame.sent->sequence;
+    }
+    Aspect scene_;
+    Sequence sequence_;
+    std::deque<CommittedFrame> trailing_;
+    std::size_t trailingBytes_ = 0;
+};
 
 SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
     const ChangeList list = snapshot(scene);
@@ -51,18 +92,16 @@ Snapshots::~Snapshots() {
 
 void Snapshots::work() {
     (void)setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
-    Aspect scene;
-    Sequence sequence;
+    Follower follower;
     while (auto order = orders_.pop()) {
         if (orders_.closed()) return;
-        if (const auto* apply = std::get_if<Apply>(&*order)) {
-            for (const CommittedFrame& frame : apply->frames) {
-                const Expected<void> applied = scene.apply(*frame.list);
-                TESSERA_CHECK(applied, "what has been committed can be applied again");
-                sequence = frame.sent->sequence;
-            }
+        if (auto* apply = std::get_if<Apply>(&*order)) {
+            follower.follow(std::move(apply->frames));
+        } else if (const auto* at = std::get_if<LookAt>(&*order)) {
+            at->look(!at->sequence || follower.goTo(*at->sequence) ? &follower.scene() : nullptr);
         } else {
-            deliver_(snapshotOf(scene, sequence));
+            follower.catchUp();
+            deliver_(snapshotOf(follower.scene(), follower.sequence()));
         }
     }
 }
@@ -90,6 +129,11 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
     waiting_.push_back(connection);
     if (ready_) order();
     return {};
+}
+
+void Snapshots::look(std::optional<Sequence> sequence, Look look) {
+    handOver();
+    orders_.push(LookAt{sequence, std::move(look)});
 }
 
 void Snapshots::order() {

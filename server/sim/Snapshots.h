@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <variant>
 #include <vector>
@@ -21,7 +22,8 @@ struct SnapshotMade {
 };
 
 /// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the committed
-/// lists, some behind while nobody asks. What has been made serves all who join while the lists since then are few.
+/// lists, some behind while nobody asks. Whatever else is to be found in the scene as it was at some list, and takes longer than
+/// a frame should, is found there too (`look`). What has been made serves all who join while the lists since then are few.
 ///
 /// Memory: the scene a second time, and the last snapshot as long as somebody may be served with it.
 class Snapshots {
@@ -42,11 +44,22 @@ public:
     [[nodiscard]] ServerActions wanted(ConnectionId connection, TimePoint now);
     [[nodiscard]] ServerActions made(SnapshotMade snapshot, TimePoint now);
 
+    /// The scene as a list has left it; null: the thread has gone on from there.
+    using Look = std::function<void(const Aspect* scene)>;
+    /// Has `look` called on the thread of its own, with the scene as it was at `sequence`, which has been followed; none: as the
+    /// thread has it. Lists of the last second or so can be asked about, unless they are large or somebody has joined since
+    /// (kTrailing). Nothing else is made meanwhile.
+    void look(std::optional<Sequence> sequence, Look look);
+
 private:
     struct Apply {
         std::vector<CommittedFrame> frames;
     };
     struct Make {};
+    struct LookAt {
+        std::optional<Sequence> sequence;
+        Look look;
+    };
 
     void work();
     void handOver();
@@ -62,7 +75,7 @@ private:
     std::shared_ptr<const SnapshotMade> last_;
     bool ready_ = false;
     bool ordered_ = false;  ///< one is being made
-    Channel<std::variant<Apply, Make>> orders_;
+    Channel<std::variant<Apply, Make, LookAt>> orders_;
     std::thread thread_;
 };
 

@@ -1,5 +1,7 @@
 #include "server/sim/StateComparison.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "common/scene/FieldTable.h"
@@ -7,16 +9,25 @@
 namespace tessera {
 namespace {
 
-/// The smallest key whose hash differs, is missing or is too many in the replica.
-std::optional<std::uint64_t> firstDifference(const std::map<std::uint64_t, std::uint64_t>& ours,
-                                             const std::map<std::uint64_t, std::uint64_t>& theirs) {
-    auto a = ours.begin();
-    auto b = theirs.begin();
-    while (a != ours.end() && b != theirs.end() && *a == *b) ++a, ++b;
+/// In the order of keys, each once: hosts are not believed.
+std::vector<HashEntry> sorted(std::span<const HashEntry> entries) {
+    std::vector<HashEntry> all(entries.begin(), entries.end());
+    std::ranges::stable_sort(all, {}, &HashEntry::key);
+    all.erase(std::unique(all.begin(), all.end(), [](const HashEntry& a, const HashEntry& b) { return a.key == b.key; }), all.end());
+    return all;
+}
+
+/// The smallest key whose hash differs, is missing or is too many in the replica. Both ascending.
+std::optional<std::uint64_t> firstDifference(std::span<const HashEntry> ours, std::span<const HashEntry> theirs) {
+    const auto [a, b] = std::ranges::mismatch(ours, theirs);
     if (a == ours.end() && b == theirs.end()) return std::nullopt;
-    if (a == ours.end()) return b->first;
-    if (b == theirs.end()) return a->first;
-    return std::min(a->first, b->first);
+    if (a == ours.end()) return b->key;
+    if (b == theirs.end()) return a->key;
+    return std::min(a->key, b->key);
+}
+
+bool holds(std::span<const HashEntry> entries, std::uint64_t key) {
+    return std::ranges::binary_search(entries, key, {}, &HashEntry::key);
 }
 
 std::string describe(const Aspect& scene, ObjectId id, bool replicaHasIt, bool sceneHadIt) {
@@ -32,37 +43,23 @@ std::string describe(const Aspect& scene, ObjectId id, bool replicaHasIt, bool s
 
 }  // namespace
 
-void StateComparison::begin(const std::string& host, const Aspect& scene) {
-    Remembered remembered;
-    for (const Aspect::LeafHash& leaf : scene.leafHashes()) {
-        remembered.leaves.emplace(leaf.leaf, leaf.hash);
-        for (const Aspect::ObjectHash& object : scene.objectHashes(leaf.leaf))
-            remembered.objects.emplace(object.id.value, object.hash);
-    }
-    byHost_[host] = std::move(remembered);
+StateComparison::Step StateComparison::leaves(const Aspect& scene, std::span<const HashEntry> theirs) {
+    std::vector<HashEntry> ours;
+    for (const Aspect::LeafHash& leaf : scene.leafHashes()) ours.push_back({leaf.leaf, leaf.hash});
+    const std::optional<std::uint64_t> leaf = firstDifference(ours, sorted(theirs));
+    if (!leaf) return {.finding = "no object differs; only the hash that it said of them all is wrong"};
+    leaf_ = *leaf;
+    ours_.clear();
+    for (const Aspect::ObjectHash& object : scene.objectHashes(leaf_)) ours_.push_back({object.id.value, object.hash});
+    return {.queryLeaf = leaf_};
 }
 
-StateComparison::Step StateComparison::compare(const server_action::HashesReceived& received, const Aspect& scene) {
-    const auto found = byHost_.find(received.host);
-    if (found == byHost_.end()) return {};
-    const Remembered& ours = found->second;
-    std::map<std::uint64_t, std::uint64_t> theirs;
-    for (const HashEntry& entry : received.entries) theirs.emplace(entry.key, entry.hash);
-    if (!received.objects) {
-        const std::optional<std::uint64_t> leaf = firstDifference(ours.leaves, theirs);
-        if (!leaf) return {};
-        return {.queryLeaf = leaf, .finding = {}};
-    }
-    // The answer covers one leaf: compare within the ids of that leaf only.
-    std::map<std::uint64_t, std::uint64_t> part;
-    if (!received.entries.empty()) {
-        const std::uint64_t first = received.entries.front().key / Aspect::kIdsPerLeaf * Aspect::kIdsPerLeaf;
-        part.insert(ours.objects.lower_bound(first), ours.objects.lower_bound(first + Aspect::kIdsPerLeaf));
-    }
-    const std::optional<std::uint64_t> id = firstDifference(part, theirs);
-    byHost_.erase(found);
-    if (!id) return {};
-    return {.queryLeaf = {}, .finding = describe(scene, ObjectId{*id}, theirs.contains(*id), part.contains(*id))};
+StateComparison::Step StateComparison::objects(const Aspect& scene, std::span<const HashEntry> theirs) const {
+    std::vector<HashEntry> ofLeaf = sorted(theirs);
+    std::erase_if(ofLeaf, [&](const HashEntry& entry) { return entry.key / Aspect::kIdsPerLeaf != leaf_; });
+    const std::optional<std::uint64_t> id = firstDifference(ours_, ofLeaf);
+    if (!id) return {.finding = "it says that objects differ, and then that none does"};
+    return {.finding = describe(scene, ObjectId{*id}, holds(ofLeaf, *id), holds(ours_, *id)), .named = true};
 }
 
 }  // namespace tessera

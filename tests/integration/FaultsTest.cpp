@@ -235,6 +235,27 @@ TEST_F(Faults, ACorruptedReplicaIsNamedAndRepairedWhileTheWallGoesOn) {
     EXPECT_EQ((*fault)["frame"], 15);
 }
 
+TEST_F(Faults, AHostThatLiesInEachFrameIsSentAwayInWordsAndTheOthersGoOn) {
+    LiveWall wall({});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "upper-right" ? std::vector<std::string>{"--inject", "lie@15"} : std::vector<std::string>{});
+    const auto exit = wall.client("upper-right").waitForExit(40s);
+    ASSERT_TRUE(exit) << wall.logs();
+    EXPECT_EQ(*exit, 1) << wall.client("upper-right").output();
+    EXPECT_NE(wall.client("upper-right").output().find("as 3 times within 60 s; it is sent away"), std::string::npos) << wall.client("upper-right").output();
+    EXPECT_TRUE(wall.server().waitForText("upper-right: no object differs; only the hash that it said of them all is wrong", 5s)) << wall.logs();
+    expectOnlyFrozen(wall, "upper-right");
+    const json report = wall.finish();
+    EXPECT_EQ(report["replication"]["state_hash_mismatches"], 3) << report.dump(2);
+    const json* fault = nullptr;
+    for (const json& one : report["faults"])
+        if (one["host"] == "upper-right") fault = &one;
+    ASSERT_TRUE(fault);
+    EXPECT_EQ((*fault)["kind"], "state-mismatch");
+    EXPECT_NE((*fault)["detail"].get<std::string>().find("sent away"), std::string::npos) << fault->dump();
+}
+
 TEST_F(Faults, ARestartedServerGetsItsClientsBackWithANewScene) {
     auto first = std::make_unique<LiveWall>(LiveWallOptions{});
     start(*first);

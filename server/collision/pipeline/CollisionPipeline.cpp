@@ -141,6 +141,10 @@ std::vector<std::vector<std::pair<ObjectId, ObjectId>>> CollisionPipeline::overl
     return impl_->overlapsAfter(committed, moves, against);
 }
 
+std::uint64_t CollisionPipeline::boxesLookedAt() const {
+    return impl_->boxesLookedAt;
+}
+
 void CollisionPipeline::forgetLists() {
     impl_->lists.forget();
 }

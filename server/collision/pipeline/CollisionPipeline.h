@@ -59,6 +59,9 @@ public:
     [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
                                                                                         Against against);
 
+    /// Boxes that these two have looked at so far.
+    [[nodiscard]] std::uint64_t boxesLookedAt() const;
+
     /// Nobody asks about the last step any more: of its lists those that nobody has asked for are not made; whoever
     /// still holds them has empty ones. Else they are made when the next step begins for whoever holds them.
     void forgetLists();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/collision/pairwise/PairTable.h"
+#include "server/collision/pipeline/BoxesNear.h"
 #include "server/collision/pipeline/PipelineState.h"
 
 namespace tessera {
@@ -40,31 +41,52 @@ CollisionPipeline::Impl::Carriers CollisionPipeline::Impl::carriersOf(std::span<
     return carriers;
 }
 
-/// visit(part, other, pair): `pair` is its number where there is one, or kNobody. `others`: only these are of interest.
+/// visit(part, other, pair): `pair` is its number where there is one, or kNobody. `others`: only these are of interest. What is carried together
+/// may be left out.
 template <typename Visit>
-void CollisionPipeline::Impl::forNeighbours(std::span<const std::uint32_t> carried, std::optional<std::span<const std::uint32_t>> others,
-                                            const Visit& visit) const {
+void CollisionPipeline::Impl::forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others, const Visit& visit) {
     // Pairs are of the last step: they are all as long as nothing has come, gone or moved since.
     if (!others && neighbourhood.generation() == handler.generation() && handler.nothingNew()) {
-        for (const std::uint32_t i : carried)
+        for (const std::uint32_t i : carriers.parts)
             for (const std::uint32_t k : memory.pairsOf(i)) visit(i, memory.states()[k].a == i ? memory.states()[k].b : memory.states()[k].a, k);
         return;
     }
     const std::span<const Part> parts = handler.parts();
+    const auto companyOf = [&](std::uint32_t i) {
+        const auto carrier = carriers.of.find(i);
+        return carrier == carriers.of.end() ? BoxesNear::kAlone : carrier->second.place;
+    };
     Box all;
-    for (const std::uint32_t i : carried)
+    for (const std::uint32_t i : carriers.parts)
         if (parts[i].solid()) all.extend(parts[i].worldBox);
-    std::vector<std::uint32_t> near;
+    std::vector<BoxesNear::Item> items;
     const auto add = [&](std::uint32_t i) {
-        if (parts[i].node && parts[i].worldBox.overlaps(all)) near.push_back(i);
+        ++boxesLookedAt;
+        if (parts[i].node && parts[i].worldBox.overlaps(all)) items.push_back({i, companyOf(i), parts[i].worldBox});
     };
     if (others)
         std::ranges::for_each(*others, add);
     else
         for (std::uint32_t i = 0; i < parts.size(); ++i) add(i);
-    for (const std::uint32_t i : carried)
-        for (const std::uint32_t other : near)
+    // A few are compared with all that is near sooner than that is sorted.
+    constexpr std::size_t kFew = 8;
+    if (carriers.parts.size() <= kFew) {
+        for (const std::uint32_t i : carriers.parts)
+            for (const BoxesNear::Item& other : items) {
+                ++boxesLookedAt;
+                if (other.item != i && other.box.overlaps(parts[i].worldBox)) visit(i, other.item, kNobody);
+            }
+        return;
+    }
+    BoxesNear near(std::move(items));
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t i : carriers.parts) {
+        if (!parts[i].solid()) continue;
+        near.find(parts[i].worldBox, companyOf(i), found);
+        for (const std::uint32_t other : found)
             if (other != i) visit(i, other, kNobody);
+    }
+    boxesLookedAt += near.looks();
 }
 
 namespace {
@@ -88,7 +110,7 @@ Overlapping CollisionPipeline::Impl::overlapsNow(std::span<const ObjectId> trans
     Overlapping found;
     QueryWork work;
     work.limit = limits.maxTests;
-    forNeighbours(carriers.parts, others, [&](std::uint32_t i, std::uint32_t other, std::uint32_t k) {
+    forNeighbours(carriers, others, [&](std::uint32_t i, std::uint32_t other, std::uint32_t k) {
         if (carriers.together(i, other) || deforms(i) || deforms(other)) return;
         if (touchesNow(i, other, carriers.of.at(i).transform, k, work)) found.emplace_back(std::minmax(part(i).node, part(other).node));
     });

@@ -56,6 +56,8 @@ struct CollisionPipeline::Impl {
 
     StepLists lists;  // last: they are made of all the others
 
+    std::uint64_t boxesLookedAt = 0;  // by overlapsNow and overlapsAfter
+
     // State of one step.
     struct Step {
         StepResult result;
@@ -82,7 +84,7 @@ struct CollisionPipeline::Impl {
     struct Carriers;
     [[nodiscard]] Carriers carriersOf(std::span<const ObjectId> transforms);
     template <typename Visit>
-    void forNeighbours(std::span<const std::uint32_t> carried, std::optional<std::span<const std::uint32_t>> others, const Visit& visit) const;
+    void forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others, const Visit& visit);
     /// `pair`: the number of the two in the memory, or kNobody.
     [[nodiscard]] bool touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t pair, QueryWork& work) const;
     [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlapsNow(std::span<const ObjectId> transforms, Deforming deforming,

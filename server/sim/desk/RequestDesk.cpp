@@ -6,7 +6,6 @@
 
 #include "common/base/Utf8.h"
 #include "common/codec/ChangeCodec.h"
-#include "common/scene/Clones.h"
 #include "common/scene/Edits.h"
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/desk/SceneAnswers.h"
@@ -16,6 +15,7 @@ namespace tessera {
 
 namespace {
 constexpr std::size_t kMostNoteBytes = 500;
+constexpr std::size_t kCopiedAtOnce = 1024;  ///< changes: of a copy that takes more the list is made beside the frames
 constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said of held handles; nobody waits for it
 
 /// Whether an answer comes later: with a frame, a file or from hosts.
@@ -23,7 +23,8 @@ template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
                             std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
                             std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
-                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages>;
+                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages> ||
+                            std::is_same_v<Request, request::SetView>;
 
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
 std::string lineOf(const TrackerInfo& tracker) {
@@ -44,6 +45,7 @@ RequestDesk::RequestDesk(const Surroundings& around, const Limits& limits)
     : around_(around),
       limits_(limits),
       images_(around.wall, around.session, limits.imageDeadline),
+      views_(around.session, around.view, around.simulation, around.orderSurvey),
       news_(around.session, limits.news) {}
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
@@ -61,7 +63,7 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
 
 /// Each application for itself: one that asks without end keeps no other from asking.
 std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
-    std::size_t count = images_.openCount(asker.connection), bytes = 0;
+    std::size_t count = images_.openCount(asker.connection) + views_.openCount(asker.connection), bytes = 0;
     for (const auto& [ticket, open] : open_) {
         if (open.asker.connection != asker.connection) continue;
         ++count;
@@ -169,9 +171,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    const Expected<void> set = around_.view.set(around_.simulation.scene(), wish);
-    if (!set) return refuse(asker, set.error());
-    return answer(asker, ApplicationAnswer(answer::Done{}));
+    return views_.ask(asker, wish);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
@@ -334,18 +334,40 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, TimePoint now) {
     const Aspect& scene = around_.simulation.scene();
-    const CloneOptions options{.under = wish.under,
-                               .name = wish.name,
-                               .deep = wish.deep,
-                               .shareTypes = wish.shareTypes,
-                               .shareObjects = wish.shareObjects,
-                               .maxChanges = limits_.maxProposalChanges};
+    CloneOptions options{.under = wish.under,
+                         .name = wish.name,
+                         .deep = wish.deep,
+                         .shareTypes = wish.shareTypes,
+                         .shareObjects = wish.shareObjects,
+                         .maxChanges = around_.orderCopy ? std::min(kCopiedAtOnce, limits_.maxProposalChanges) : limits_.maxProposalChanges};
     Expected<Clone> clone = cloneList(scene, wish.node, options);
+    if (!clone && clone.error().code == ErrorCode::kLimit && options.maxChanges < limits_.maxProposalChanges) {
+        const std::uint64_t ticket = nextTicket_++;
+        options.maxChanges = limits_.maxProposalChanges;
+        open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}};
+        around_.orderCopy({.ticket = ticket, .node = wish.node, .options = std::move(options)});
+        return {};
+    }
     if (!clone) return refuse(asker, clone.error());
     const std::uint64_t ticket = nextTicket_++;
     std::vector<Blob> named = blobsOf(clone->list);
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(clone->list)}, .created = clone->objects, .copy = clone->node};
     return queueEdit(ticket, std::move(named), now);
+}
+
+ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
+    const auto found = open_.find(made.ticket);
+    if (found == open_.end()) return {};
+    Open& open = found->second;
+    if (!made.node) {
+        ServerActions actions = tell(open, tl::unexpected(made.node.error()));
+        open_.erase(found);
+        return actions;
+    }
+    open.copy = *made.node;
+    open.created = open.edit.objects = made.parts.objects;
+    open.parts = std::move(made.parts.lists);
+    return queueEdit(made.ticket, std::move(made.named), now);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
@@ -427,11 +449,12 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     news_.applicationLeft(connection);
     if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
+    views_.applicationLeft(connection);
     around_.drags.release(connection.value);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.
     const auto leftBehind = [&](const auto& entry) {
-        return !entry.second.isLoad && !applications_.contains(entry.second.asker.connection);
+        return !entry.second.isLoad && entry.second.parts.empty() && !applications_.contains(entry.second.asker.connection);
     };
     auto many = static_cast<std::size_t>(std::ranges::count_if(open_, leftBehind));
     for (auto it = open_.end(); many > limits_.maxLeftBehind && it != open_.begin();) {
@@ -523,8 +546,11 @@ Expected<ApplicationAnswer> RequestDesk::outcomeOf(const Open& open, const EditO
     if (!outcome.result) return tl::unexpected(outcome.result.error());
     if (!open.isLoad) {
         answer::Committed committed{.sequence = sequence, .stopped = outcome.stopped, .removed = open.removed, .created = open.created};
-        for (const auto& pair : outcome.ids)
-            if (!open.copy || pair.first == open.copy) committed.ids.push_back(pair);
+        if (open.parts.size() > 1)  // ids in a row
+            committed.ids.emplace_back(open.copy, ObjectId(outcome.ids.front().second.value + (open.copy.value - outcome.ids.front().first.value)));
+        else
+            for (const auto& pair : outcome.ids)
+                if (!open.copy || pair.first == open.copy) committed.ids.push_back(pair);
         return ApplicationAnswer(std::move(committed));
     }
     answer::Loaded loaded = open.loaded;

@@ -13,6 +13,8 @@
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
+#include "server/sim/desk/ViewRequests.h"
+#include "server/sim/frame/Copies.h"
 #include "server/sim/frame/FrameBudget.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/Steering.h"
@@ -63,6 +65,9 @@ public:
         Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed
         Steering* steering = nullptr;  ///< null: nobody can be asked to fly
         InlineLoading* inlines = nullptr;  ///< is told what comes of its orders
+        ViewRequests::Survey orderSurvey = {};
+        /// Has `makeCopy` called beside the frames, with the scene as it is now; `copied` is told. Empty: copies are made at once.
+        std::function<void(CopyOrder)> orderCopy = {};
         FrameBudget* budget = nullptr;     ///< null: frames have all of their detail, and nobody can change that
     };
 
@@ -75,11 +80,14 @@ public:
     /// A start scene is loaded without a question; its ticket is `kStartScene`.
     static constexpr std::uint64_t kStartScene = 0;
     [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
+    [[nodiscard]] ServerActions copied(CopyMade made, TimePoint now);
     /// What an Inline holds is read and comes like any other load, but that nobody is answered and it is no step of undo.
     void loadContent(InlineOrder order);
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
         return images_.imageReceived(image);
     }
+    /// What was ordered by `orderSurvey`.
+    [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return views_.surveyed(bounds, at); }
     [[nodiscard]] ServerActions advance(TimePoint now) { return images_.advance(now); }
     [[nodiscard]] TimePoint nextDeadline() const { return images_.nextDeadline(); }
     void applicationJoined(ConnectionId connection) { applications_.insert(connection); }
@@ -109,7 +117,7 @@ private:
         std::size_t bytes = 0;  ///< of the proposal
         bool isLoad = false;
         ObjectId content = {};  ///< of what an Inline holds: its core; nobody asked
-        std::vector<ChangeList> parts;  ///< of a load that takes several frames
+        std::vector<ChangeList> parts;  ///< of a load, or a large copy, that takes several frames
         std::size_t nextPart = 0;
         answer::Loaded loaded;  ///< `node` is a placeholder until the commit
     };
@@ -170,6 +178,7 @@ private:
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;
+    ViewRequests views_;
     FrameNews news_;
 };
 

@@ -55,9 +55,10 @@ Expected<std::optional<View>> ViewSource::cameraView(const Aspect& scene) const 
 }
 
 Expected<View> ViewSource::view(const Aspect& scene) {
-    if (!override_) return home(scene);
-    View result = *override_;
-    result.users = usersNow();
+    Expected<View> result = override_ ? Expected<View>(*override_) : home(scene);
+    if (!result) return result;
+    result->users = usersNow();
+    last_ = *result;
     return result;
 }
 
@@ -67,15 +68,26 @@ Expected<View> ViewSource::home(const Aspect& scene) {
     if (*camera_) {
         result = **camera_;
     } else {
-        if (!default_) {
-            default_ = defaultView(wall_, animatedBounds(scene).box);
-            ++version_;
+        if (!default_ && order_ && last_) {
+            if (!std::exchange(ordered_, true)) order_();
+            result = *last_;
+        } else {
+            if (!default_) stand(animatedBounds(scene).box);
+            // A scene of no finite size has no place from where all of it is seen.
+            result = checkStand(*default_) ? *default_ : View();
         }
-        // A scene of no finite size has no place from where all of it is seen.
-        result = checkStand(*default_) ? *default_ : View();
     }
     result.users = usersNow();
     return result;
+}
+
+void ViewSource::stand(const Box& bounds) {
+    default_ = defaultView(wall_, bounds);
+    ++version_;
+}
+
+void ViewSource::surveyed(const Box& bounds) {
+    if (std::exchange(ordered_, false) && !default_) stand(bounds);
 }
 
 std::vector<User> ViewSource::usersNow() const {
@@ -134,10 +146,11 @@ void ViewSource::goOnFrom(const ViewState& state) {
     if (checkWall(moved)) users_ = std::move(moved.users);
 }
 
-Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish) {
+Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish, const Box* bounds) {
     if (wish.reset) {
         override_.reset();
         default_.reset();
+        if (bounds) stand(*bounds);
         users_ = wall_.users;
     }
     const bool moves = wish.position || wish.orientation || wish.worldUnitsPerMetre;

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/codec/ApplicationCodec.h"
+#include "common/math/Box.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 #include "server/sim/frame/FirstCamera.h"
@@ -45,7 +47,16 @@ public:
 
     /// `scene`: as of the last update. Fails when the named camera is not there or is none.
     [[nodiscard]] Expected<View> view(const Aspect& scene);
-    [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish);
+    /// `bounds`: of the scene as its animations take it (AnimatedBounds), for who goes back to the default camera; null: it is found
+    /// when the next view is.
+    [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish, const Box* bounds = nullptr);
+    /// The scene's camera counts unless somebody has moved the wall: no default one is needed.
+    [[nodiscard]] bool hasCamera() const { return !camera_ || camera_->has_value(); }
+
+    /// From now on the bounds of the scene are found elsewhere where a view needs them after the first one: `order` is called, and
+    /// the wall stands where it stood until `surveyed` is told them. Not more than one order is open.
+    void surveyElsewhere(std::function<void()> order) { order_ = std::move(order); }
+    void surveyed(const Box& bounds);
     /// How often `set` has moved the wall, or has let it go: who steers sees that somebody else does.
     [[nodiscard]] std::uint64_t setByHand() const { return setByHand_; }
 
@@ -74,6 +85,7 @@ public:
     [[nodiscard]] const FirstCamera& firstCamera() const { return first_; }
 
 private:
+    void stand(const Box& bounds);
     [[nodiscard]] std::vector<User> usersNow() const;
     [[nodiscard]] Expected<std::optional<View>> cameraView(const Aspect& scene) const;
 
@@ -85,6 +97,9 @@ private:
     Expected<std::optional<View>> camera_ = std::optional<View>();
     std::optional<View> override_;
     std::optional<View> default_;
+    std::optional<View> last_;  ///< that was told
+    std::function<void()> order_;
+    bool ordered_ = false;
     Bookmarks bookmarks_;
     std::uint64_t version_ = 0, setByHand_ = 0;
 };

@@ -211,6 +211,7 @@ TEST(ServerFaults, AGreedyChunkRequestIsRefused) {
 TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     Live s;
     const FrameNumber frame = s.begin(s.commit());
+    const Sequence stands = s.sequence;
     s.ready(s.a, frame);
     s.say(s.b, message::Ready{frame, 666_hash, nullptr});
     const auto mismatch = s.actions<server_action::StateMismatch>();
@@ -233,7 +234,7 @@ TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     EXPECT_EQ(s.sent<message::HashQuery>(s.b).size(), 2u);
     s.ready(s.a, s.begin(s.commit()));
     EXPECT_TRUE(s.sent<message::Changes>(s.b).empty());  // it stands still while it is looked at
-    s.say(s.b, message::HashAnswer{.sequence = s.sequence, .objects = true});
+    s.say(s.b, message::HashAnswer{.sequence = stands, .objects = true});
     EXPECT_EQ(s.actions<server_action::HashesReceived>().size(), 2u);
 
     s.take(s.session.repair("b", s.now));
@@ -244,6 +245,78 @@ TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     s.begin();
     EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
     EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
+}
+
+/// Draws a frame in which `b` says a wrong hash; it is in the barrier again before it.
+void liesOnce(Live& s) {
+    ASSERT_EQ(s.state("b"), HostState::kLive);
+    const FrameNumber frame = s.begin(s.commit());
+    s.ready(s.a, frame);
+    s.say(s.b, message::Ready{frame, 666_hash, nullptr});
+    s.show(s.a);
+}
+
+void isRepaired(Live& s) {
+    s.take(s.session.repair("b", s.now));
+    s.snapshot(s.b);
+    s.synced(s.b);
+    const FrameNumber frame = s.begin();
+    s.ready(s.a, frame);
+    s.ready(s.b, frame);
+    s.show(s.a);
+    s.show(s.b);
+}
+
+TEST(ServerFaults, AHostWhoseHashIsWrongAThirdTimeIsSentAwayInWords) {
+    Live s;
+    for (int i = 0; i < 2; ++i) {
+        liesOnce(s);
+        EXPECT_FALSE(s.closed(s.b)) << i;
+        isRepaired(s);
+    }
+    s.forget();
+    liesOnce(s);
+    EXPECT_TRUE(s.closed(s.b));
+    EXPECT_EQ(s.state("b"), HostState::kLost);
+    const auto refused = s.sent<message::Refused>(s.b);
+    ASSERT_EQ(refused.size(), 1u);
+    EXPECT_FALSE(refused[0].retry) << "it would come back by itself";
+    EXPECT_NE(refused[0].reason.find("3 times within 60 s"), std::string::npos) << refused[0].reason;
+    const auto faults = s.actions<server_action::Fault>();
+    ASSERT_EQ(faults.size(), 1u);
+    EXPECT_EQ(faults[0].kind, FaultKind::kStateMismatch);
+    EXPECT_NE(faults[0].detail.find("sent away"), std::string::npos) << faults[0].detail;
+    EXPECT_TRUE(s.actions<server_action::StateMismatch>().empty()) << "nobody needs to look any more";
+    const auto released = s.actions<server_action::FrameReleased>();
+    ASSERT_EQ(released.size(), 1u);
+    EXPECT_EQ(released[0].shown, Names{"a"});
+    EXPECT_EQ(released[0].held, Names{"b"});
+    // Somebody has started it again, and nothing is better.
+    s.forget();
+    s.b = s.hello("b");
+    s.snapshot(s.b);
+    EXPECT_FALSE(s.closed(s.b));
+    s.say(s.b, message::Synced{s.sequence, 666_hash});
+    EXPECT_TRUE(s.closed(s.b));
+}
+
+TEST(ServerFaults, AHostWhoseHashIsWrongNowAndThenIsRepairedEachTime) {
+    Live s;
+    for (int i = 0; i < 10; ++i) {
+        liesOnce(s);
+        ASSERT_FALSE(s.closed(s.b)) << i;
+        isRepaired(s);
+        s.run(31s, {s.a, s.b});
+    }
+}
+
+TEST(ServerFaults, AHostThatDescribesItselfWhereItCannotBeIsClosed) {
+    Live s;
+    const FrameNumber frame = s.begin(s.commit());
+    s.say(s.b, message::Ready{frame, 666_hash, nullptr});
+    s.say(s.b, message::HashAnswer{.sequence = s.sequence.next(), .entries = {{1, 2}}});
+    EXPECT_TRUE(s.closed(s.b));
+    EXPECT_TRUE(s.actions<server_action::HashesReceived>().empty());
 }
 
 TEST(ServerFaults, AMismatchNobodyLooksAtEndsAtTheSyncDeadline) {

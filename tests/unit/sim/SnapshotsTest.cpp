@@ -104,5 +104,37 @@ TEST_F(SnapshotsOfAScene, ThatAreOvertakenByTheListsSinceAreMadeAgain) {
     EXPECT_EQ(server.sent<message::Snapshot>(a)[0].list->stateHash, committer.scene().stateHash());
 }
 
+TEST_F(SnapshotsOfAScene, TheSceneOfAListIsLookedAtAsItWasThen) {
+    struct Seen {
+        std::optional<StateHash> hash;
+    };
+    Channel<Seen> seen{16};
+    const auto lookAt = [&](std::optional<Sequence> sequence) {
+        snapshots.look(sequence, [&](const Aspect* scene) { seen.push({scene ? std::optional(scene->stateHash()) : std::nullopt}); });
+        return seen.popFor(60s)->hash;
+    };
+    std::vector<std::pair<Sequence, StateHash>> past;
+    for (int i = 0; i < 300; ++i) {
+        grow(1);
+        past.emplace_back(committer.sequence(), committer.scene().stateHash());
+    }
+    // The frames of a second or so back, whether the thread has been handed them or not.
+    for (std::size_t back : {40u, 20u, 3u, 0u}) {
+        const auto& [sequence, hash] = past[past.size() - 1 - back];
+        EXPECT_EQ(lookAt(sequence), std::optional(hash)) << back;
+    }
+    EXPECT_EQ(lookAt(past[5].first), std::nullopt) << "it has gone on";
+    EXPECT_EQ(lookAt(past.back().first), std::optional(past.back().second));
+    EXPECT_EQ(lookAt(std::nullopt), std::optional(past.back().second));
+    EXPECT_EQ(lookAt(past.back().first.next()), std::nullopt) << "nothing of it is known";
+    // Who joins gets the newest, and the one before it cannot be seen any more.
+    grow(1);
+    grow(1);
+    snapshots.sceneReady();
+    (void)join("a");
+    EXPECT_EQ(wait().snapshot.list->sequence, committer.sequence());
+    EXPECT_EQ(lookAt(past.back().first), std::nullopt);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -8,48 +8,68 @@
 namespace tessera {
 namespace {
 
-/// Plays the host's part: answers queries from `replica`.
-StateComparison::Step walk(StateComparison& comparison, const Aspect& scene, const Aspect& replica) {
-    server_action::HashesReceived leaves{.host = "left", .objects = false, .entries = {}};
-    for (const Aspect::LeafHash& leaf : replica.leafHashes()) leaves.entries.push_back({leaf.leaf, leaf.hash});
-    const StateComparison::Step step = comparison.compare(leaves, scene);
-    if (!step.queryLeaf) return step;
-    server_action::HashesReceived objects{.host = "left", .objects = true, .entries = {}};
-    for (const Aspect::ObjectHash& object : replica.objectHashes(*step.queryLeaf))
-        objects.entries.push_back({object.id.value, object.hash});
-    return comparison.compare(objects, scene);
+std::vector<HashEntry> leavesOf(const Aspect& replica) {
+    std::vector<HashEntry> entries;
+    for (const Aspect::LeafHash& leaf : replica.leafHashes()) entries.push_back({leaf.leaf, leaf.hash});
+    return entries;
 }
 
-TEST(StateComparison, NamesTheFirstObjectThatDiffers) {
-    Committer committer;
-    ASSERT_TRUE(committer.apply(test::craneScene()));
-    Aspect replica;
-    ASSERT_TRUE(replica.apply(snapshot(committer.scene())));
-    ASSERT_TRUE(replica.apply(test::moveTo(test::transformAt(replica, "/wall"), Vec3d(4.0000001, 0, 0))));
+std::vector<HashEntry> objectsOf(const Aspect& replica, std::uint64_t leaf) {
+    std::vector<HashEntry> entries;
+    for (const Aspect::ObjectHash& object : replica.objectHashes(leaf)) entries.push_back({object.id.value, object.hash});
+    return entries;
+}
+
+/// Plays the host's part: answers queries from `replica`.
+StateComparison::Step walk(const Aspect& scene, const Aspect& replica) {
     StateComparison comparison;
-    comparison.begin("left", committer.scene());
-    const StateComparison::Step step = walk(comparison, committer.scene(), replica);
+    const StateComparison::Step step = comparison.leaves(scene, leavesOf(replica));
+    return step.queryLeaf ? comparison.objects(scene, objectsOf(replica, *step.queryLeaf)) : step;
+}
+
+struct TwoScenes {
+    TwoScenes() {
+        EXPECT_TRUE(committer.apply(test::craneScene()));
+        EXPECT_TRUE(replica.apply(snapshot(committer.scene())));
+    }
+    Committer committer;
+    Aspect replica;
+};
+
+TEST(StateComparison, NamesTheFirstObjectThatDiffers) {
+    TwoScenes s;
+    ASSERT_TRUE(s.replica.apply(test::moveTo(test::transformAt(s.replica, "/wall"), Vec3d(4.0000001, 0, 0))));
+    const StateComparison::Step step = walk(s.committer.scene(), s.replica);
+    EXPECT_TRUE(step.named);
     EXPECT_NE(step.finding.find("(Transform)"), std::string::npos) << step.finding;
     EXPECT_NE(step.finding.find("differs"), std::string::npos);
 }
 
-TEST(StateComparison, ComparesWithTheSceneAsItWasAtTheMismatch) {
-    Committer committer;
-    ASSERT_TRUE(committer.apply(test::craneScene()));
-    Aspect replica;
-    ASSERT_TRUE(replica.apply(snapshot(committer.scene())));
-    StateComparison comparison;
-    comparison.begin("left", committer.scene());
-    ASSERT_TRUE(committer.apply(test::moveTo(test::transformAt(committer.scene(), "/wall"), Vec3d(8, 0, 0))));
-    EXPECT_TRUE(walk(comparison, committer.scene(), replica).finding.empty());
+TEST(StateComparison, SaysWhereNoneDiffers) {
+    TwoScenes s;
+    const StateComparison::Step step = walk(s.committer.scene(), s.replica);
+    EXPECT_FALSE(step.queryLeaf);
+    EXPECT_FALSE(step.named);
+    EXPECT_NE(step.finding.find("no object differs"), std::string::npos) << step.finding;
 }
 
-TEST(StateComparison, AnUnknownHostGetsNothing) {
+TEST(StateComparison, BelievesNothing) {
+    TwoScenes s;
+    const Aspect& scene = s.committer.scene();
     StateComparison comparison;
-    const Aspect scene;
-    const StateComparison::Step step = comparison.compare({.host = "nobody", .objects = false, .entries = {}}, scene);
-    EXPECT_FALSE(step.queryLeaf);
-    EXPECT_TRUE(step.finding.empty());
+    // Leaves twice and in disorder, of which one is nowhere near.
+    std::vector<HashEntry> theirs = leavesOf(s.replica);
+    constexpr std::uint64_t kFar = 1'000'000;
+    theirs.insert(theirs.begin(), {kFar, 1});
+    theirs.insert(theirs.begin(), theirs.back());
+    const StateComparison::Step step = comparison.leaves(scene, theirs);
+    ASSERT_TRUE(step.queryLeaf);
+    EXPECT_EQ(*step.queryLeaf, kFar);
+    EXPECT_FALSE(comparison.objects(scene, objectsOf(s.replica, 0)).named) << "objects of another leaf";
+    EXPECT_NE(comparison.objects(scene, std::vector<HashEntry>{{kFar * Aspect::kIdsPerLeaf + 7, 7}}).finding.find("in the replica only"), std::string::npos);
+    // None at all.
+    EXPECT_EQ(comparison.leaves(scene, {}).queryLeaf, leavesOf(scene).front().key);
+    EXPECT_NE(comparison.objects(scene, {}).finding.find("is missing in the replica"), std::string::npos);
 }
 
 }  // namespace

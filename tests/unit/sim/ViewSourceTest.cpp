@@ -8,6 +8,7 @@
 
 #include "common/codec/WallCodec.h"
 #include "common/scene/Action.h"
+#include "server/sim/frame/AnimatedBounds.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
 
@@ -273,6 +274,41 @@ TEST(ViewSource, ANamedCameraThatIsNotThereOrIsNoneIsToldInWords) {
     for (ViewSource* view : {&missing, &noCamera}) view->update(field.scene(), nullptr);
     EXPECT_NE(missing.view(field.scene()).error().message.find("nowhere"), std::string::npos);
     EXPECT_NE(noCamera.view(field.scene()).error().message.find("holds no Camera"), std::string::npos);
+}
+
+/// A box that stands at so many metres, and no camera.
+ChangeListPtr boxAt(Committer& committer, double x) {
+    ListMaker make;
+    make.node("box", make.node("place", kRootNode, make.transform(Vec3d(x, 0, 0))), make.box(Vec3d::Ones()));
+    const Expected<Committer::Applied> applied = committer.apply(make.builder.take());
+    return applied ? applied->list : nullptr;
+}
+
+TEST(ViewSource, AfterTheFirstViewBoundsAreFoundElsewhereAndTheWallStandsUntilThen) {
+    Committer committer;
+    int orders = 0;
+    ViewSource here(oneScreen(), ""), elsewhere(oneScreen(), "");
+    elsewhere.surveyElsewhere([&] { ++orders; });
+    const auto both = [&](ChangeListPtr list) {
+        ASSERT_TRUE(list);
+        here.update(committer.scene(), list.get());
+        elsewhere.update(committer.scene(), list.get());
+    };
+    both(boxAt(committer, 5));
+    const View first = elsewhere.view(committer.scene()).value();
+    EXPECT_EQ(orders, 0) << "nobody waits for the first one";
+    EXPECT_EQ(first.position, here.view(committer.scene()).value().position);
+    both(boxAt(committer, 500));
+    ASSERT_TRUE(here.set(committer.scene(), {.reset = true}));
+    ASSERT_TRUE(elsewhere.set(committer.scene(), {.reset = true}));
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(elsewhere.view(committer.scene()).value().position, first.position);
+    EXPECT_EQ(orders, 1);
+    elsewhere.surveyed(animatedBounds(committer.scene()).box);
+    const View second = elsewhere.view(committer.scene()).value();
+    EXPECT_NE(second.position, first.position);
+    EXPECT_EQ(second.position, here.view(committer.scene()).value().position);
+    elsewhere.surveyed(Box());  // nobody has ordered one
+    EXPECT_EQ(elsewhere.view(committer.scene()).value().position, second.position);
 }
 
 }  // namespace
