@@ -22,7 +22,7 @@ struct Sun {
 
 /// What all items of one draw share; std140.
 struct FrameBlock {
-    std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 at the far one
+    std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 infinitely far away
     std::array<float, 16> eye_T_clip;
     /// Rows. Where the surroundings are a picture, turned as that is.
     std::array<std::array<float, 4>, 3> world_R_eye;

@@ -27,6 +27,8 @@ constexpr std::uint64_t kMagic = 0x33454d4152465354;  // "TSFRAME3" in memory
 constexpr std::size_t kHeaderBytes = 4096;
 constexpr int kMaxFrameSidePx = 16384;
 constexpr int kReadAttempts = 200;
+/// Windows and tools of the same user read it; what a wall shows is nobody else's.
+constexpr mode_t kMode = 0600;
 
 struct Slot {
     std::uint64_t frame;
@@ -155,8 +157,8 @@ Expected<void> SharedFrameFile::make() {
     ::unlink(next_.c_str());
     std::string folder = std::filesystem::path(path_).parent_path();
     if (folder.empty()) folder = ".";
-    unnamed_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0644);
-    const FileHandle named(unnamed_ >= 0 ? -1 : ::open(next_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0644));
+    unnamed_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, kMode);
+    const FileHandle named(unnamed_ >= 0 ? -1 : ::open(next_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, kMode));
     const int file = unnamed_ >= 0 ? unnamed_ : named.get();
     if (file < 0)
         return fail(ErrorCode::kFailed, path_ + ": cannot make the file of the shown image: " + std::strerror(errno));
@@ -164,7 +166,7 @@ Expected<void> SharedFrameFile::make() {
     // Taking the blocks now turns a full disk into an error here; without them it would be a SIGBUS in a frame.
     if (const int error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes)); error != 0)
         return fail(ErrorCode::kFailed, path_ + ": no room for the shown image: " + std::strerror(error));
-    ::fchmod(file, 0644);
+    ::fchmod(file, kMode);
     void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     if (memory == MAP_FAILED)
         return fail(ErrorCode::kFailed, path_ + ": cannot map the file of the shown image: " + std::strerror(errno));

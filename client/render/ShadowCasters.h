@@ -26,7 +26,7 @@ struct ShadowCasters {
     std::shared_ptr<const ShadowView> near, middle;
     std::size_t sun = 0;  ///< the directional light, among `views`
 };
-inline constexpr double kNearMetres = 7, kMiddleMetres = 64, kFarMetres = ClipRange().farMetres;
+inline constexpr double kNearMetres = 7, kMiddleMetres = 64, kFarMetres = 1000;
 
 /// Where things take shadows: a cube in the world around a place. In steps of a fifth of a reach of `metres`, so that it stays while that
 /// place moves a little.

@@ -64,11 +64,11 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
     const double a = p(2, 2);
     const double b = p(2, 3);
     near_ = b / (a - 1);
-    far_ = b / (a + 1);
+    far_ = a == -1 ? std::numeric_limits<double>::infinity() : b / (a + 1);
     depthSlope_ = std::abs(b);
     depthNoise_ = 2e-6 / depthSlope_;
     usable_ = p.row(3).transpose() == Vec4d(0, 0, -1, 0) && p(2, 0) == 0 && p(2, 1) == 0 && near_ > 0 && far_ > near_ &&
-              width_ > 0 && height_ > 0 && std::isfinite(pixelsPerMetre_) && std::isfinite(far_);
+              width_ > 0 && height_ > 0 && std::isfinite(pixelsPerMetre_);
 }
 
 Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, double noise) const {

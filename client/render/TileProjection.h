@@ -41,7 +41,7 @@ public:
     [[nodiscard]] int heightPx() const { return height_; }
     [[nodiscard]] const Mat4d& clip_T_world() const { return clip_T_world_; }
     [[nodiscard]] double nearMetres() const { return near_; }
-    [[nodiscard]] double farMetres() const { return far_; }
+    [[nodiscard]] double farMetres() const { return far_; }  ///< infinite, as screens have it
     [[nodiscard]] double pixelsPerMetre() const { return pixelsPerMetre_; }            ///< at 1 m, at the most
     [[nodiscard]] double leastPixelsPerMetre() const { return leastPixelsPerMetre_; }  ///< across or up, at 1 m
     [[nodiscard]] double metresPerUnit() const { return metresPerUnit_; }

@@ -1,28 +1,36 @@
 /// Encodes and writes pictures beside the drawing: a PNG takes as long as a frame.
 #pragma once
 
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "client/image/Picture.h"
-#include "common/base/Channel.h"
 #include "common/base/Log.h"
 
 namespace tessera {
 
-/// Owns one thread. Few pictures wait at a time: who is ahead of the disk waits for it. Destruction finishes what is
-/// queued.
+/// Owns one thread. Few pictures wait at a time. Destruction finishes what is queued.
 class PictureWriter {
 public:
+    static constexpr std::size_t kMostWaiting = 8;
+
     explicit PictureWriter(Log& log);
     ~PictureWriter();
+    PictureWriter(const PictureWriter&) = delete;
+    PictureWriter& operator=(const PictureWriter&) = delete;
 
-    /// Files that cannot be written are logged; the wall goes on.
+    /// Every picture that is asked for: who is ahead of the disk waits for it. Files that cannot be written are logged; the wall goes on.
     void writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame);
-    /// `done` is called on the writer's thread.
-    void encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
+    /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture while it is not done. False:
+    /// kMostWaiting others wait already, and `done` is never called.
+    [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
     /// Waits until all is written, then stops. Whether everything could be written.
     bool finish();
 
@@ -30,13 +38,17 @@ private:
     struct Job {
         std::shared_ptr<const Picture> picture;
         std::uint64_t frame = 0;
-        std::function<void(SharedBytes)> done;
+        std::vector<std::function<void(SharedBytes)>> done;
     };
 
     void run();
+    void add(Job job);  ///< the lock is held
 
     Log& log_;
-    Channel<Job> jobs_;
+    std::mutex mutex_;
+    std::condition_variable room_, filled_;
+    std::deque<Job> jobs_;  ///< the first is the one in hand
+    bool closed_ = false;
     bool allWritten_ = true;  ///< the writer's own until it is joined
     std::thread thread_;
 };

@@ -112,7 +112,7 @@ public:
     [[nodiscard]] static std::shared_ptr<Directory> make() {
         static_assert(sizeof(Entry) == kEntryBytes);
         File file(::memfd_create(kDirectoryName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
-        if (file.get() < 0 || ::ftruncate(file.get(), kDirectoryBytes) != 0 ||
+        if (file.get() < 0 || ::fchmod(file.get(), kSharedMode) != 0 || ::ftruncate(file.get(), kDirectoryBytes) != 0 ||
             ::fcntl(file.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0)
             return nullptr;
         void* memory = ::mmap(nullptr, kDirectoryBytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
@@ -238,7 +238,7 @@ Blob SharedArrays::share(Blob blob) {
     const BlobInfo info{blob.id(), blob.sizeBytes()};
     if (Blob found = find(info); !found.empty()) return found;
     File file(::memfd_create(kArrayName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    if (file.get() < 0 || !writeAll(file.get(), blob.bytes()) || ::fcntl(file.get(), F_ADD_SEALS, kSealed | F_SEAL_SEAL) != 0)
+    if (file.get() < 0 || ::fchmod(file.get(), kSharedMode) != 0 || !writeAll(file.get(), blob.bytes()) || ::fcntl(file.get(), F_ADD_SEALS, kSealed | F_SEAL_SEAL) != 0)
         return blob;
     struct stat status {};
     if (::fstat(file.get(), &status) != 0) return blob;

@@ -82,6 +82,7 @@ Expected<OwnMemory> OwnMemory::create(std::size_t bytes) {
     };
     memory.file_ = ::memfd_create("tessera-board", MFD_CLOEXEC | MFD_ALLOW_SEALING);
     if (memory.file_ < 0) return wrong("memfd_create");
+    if (::fchmod(memory.file_, kSharedMode) != 0) return wrong("fchmod");
     if (::ftruncate(memory.file_, static_cast<off_t>(bytes)) != 0) return wrong("ftruncate");
     if (::fcntl(memory.file_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0) return wrong("sealing it");
     auto mapping = map(memory.file_, 0, bytes, PROT_READ | PROT_WRITE);

@@ -13,6 +13,8 @@ namespace tessera {
 /// What processes have in common that can reach each other's memory: machine (boot id), user and the namespace that their
 /// process ids are in. Empty where that cannot be told: nobody is a neighbour then.
 [[nodiscard]] std::string machineIdentity();
+/// Of every file without a name that is shared: hosts that share have one user, and no other has a right to it.
+inline constexpr unsigned kSharedMode = 0600;
 
 /// A mapping; unmapped with the object.
 class Mapping {

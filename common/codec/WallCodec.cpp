@@ -118,6 +118,7 @@ proto::Wall messageOf(const Wall& wall) {
     message.set_name(wall.name);
     message.set_samples(wall.samples);
     message.set_budget_ms(wall.budgetMs);
+    if (wall.nearMetres != kNearPlaneMetres) message.set_near_m(wall.nearMetres);
     message.set_culler(std::string(nameOf(wall.culler)));
     for (const Screen& screen : wall.screens) {
         proto::Wall::Screen& to = *message.add_screens();
@@ -186,6 +187,7 @@ tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles
     wall.name = message.name();
     if (message.has_samples()) wall.samples = message.samples();
     wall.budgetMs = message.budget_ms();
+    if (message.has_near_m()) wall.nearMetres = message.near_m();
     const auto fault = [](WallFault::Part part, int index, std::string text) {
         return tl::unexpected(
             WallFault{.part = part, .index = static_cast<std::size_t>(index), .tile = 0, .message = std::move(text)});

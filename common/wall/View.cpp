@@ -60,7 +60,7 @@ const User* View::findUser(std::string_view name) const {
 
 // Kooima, "Generalized Perspective Projection", 2008. The corners describe the whole physical screen, so the picture of
 // `pixels` includes what lies behind bezels; nothing in here depends on how the screen is cut into tiles.
-ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const View& view, const ClipRange& range) {
+ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const View& view, double nearMetres) {
     const ScreenAxes axes = axesOf(screen);
     const Vec3d eyeWall = eyeInFrontOf(screen, axes, user, eye);
 
@@ -83,7 +83,7 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
 
     const Vec3d toLowerLeft = screen.lowerLeft - eyeWall;
     const double distance = -axes.normal.dot(toLowerLeft);
-    const double near = range.nearMetres, far = range.farMetres;
+    const double near = nearMetres;
     const double atNear = near / distance;
     const double left = axes.right.dot(toLowerLeft) * atNear;
     const double right = axes.right.dot(screen.lowerRight - eyeWall) * atNear;
@@ -96,14 +96,15 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     m(0, 2) = (right + left) / (right - left);
     m(1, 1) = 2 * near / (top - bottom);
     m(1, 2) = (top + bottom) / (top - bottom);
-    m(2, 2) = -(far + near) / (far - near);
-    m(2, 3) = -2 * far * near / (far - near);
+    // The limit of a far plane that goes away without an end: a reversed depth in floats resolves as well (Upchurch and Desbrun 2012).
+    m(2, 2) = -1;
+    m(2, 3) = -2 * near;
     m(3, 2) = -1;
     return camera;
 }
 
-ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view, const ClipRange& range) {
-    ScreenCamera camera = screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, range);
+ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view) {
+    ScreenCamera camera = screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, wall.nearMetres);
     const auto user = std::find_if(wall.users.begin(), wall.users.end(), [&](const User& u) { return u.name == tile.user; });
     camera.user = static_cast<unsigned>(user - wall.users.begin());
     return camera;

@@ -23,18 +23,13 @@ struct View {
     [[nodiscard]] const User* findUser(std::string_view name) const;
 };
 
-/// Clip planes in metres from the eye, for everything this wall draws.
-struct ClipRange {
-    double nearMetres = 0.05;
-    double farMetres = 1000.0;
-};
 
 /// The camera of one *whole* screen for one eye. All tiles of the screen share these very matrices: that makes seams
 /// exact (see client/draw/README.md).
 struct ScreenCamera {
     Vec3d eyeWorld;        ///< world units
     Affine3d eye_T_world;  ///< metres in eye space, axes along the screen: x right, y up, -z into the screen
-    Mat4d clip_T_eye;      ///< off-axis projection of the whole screen, OpenGL clip space (Kooima 2008)
+    Mat4d clip_T_eye;      ///< off-axis projection of the whole screen, OpenGL clip space (Kooima 2008); without an end
     ScreenPixels pixels;
     // Who looks: the same for all screens and both eyes of a user. Matters where a scene shows users different things.
     unsigned user = 0;                   ///< their place among the wall's users
@@ -45,9 +40,9 @@ struct ScreenCamera {
 /// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre, so
 /// that there is always a picture.
 [[nodiscard]] ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const View& view,
-                                        const ClipRange& range = {});
-/// The camera of the screen that `tile` is part of, for the tile's eye. The view's user of that name, else the wall's.
-[[nodiscard]] ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view, const ClipRange& range = {});
+                                        double nearMetres = kNearPlaneMetres);
+/// The camera of the screen that `tile` is part of, for the tile's eye. The view's user of that name, else the wall's. Nothing is nearer than the wall says.
+[[nodiscard]] ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view);
 
 /// Frustum of one tile in world coordinates, grown by `marginPx` on each side.
 inline constexpr double kFrustumMarginPx = 1;

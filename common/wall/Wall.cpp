@@ -154,6 +154,10 @@ Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx) {
         const auto height = static_cast<int>((2 * std::int64_t{old.height} * heightPx + oldHeight) / (2 * oldHeight));
         before += old.width;
         Screen::Grid& g = screen.grid;
+        // Frames between tiles keep their width in metres.
+        const auto scaled = [](int bezel, int now, int then) { return static_cast<int>((2 * std::int64_t{bezel} * now + then) / (2 * std::int64_t{then})); };
+        g.bezelXPx = scaled(g.bezelXPx, width, old.width);
+        g.bezelYPx = scaled(g.bezelYPx, height, old.height);
         if (auto ok = shareOut(width, g.columns, g.overlapXPx, g.tileWidthPx, g.columnWidthsPx, "columns", screen.name);
             !ok) {
             return tl::unexpected(ok.error());

@@ -67,6 +67,10 @@ struct WallHost {
     std::optional<Machine> machine = {};  ///< that its client is started on; none: the server's
 };
 
+/// From the eye, along the screen's axis.
+inline constexpr double kNearPlaneMetres = 0.05;
+[[nodiscard]] inline bool isNear(double metres) { return metres >= 0.001 && metres <= 1; }
+
 struct Wall {
     std::string name;
     std::vector<Screen> screens;
@@ -76,6 +80,7 @@ struct Wall {
     int samples = 4;                         ///< per pixel: 1 or 4
     /// That hosts may take for a frame: where they take longer, detail is left away until they do not (Detail.h). 0: none is ever left away.
     double budgetMs = 0;
+    double nearMetres = kNearPlaneMetres;        ///< what is nearer to an eye's plane is not drawn; isNear
     CullerKind culler = CullerKind::kAuto;  ///< of hosts that are not told another one
     WallTracking tracking;
     Navigation navigation;
@@ -149,8 +154,8 @@ struct WallFault {
 
 /// The visible pixels of the whole wall become width × height, shared out over the tiles of each screen; the odd rest
 /// goes to the first columns and rows, so that the mosaic is exactly that size. Several screens stand side by side in the
-/// mosaic: they share the width in proportion to what they had, and the height is that of the tallest. Bezels stay as
-/// they are.
+/// mosaic: they share the width in proportion to what they had, and the height is that of the tallest. Bezels grow and
+/// shrink with it, in whole pixels; overlaps stay as they are.
 [[nodiscard]] Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx);
 
 }  // namespace tessera

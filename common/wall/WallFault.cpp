@@ -61,6 +61,8 @@ private:
         if (wall_.samples != 1 && wall_.samples != 4) {
             return found(Part::kWall, 0, fmt::format("{} samples per pixel: 1 and 4 are possible", wall_.samples));
         }
+        if (!isNear(wall_.nearMetres))
+            return found(Part::kWall, 0, fmt::format("near_m: {} m; 0.001 to 1 are possible", wall_.nearMetres));
         if (!isBudget(wall_.budgetMs))
             return found(Part::kWall, 0, fmt::format("a budget of {} ms for a frame: 0, which is none, and 0.1 to 60000 are possible", wall_.budgetMs));
         return true;

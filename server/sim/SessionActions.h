@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/base/Log.h"
+#include "server/programs/ProgramTrials.h"
 #include "server/sim/FramePacing.h"
 #include "server/sim/Peers.h"
 #include "server/sim/Report.h"
@@ -35,6 +36,7 @@ public:
         Steering& steering;
         Report& report;
         FrameBudget& budget;
+        ProgramTrials& programs;
         Log& log;
         const std::function<void(std::uint64_t framesReleased)> onReleased;
         /// What the desk says to a request passes through it on its way out; may be empty.

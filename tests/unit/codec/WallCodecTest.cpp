@@ -239,6 +239,7 @@ TEST(WallText, AnswersEveryTruncationAndFlippedByteWithAMessage) {
 Wall variedWall() {
     Wall wall = *parseWall(kExample, "varied");
     wall.samples = 1;
+    wall.nearMetres = 0.125;
     wall.culler = CullerKind::kFrustum;
     wall.screens[0].grid.columnWidthsPx = {101, 100};
     wall.screens[0].grid.tileWidthPx = 101;

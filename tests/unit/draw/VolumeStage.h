@@ -183,7 +183,7 @@ protected:
         const Vec3d from = node_T_world * eye, all = node_T_world * place - from;
         const double lengthPerWay = all.norm(), solid = (stage.solidZ - eye.z()) / (place.z() - eye.z());
         // As of all things, nothing of it is seen before the near plane.
-        const double nearest = ClipRange().nearMetres / -(stage.camera.eye_T_world * place).z();
+        const double nearest = kNearPlaneMetres / -(stage.camera.eye_T_world * place).z();
         return FieldRay(v, from, all / lengthPerWay, nearest * lengthPerWay, solid > 0 ? solid * lengthPerWay : 1e9);
     }
     struct SeenPixel {

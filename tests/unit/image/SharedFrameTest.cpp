@@ -52,6 +52,18 @@ TEST(SharedFrame, ShowsOnlyWhatWasMadeTheShownImage) {
     EXPECT_EQ(readSharedFrame(path)->frame, 9u);
 }
 
+TEST(SharedFrame, IsNobodysButItsUsers) {
+    const test::TestFolder folder;
+    const std::string path = folder / "shown.frame";
+    const mode_t before = ::umask(0);
+    auto writer = SharedFrameWriter::create(path, kWidthPx, kHeightPx);
+    showFrame(*writer, 1);
+    ::umask(before);
+    struct stat status {};
+    ASSERT_EQ(::stat(path.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, 0600u);
+}
+
 TEST(SharedFrame, ShowsAPictureAgainUnderItsNewNumber) {
     const test::TestFolder folder;
     const std::string path = folder / "shown.frame";

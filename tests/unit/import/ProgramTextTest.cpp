@@ -12,10 +12,11 @@ namespace {
 
 constexpr const char* kProgrammed = R"(
     image { name: "a" uri: "a.tga" }
-    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "m" coarser: "over" coarser_below: 40
+    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "third" coarser: "over" coarser_below: 40
                program { surface: "uniform vec3 tint;\n" "void surface(inout Surface s) {}" vertex: "" reach: 0.5 }
                uniform { name: "tint" value: [1, 0.5] } uniform { name: "map" image: "a" } }
     material { name: "over" fill: CORNERS coarser: "m" }
+    material { name: "third" fill: EDGES }
     node { name: "n" material: "m" box { size { x: 1 y: 1 z: 1 } } })";
 
 Expected<ImportedScene> importProgrammed(const std::string& text) {
@@ -37,7 +38,7 @@ TEST(ProgramText, SaysProgramsPassesEdgesAndCoarserOnes) {
     EXPECT_EQ(m->pointSize, 7);
     EXPECT_EQ(m->coarserBelow, 40);
     ASSERT_EQ(m->passes.size(), 2u);
-    EXPECT_EQ(m->passes[1], geometry->material) << "by its own name";
+    EXPECT_EQ(aspect->get<Material>(m->passes[1])->fill, Material::kEdges) << "by its name";
     EXPECT_EQ(m->passes[0], m->coarser);
     const auto* over = aspect->get<Material>(m->coarser);
     ASSERT_NE(over, nullptr);
@@ -74,6 +75,7 @@ TEST(ProgramText, WhatIsWrongIsSaid) {
         {"pass: \"none\"", "there is no material 'none'"},
         {"coarser: \"none\"", "there is no material 'none'"},
         {"pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\"", "5 passes, and 4 may be"},
+        {"pass: \"m\"", "it is among its own passes"},
         {"line_width: nan", "material 'm': lineWidth is not a finite number"},
         {"fill: DOTS", "scene.tsct:1:"},
         {"program { reach: -1 }", "material 'm': "},

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -97,6 +98,13 @@ TEST(Board, APartThatIsGivenBackIsTheOwnersAgain) {
     EXPECT_FALSE(hosts.owner.take(1));
     hosts.seenByHelper.giveUp(*posting, 1, kHelper);
     EXPECT_TRUE(hosts.owner.take(1));
+}
+
+TEST(Board, IsNobodysButItsUsers) {
+    const Board board = Board::create().value();
+    struct stat status {};
+    ASSERT_EQ(::stat(("/proc/" + board.place().substr(0, board.place().find('/')) + "/fd/" + board.place().substr(board.place().find('/') + 1)).c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, 0600u);
 }
 
 TEST(Board, TellsNeighboursWhatItsHostIsAt) {

@@ -123,6 +123,22 @@ TEST(SharedArrays, AreHandedOnByThoseWhoFoundThem) {
     EXPECT_TRUE(arrays.find(infoOf(Blob(noise(1)))).resident());
 }
 
+TEST(SharedArrays, AreNobodysButTheirUsers) {
+    Log log("test");
+    SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+    const Blob own = shared.share(Blob(noise(1)));
+    int files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+        std::error_code error;
+        const std::string target = std::filesystem::read_symlink(entry.path(), error);
+        struct stat status {};
+        if (!target.starts_with("/memfd:tessera") || ::stat(entry.path().c_str(), &status) != 0) continue;
+        EXPECT_EQ(status.st_mode & 0777, 0600u) << target;
+        ++files;
+    }
+    EXPECT_GE(files, 2) << "the directory, and an array";
+}
+
 TEST(SharedArrays, SmallAbsentAndEmptyBlobsStayWhereTheyAre) {
     Log log("test");
     SharedArrays arrays(log, [] { return std::vector<pid_t>{}; });

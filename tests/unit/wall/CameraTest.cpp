@@ -68,13 +68,32 @@ TEST(ScreenCamera, ShowsWhatLiesBehindTheScreenOnTheLineFromTheEye) {
 TEST(ScreenCamera, MeasuresDepthInMetresFromTheEye) {
     const Wall wall = flatWall(1, 1);
     const View view = viewOf(wall);
-    const ClipRange range{.nearMetres = 0.1, .farMetres = 50};
-    const ScreenCamera camera = screenCamera(wall.screens[0], wall.users[0], Eye::kCenter, view, range);
+    const ScreenCamera camera = screenCamera(wall.screens[0], wall.users[0], Eye::kCenter, view, 0.1);
     const Vec3d eye = wall.users[0].position;
     EXPECT_NEAR(pixelOf(camera, view, eye - Vec3d(0, 0, 0.1)).z(), -1, 1e-9);
-    EXPECT_NEAR(pixelOf(camera, view, eye - Vec3d(0, 0, 50)).z(), 1, 1e-9);
+    EXPECT_NEAR(pixelOf(camera, view, eye - Vec3d(0, 0, 0.2)).z(), 0, 1e-9);
+    EXPECT_NEAR(pixelOf(camera, view, eye - Vec3d(0, 0, 1e12)).z(), 1, 1e-9) << "there is no end";
     EXPECT_LT((camera.eye_T_world * camera.eyeWorld).norm(), 1e-12);
     EXPECT_NEAR((camera.eye_T_world * (view.world_T_wall() * Vec3d(eye - Vec3d(0, 0, 7)))).z(), -7, 1e-9);
+}
+
+TEST(ScreenCamera, SeesHoweverFar) {
+    const Wall wall = flatWall(1, 1);
+    const View view = viewOf(wall);
+    const ScreenCamera camera = tileCamera(wall, layoutTiles(wall)[0], view);
+    const Frustum frustum = tileFrustum(camera, layoutTiles(wall)[0].rect);
+    for (const double away : {500.0, 1500.0, 1e6, 1e15}) {
+        const Vec3d at = view.world_T_wall() * Vec3d(wall.users[0].position - Vec3d(0, 0, away));
+        EXPECT_FALSE(frustum.classify({at - Vec3d::Ones(), at + Vec3d::Ones()}).outside) << away;
+        EXPECT_LT(pixelOf(camera, view, wall.users[0].position - Vec3d(0, 0, away)).z(), 1.0 + 1e-12) << away;
+    }
+}
+
+TEST(ScreenCamera, SeesAsNearAsTheWallSays) {
+    Wall wall = flatWall(1, 1);
+    wall.nearMetres = 0.2;
+    const View view = viewOf(wall);
+    EXPECT_NEAR(pixelOf(tileCamera(wall, layoutTiles(wall)[0], view), view, wall.users[0].position - Vec3d(0, 0, 0.2)).z(), -1, 1e-9);
 }
 
 TEST(ScreenCamera, IsTheSameInEveryBitHoweverTheScreenIsCutIntoTiles) {

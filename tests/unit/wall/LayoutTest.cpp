@@ -100,12 +100,23 @@ TEST(WallWithSize, GivesTheOddRestToTheFirstColumnsAndRows) {
     EXPECT_TRUE(withSize(sized, 900, 600)->screens[0].grid.columnWidthsPx.empty()) << "even again";
 }
 
-TEST(WallWithSize, KeepsBezelsAndOverlapsAsTheyAre) {
-    Wall bezels = flatWall(3, 1);
-    bezels.screens[0].grid.bezelXPx = 40;
-    const Wall sized = *withSize(bezels, 500, 300);
-    EXPECT_EQ(mosaicPixels(sized.screens[0]).width, 500);
-    EXPECT_EQ(screenPixels(sized.screens[0]).width, 580);
+/// A frame between two monitors is as wide as it is: what it hides is the same part of the screen.
+TEST(WallWithSize, ShrinksAndGrowsBezelsWithTheTiles) {
+    Wall bezels = flatWall(3, 2);
+    Screen::Grid& grid = bezels.screens[0].grid;
+    grid.tileWidthPx = 640;
+    grid.tileHeightPx = 540;
+    grid.bezelXPx = 40;
+    grid.bezelYPx = 20;
+    for (const auto& [width, height, x, y] : {std::array{960, 540, 20, 10}, {480, 270, 10, 5}, {3840, 2160, 80, 40}, {1920, 1080, 40, 20}, {1921, 1081, 40, 20}, {24, 20, 1, 0}}) {
+        const Wall sized = *withSize(bezels, width, height);
+        EXPECT_EQ(mosaicPixels(sized.screens[0]).width, width);
+        EXPECT_EQ(sized.screens[0].grid.bezelXPx, x) << width;
+        EXPECT_EQ(sized.screens[0].grid.bezelYPx, y) << height;
+    }
+}
+
+TEST(WallWithSize, KeepsOverlapsAsTheyAre) {
     Wall overlap = flatWall(3, 1);
     overlap.screens[0].grid.overlapXPx = 10;
     EXPECT_EQ(mosaicPixels(withSize(overlap, 500, 300)->screens[0]).width, 500);
@@ -132,7 +143,7 @@ TEST(WallWithSize, RefusesSizesThatCannotBe) {
     overlap.screens[0].grid.overlapXPx = 100;
     EXPECT_FALSE(withSize(overlap, 100, 100)) << "all of each tile would be overlap";
     Wall bezels = flatWall(2, 1);
-    bezels.screens[0].grid.bezelXPx = 10;
+    bezels.screens[0].grid.bezelXPx = bezels.screens[0].grid.tileWidthPx / 10;
     EXPECT_FALSE(withSize(bezels, 65530, 100)) << "with the hidden pixels the picture is too large";
 }
 

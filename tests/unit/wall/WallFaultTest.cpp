@@ -51,6 +51,15 @@ TEST(WallFaults, FindsTooMuchOfAnything) {
     EXPECT_SAYS(faultAfter([](Wall& w) { w.hosts[0].tiles.resize(5000); }), "tiles");
 }
 
+TEST(WallFaults, FindsNearPlanesThatCannotBe) {
+    for (const double metres : {0.0, -0.05, 0.0009, 1.1, 50.0, std::nan("")}) EXPECT_SAYS(faultAfter([=](Wall& w) { w.nearMetres = metres; }), "0.001 to 1 are possible");
+    for (const double metres : {0.001, 0.05, 1.0}) {
+        Wall wall = flatWall(1, 1);
+        wall.nearMetres = metres;
+        EXPECT_TRUE(checkWall(wall)) << metres;
+    }
+}
+
 TEST(WallFaults, FindsNamesThatCannotBeFolders) {
     EXPECT_SAYS(faultAfter([](Wall& w) { w.hosts[0].name = ""; }), "host 1 has no name");
     EXPECT_SAYS(faultAfter([](Wall& w) { w.hosts[0].name = "../../etc"; }), "character");
