@@ -11,7 +11,6 @@
 #include "common/application/Connection.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
-#include "common/cores/Transform.h"
 
 namespace tessera {
 
@@ -66,6 +65,11 @@ struct Application::Impl {
     /// Waits until `scene` holds the list that answers a proposal.
     Expected<answer::Committed> settled(Expected<answer::Committed> committed);
     Expected<void> subscribe();
+    Expected<answer::Committed> move(ObjectId node, const NodeMove& move, std::uint64_t gesture) {
+        // Numbers that are none would be a fault of ours on the wire.
+        if (Expected<void> sound = checkMove(move); !sound) return tl::unexpected(sound.error());
+        return settled(askFor<answer::Committed>(request::Move{node, move, gesture}));
+    }
 
     Options options;
     ConnectionOptions connectionOptions;
@@ -424,30 +428,20 @@ Expected<answer::Committed> Application::redo() {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Redo{}));
 }
 
-Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move) {
+Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture) {
     if (impl_->options.followScene) {
         if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
         const Expected<ObjectId> found = findNode(impl_->aspect, node);
         if (!found) return tl::unexpected(found.error());
-        const Expected<ChangeList> list = moveList(impl_->aspect, *found, move);
-        if (!list) return tl::unexpected(list.error());
-        return propose(*list);
+        return impl_->move(*found, move, gesture);
     }
     const Expected<ObjectInfo> info = describeNode(node);
     if (!info) return tl::unexpected(info.error());
-    return moveNode(*info, move);
+    return moveNode(*info, move, gesture);
 }
 
-Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const NodeMove& move) {
-    if (!node.movable) return tl::unexpected(cannotBeMoved(node.path));
-    const Expected<SceneExcerpt> present = fetch(std::span(&node.movable, 1));
-    if (!present) return tl::unexpected(present.error());
-    const Transform* transform = present->coreOf(node.movable).as<Transform>();
-    if (!transform)
-        return fail(ErrorCode::kRefused, fmt::format("{} was changed by somebody else meanwhile; try again", node.path));
-    const Expected<ChangeList> list = moveList(present->get<Node>(node.movable)->core, *transform, move);
-    if (!list) return tl::unexpected(list.error());
-    return propose(*list);
+Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const NodeMove& move, std::uint64_t gesture) {
+    return impl_->move(node.id, move, gesture);
 }
 
 Expected<answer::Committed> Application::removeNode(ObjectId node) {

@@ -94,7 +94,7 @@ public:
     /// whole.
     void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
     /// The connection broke, and why; it may be there again already. Until the whole scene has come anew (`onBack`), `scene()`
-    /// stays what it was, and lists that were made from it are not sent (`propose`, `moveNode`: kNetwork).
+    /// stays what it was, and what was found in it is not sent (`propose`, `moveNode`: kNetwork).
     void onLost(std::function<void(const Error&)> callback);
     /// It is back: the whole scene has been applied, as onChanges was told, and what was subscribed to comes again. Without
     /// a journal the server may have begun anew, and an id may mean something else.
@@ -137,10 +137,12 @@ public:
     [[nodiscard]] Expected<answer::Committed> undo();
     /// Does again what was taken back last; nothing can be done again after another change.
     [[nodiscard]] Expected<answer::Committed> redo();
-    /// Moves the node at a path ("/hall/crane") or id ("#17"). See `moveList` in Edits.h.
-    [[nodiscard]] Expected<answer::Committed> moveNode(const std::string& node, const NodeMove& move);
+    /// Moves the node at a path ("/hall/crane") or id ("#17"): its Transform, or the nearest above it. The server works out where that leads, in
+    /// the frame that makes the edit: of several who move the same node by so much, all count. What collides is stopped as with `propose`.
+    /// kRefused: no node up to the root holds a Transform. kUsage: a scale of zero, or nothing to do. `gesture` as in `propose`.
+    [[nodiscard]] Expected<answer::Committed> moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture = 0);
     /// The same of a node that `describe` has told of.
-    [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move);
+    [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move, std::uint64_t gesture = 0);
     /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes it).
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
     /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step of undo. The copy is

@@ -163,6 +163,9 @@ void pack(const request::Find& r, pb::RequestHead& head, Parts& parts) {
 void pack(const request::Manipulate& r, pb::RequestHead& head, Parts&) {
     putManipulate(*head.mutable_manipulate(), r);
 }
+void pack(const request::Move& r, pb::RequestHead& head, Parts&) {
+    putMove(*head.mutable_move(), r);
+}
 void pack(const request::GetTrackers&, pb::RequestHead& head, Parts&) {
     head.mutable_get_trackers();
 }
@@ -254,6 +257,8 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
                                  in.text(head.pick().wand())};
         case pb::RequestHead::kManipulate:
             return readManipulate(head.manipulate(), in);
+        case pb::RequestHead::kMove:
+            return readMove(head.move(), in);
         case pb::RequestHead::kGetContacts:
             return request::GetContacts{};
         case pb::RequestHead::kGetImages:

@@ -16,6 +16,7 @@
 #include "common/codec/ApplicationScene.h"
 #include "common/codec/ApplicationTracking.h"
 #include "common/codec/Showing.h"
+#include "common/math/NodeMove.h"
 #include "common/math/Placing.h"
 #include "common/math/Types.h"
 
@@ -57,6 +58,13 @@ struct GetTree {
     // With either of these only nodes with such a core are told. A page may then be empty and not the last.
     ObjectType coreType;          ///< cores of this type
     std::vector<ObjectId> cores;  ///< these cores
+};
+/// Moves the nearest Transform from a node upwards. What "from where it is" means is worked out in the frame that makes the edit,
+/// behind the edits before it: of several that move the same node by so much all count. `gesture` as in Propose.
+struct Move {
+    ObjectId node;
+    NodeMove move;
+    std::uint64_t gesture = 0;
 };
 /// Takes a node away with everything below it, and what only they used (`removalList`).
 struct Remove {
@@ -135,7 +143,7 @@ using ApplicationRequest =
                  request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
                  request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
                  request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate,
-                 request::Clone, request::Find, request::SetBudget, request::Manipulate>;
+                 request::Clone, request::Find, request::SetBudget, request::Manipulate, request::Move>;
 
 namespace answer {
 

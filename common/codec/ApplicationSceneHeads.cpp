@@ -13,6 +13,13 @@ void setVector(proto::application::Vector& to, const Vec3d& from) {
     to.set_z(from.z());
 }
 
+void setRotation(proto::application::Rotation& to, const Quatd& from) {
+    to.set_w(from.w());
+    to.set_x(from.x());
+    to.set_y(from.y());
+    to.set_z(from.z());
+}
+
 }  // namespace
 
 void putClone(proto::application::Clone& to, const request::Clone& from) {
@@ -85,6 +92,23 @@ request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker
     load.placing.up = static_cast<UpAxis>(from.up());
     if (from.has_point_radius()) load.placing.pointRadius = in.finite(from.point_radius());
     return load;
+}
+
+void putMove(proto::application::Move& to, const request::Move& from) {
+    to.set_node(from.node.value);
+    if (from.move.translation) setVector(*to.mutable_translation(), *from.move.translation);
+    if (from.move.rotation) setRotation(*to.mutable_rotation(), *from.move.rotation);
+    if (from.move.scale) setVector(*to.mutable_scale(), *from.move.scale);
+    to.set_relative(from.move.relative);
+    to.set_gesture(from.gesture);
+}
+
+request::Move readMove(const proto::application::Move& from, ApplicationUnpacker& in) {
+    request::Move out{.node = ObjectId{from.node()}, .move = {.relative = from.relative()}, .gesture = from.gesture()};
+    if (from.has_translation()) out.move.translation = in.vector(from.translation());
+    if (from.has_rotation()) out.move.rotation = in.rotation(from.rotation());
+    if (from.has_scale()) out.move.scale = in.vector(from.scale());
+    return out;
 }
 
 void putPicked(proto::application::Picked& to, const answer::Picked& from) {

@@ -11,6 +11,7 @@ class Clone;
 class Find;
 class GetTree;
 class Load;
+class Move;
 class Picked;
 }  // namespace proto::application
 
@@ -18,6 +19,7 @@ void putClone(proto::application::Clone& to, const request::Clone& from);
 void putFind(proto::application::Find& to, const request::Find& from);
 void putGetTree(proto::application::GetTree& to, const request::GetTree& from);
 void putLoad(proto::application::Load& to, const request::Load& from);
+void putMove(proto::application::Move& to, const request::Move& from);
 void putPicked(proto::application::Picked& to, const answer::Picked& from);
 
 /// The ids of Find and GetTree are parts of the message.
@@ -25,6 +27,7 @@ void putPicked(proto::application::Picked& to, const answer::Picked& from);
 [[nodiscard]] request::Find readFind(const proto::application::Find& from, ApplicationUnpacker& in);
 [[nodiscard]] request::GetTree readGetTree(const proto::application::GetTree& from, ApplicationUnpacker& in);
 [[nodiscard]] request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker& in);
+[[nodiscard]] request::Move readMove(const proto::application::Move& from, ApplicationUnpacker& in);
 [[nodiscard]] answer::Picked readPicked(const proto::application::Picked& from, ApplicationUnpacker& in);
 
 }  // namespace tessera

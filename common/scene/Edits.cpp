@@ -47,15 +47,24 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
     return moveList(core, *aspect.get<Transform>(core), move);
 }
 
+Expected<void> checkMove(const NodeMove& move) {
+    if (!move.translation && !move.rotation && !move.scale) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
+    const bool finite = (!move.translation || move.translation->allFinite()) && (!move.scale || move.scale->allFinite());
+    if (!finite) return fail(ErrorCode::kUsage, "a move by a number that is not finite");
+    if (move.rotation && !tellsRotation(move.rotation->squaredNorm()))
+        return fail(ErrorCode::kUsage, "a rotation given by a quaternion that cannot be normalised");
+    if (move.scale && (move.scale->array() == 0).any()) return fail(ErrorCode::kUsage, "a scale of zero would flatten it");
+    return {};
+}
+
 Expected<ChangeList> moveList(ObjectId core, const Transform& present, const NodeMove& move) {
+    if (Expected<void> sound = checkMove(move); !sound) return tl::unexpected(sound.error());
     ChangeListBuilder edits;
     if (move.translation) {
         const Vec3d translation = move.relative ? Vec3d(present.translation + *move.translation) : *move.translation;
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(translation));
     }
     if (move.rotation) {
-        if (!tellsRotation(move.rotation->squaredNorm()))
-            return fail(ErrorCode::kUsage, "a rotation given by a quaternion that cannot be normalised");
         const Quatd turn = move.rotation->normalized();
         const Quatd rotation = move.relative ? Quatd((turn * present.rotation).normalized()) : turn;
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(rotation));
@@ -65,7 +74,6 @@ Expected<ChangeList> moveList(ObjectId core, const Transform& present, const Nod
         if ((scale.array() == 0).any()) return fail(ErrorCode::kUsage, "a scale of zero would flatten it");
         edits.set(core, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(scale));
     }
-    if (edits.empty()) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
     return edits.take();
 }
 

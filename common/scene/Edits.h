@@ -2,26 +2,15 @@
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <span>
 #include <string_view>
 
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
-#include "common/math/Types.h"
+#include "common/math/NodeMove.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {
-
-/// What becomes of a node's Transform; unset parts stay as they are.
-struct NodeMove {
-    std::optional<Vec3d> translation;  ///< in the parent's coordinates
-    std::optional<Quatd> rotation;     ///< any length but zero
-    std::optional<Vec3d> scale;
-    /// Add to what is there: the translation is added, the rotation follows the present one (in the parent's
-    /// coordinates), the scale multiplies it.
-    bool relative = false;
-};
 
 /// The nearest node, from `node` upwards, whose core is a Transform: what moves when somebody moves `node`. kRefused
 /// where there is none up to the root.
@@ -29,6 +18,9 @@ struct NodeMove {
 
 /// What is said where there is none.
 [[nodiscard]] Error cannotBeMoved(std::string_view path);
+
+/// Whether it says anything, in finite numbers, that a Transform can hold. kUsage.
+[[nodiscard]] Expected<void> checkMove(const NodeMove& move);
 
 /// Moves a Transform that stands as `present` says.
 [[nodiscard]] Expected<ChangeList> moveList(ObjectId core, const Transform& present, const NodeMove& move);

@@ -40,6 +40,13 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
     return complete;
 }
 
+Expected<std::vector<Blob>> BlobFetcher::wantScene(const BlobInfo& blob) {
+    std::erase_if(parts_, [&](const auto& part) { return part.second.scene && part.first != blob.id; });
+    Expected<std::vector<Blob>> complete = want({blob});
+    if (const auto fetch = fetches_.find(blob.id); fetch != fetches_.end()) fetch->second.scene = true;
+    return complete;
+}
+
 Blob BlobFetcher::lookElsewhere(const BlobInfo& blob) const {
     return limits_.elsewhere ? limits_.elsewhere(blob) : Blob();
 }
@@ -114,9 +121,23 @@ void BlobFetcher::interrupted() {
 BlobFetcher::Parts BlobFetcher::takeParts() {
     interrupted();
     order_.clear();
-    Parts parts = std::move(parts_);
-    for (auto& [id, fetch] : fetches_)
+    Parts parts;
+    std::vector<std::pair<std::uint32_t, BlobId>> oldestLast;
+    if (!sceneKnown_)
+        for (auto& [id, part] : parts_) {
+            oldestLast.emplace_back(++part.unwanted, id);
+            parts.insert_or_assign(id, std::move(part));
+        }
+    std::sort(oldestLast.begin(), oldestLast.end());
+    std::size_t bytes = 0;
+    for (const auto& [unwanted, id] : oldestLast) {
+        bytes += parts.at(id).bytes.capacity();
+        if (bytes > limits_.maxUnwantedBytes) parts.erase(id);
+    }
+    for (auto& [id, fetch] : fetches_) {
+        fetch.unwanted = 0;
         if (fetch.received > 0) parts.insert_or_assign(id, std::move(fetch));
+    }
     fetches_.clear();
     parts_.clear();
     return parts;

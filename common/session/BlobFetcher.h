@@ -24,6 +24,8 @@ struct FetchLimits {
     /// Which of many that are wanted at once is fetched first, 0 to 1: those who find with each other what one of them has
     /// fetched begin at different places.
     double firstShare = 0;
+    /// Of pieces that earlier connections have brought and the last one has not wanted: beyond it the oldest go.
+    std::size_t maxUnwantedBytes = std::size_t{256} << 20;
 };
 
 /// Pure state machine. Memory grows with what has arrived, not with what was announced.
@@ -38,6 +40,10 @@ public:
     /// First come, first fetched; what is held or wanted already costs nothing. Returns the blobs that need no fetch:
     /// those without bytes, and those found elsewhere. kLimit: a blob larger than allowed.
     [[nodiscard]] Expected<std::vector<Blob>> want(const std::vector<BlobInfo>& blobs);
+    /// The same of a blob in which the whole scene lies. What has come of earlier ones nobody wants any more.
+    [[nodiscard]] Expected<std::vector<Blob>> wantScene(const BlobInfo& blob);
+    /// All that the whole scene names has been wanted: at the end of this connection, pieces of anything else go.
+    void sceneIsKnown() { sceneKnown_ = true; }
     /// What to ask for now. Only while the bulk connection is open.
     [[nodiscard]] std::vector<message::BlobRequest> requests();
     /// What `requests` has found elsewhere instead of asking for it.
@@ -54,10 +60,13 @@ public:
         std::uint64_t asked = 0;     ///< every byte before this has been asked for
         std::uint64_t received = 0;  ///< in any order
         Bytes bytes;
+        bool scene = false;          ///< it holds a whole scene
+        std::uint32_t unwanted = 0;  ///< connections that have ended since the last that wanted it
     };
     /// Blobs of which a part is here.
     using Parts = std::unordered_map<BlobId, Fetch>;
-    /// Nothing is wanted any more; what has come of it goes to the next connection.
+    /// Nothing is wanted any more; what has come of it goes to the next connection. So do, within `maxUnwantedBytes`, pieces that
+    /// earlier ones wanted, where this one ended before it knew what the scene names.
     [[nodiscard]] Parts takeParts();
     /// Where one of these is wanted, the rest of it is fetched.
     void resume(Parts parts) { parts_ = std::move(parts); }
@@ -73,6 +82,7 @@ private:
     std::deque<BlobId> order_;  ///< of those not wholly asked for
     std::vector<message::BlobRequest> inFlight_;
     std::vector<Blob> found_;
+    bool sceneKnown_ = false;
 };
 
 }  // namespace tessera

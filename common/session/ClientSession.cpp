@@ -52,7 +52,7 @@ struct ClientSession::Impl {
     };
 
     explicit Impl(ClientSessionConfig c)
-        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.firstShare}) {}
+        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.firstShare, config.maxUnwantedBytes}) {}
 
     void opened(ChannelKind channel, TimePoint now);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
@@ -289,12 +289,13 @@ void ClientSession::Impl::on(const message::Heartbeat& beat, TimePoint now) {
 void ClientSession::Impl::enqueue(StepMessage message) {
     const std::vector<BlobInfo>& blobs = listOf(message).blobs;  // of a list that stays where it is
     queuedBytes += bytesOf(message);
+    const bool whole = std::holds_alternative<message::Snapshot>(message);
     steps.push_back({std::move(message)});
     if (const auto* snapshot = std::get_if<message::Snapshot>(&steps.back().message);
         snapshot && snapshot->content.sizeBytes > 0) {
         steps.back().content = snapshot->content;
         openBulk();
-        const Expected<std::vector<Blob>> wanted = fetcher.want({snapshot->content});
+        const Expected<std::vector<Blob>> wanted = fetcher.wantScene(snapshot->content);
         if (!wanted)
             return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
         if (!wanted->empty()) return opened(wanted->front());
@@ -306,6 +307,7 @@ void ClientSession::Impl::enqueue(StepMessage message) {
         return disconnect("fell too far behind the server; starting over from a snapshot");
     if (!want(blobs)) return;
     pump();
+    if (whole) fetcher.sceneIsKnown();
 }
 
 void ClientSession::Impl::openBulk() {
@@ -330,6 +332,7 @@ void ClientSession::Impl::opened(const Blob& content) {
     }
     if (!want((*list)->blobs)) return;
     pump();
+    fetcher.sceneIsKnown();
 }
 
 void ClientSession::Impl::on(const message::BlobNotice& notice, TimePoint) {

@@ -27,6 +27,7 @@ struct ClientSessionConfig {
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;  ///< one blob; refused before memory is taken
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;
+    std::size_t maxUnwantedBytes = FetchLimits().maxUnwantedBytes;  ///< see there
     /// Silence of the server for this long counts as a broken connection.
     std::chrono::milliseconds serverLostAfter{5'000};
     /// Pause before a bulk connection that broke or could not be made is tried again.

@@ -21,7 +21,7 @@ constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said o
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
 constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
-                            std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Remove> ||
+                            std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Move> || std::is_same_v<Request, request::Remove> ||
                             std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
                             std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages> ||
                             std::is_same_v<Request, request::SetView>;
@@ -374,6 +374,13 @@ ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
 ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
     Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
     if (!page) return refuse(asker, page.error());
+ServerActions RequestDesk::on(const Asker& asker, const request::Move& wish, TimePoint now) {
+    const std::uint64_t ticket = nextTicket_++;
+    open_[ticket] = {.asker = asker,
+                     .edit = {.ticket = ticket, .gesture = {asker.connection.value, wish.gesture}, .move = MoveWish{wish.node, wish.move}}};
+    return queueEdit(ticket, {}, now);
+}
+
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
@@ -486,7 +493,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
         // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
         full = full || (step && !edits.empty());
         // Nor do many large ones hold up a frame.
-        changes += open.edit.list.changeCount();
+        changes += open.edit.move ? 1 : open.edit.list.changeCount();
         full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
         if (full)
             later.push_back(ticket);

@@ -147,6 +147,7 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Move&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Manipulate&, TimePoint now);
 

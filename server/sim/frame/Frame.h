@@ -2,15 +2,23 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/math/NodeMove.h"
 #include "server/collision/pipeline/StepResult.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
 
 namespace tessera {
+
+/// A way that somebody wants a node to go: worked out when the edit is made, from where the edits before it lead.
+struct MoveWish {
+    ObjectId node;
+    NodeMove move;
+};
 
 /// A change that somebody wants.
 struct Edit {
@@ -28,6 +36,7 @@ struct Edit {
     Kind kind = Kind::kChange;
     bool undoable = true;  ///< what the server itself does is not
     Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
+    std::optional<MoveWish> move = {};  ///< of kChange: instead of a list
     std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
 };
 

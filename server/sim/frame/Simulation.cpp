@@ -13,6 +13,7 @@
 #include "common/cores/Motion.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Action.h"
+#include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/programs/ProgramTrials.h"
@@ -89,7 +90,8 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     const auto tellHand = [&](ObjectId id) {
         const auto wish = wishes.find(id);
-        if (wish != wishes.end() && wish->second.ofAnEdit()) result.outcomes[wish->second.edit].stopped.push_back(id);
+        if (wish == wishes.end() || !wish->second.ofAnEdit()) return;
+        for (const auto& [edit, from] : wish->second.ways) result.outcomes[edit].stopped.push_back(id);
     };
     for (const ObjectId id : result.collision.stopped) tellHand(id);
     // Where a reply has decided, a hand has not got its way either.
@@ -115,6 +117,15 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (edit.kind == Edit::Kind::kPart || edit.kind == Edit::Kind::kLastPart) return applyPart(std::move(edit));
     if (isStep(edit.kind)) return applyStep(edit, wishes);
     EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
+    const bool addsUp = edit.move && edit.move->move.relative;
+    if (edit.move) {
+        Expected<ChangeList> list = listOf(*edit.move, wishes);
+        if (!list) {
+            outcome.result = tl::unexpected(list.error());
+            return outcome;
+        }
+        edit.list = std::move(*list);
+    }
     outcome.result = checkHidden(edit.list);
     // What the server says itself nobody takes back.
     if (edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
@@ -158,7 +169,10 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     for (const auto& [id, pose] : poses) {
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
-        wishes[id] = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index};
+        Wish& wish = wishes[id];
+        if (!addsUp || !wish.ofAnEdit()) wish.ways.clear();
+        wish.ways.emplace_back(index, wish.ways.empty() ? poseOf(*now) : wish.pose);
+        wish = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index, .ways = std::move(wish.ways)};
         step.before.emplace_back(id, poseOf(*now));
     }
     if (edit.undoable) openSteps_.push_back(std::move(step));
@@ -272,16 +286,30 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
                 rest.append(id, column.value(row));
                 continue;
             }
-            const auto earlier = wishes.find(id);
-            // Fields that this edit does not write keep what an earlier *edit* of the frame wants; a motion's wish is
-            // overruled as a whole, because the motion is paused.
-            const Pose from = earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose : poseOf(*now);
-            setPart(wanted.try_emplace(id, from).first->second, column, row);
+            // Fields that this edit does not write keep what an earlier one wants.
+            setPart(wanted.try_emplace(id, poseFor(wishes, id, *now)).first->second, column, row);
         }
         column = std::move(rest);
     }
     std::erase_if(list.columns, [](const FieldColumn& column) { return isPoseField(column) && column.ids.empty(); });
     return {wanted.begin(), wanted.end()};
+}
+
+Pose Simulation::poseFor(const Wishes& wishes, ObjectId id, const Transform& now) {
+    const auto earlier = wishes.find(id);
+    return earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose : poseOf(now);
+}
+
+Expected<ChangeList> Simulation::listOf(const MoveWish& move, const Wishes& wishes) const {
+    const Expected<ObjectId> movable = movableNode(scene(), move.node);
+    if (!movable) return tl::unexpected(movable.error());
+    const ObjectId core = scene().get<Node>(*movable)->core;
+    Transform present = *scene().get<Transform>(core);
+    const Pose pose = poseFor(wishes, core, present);
+    present.translation = pose.translation;
+    present.rotation = pose.rotation;
+    present.scale = pose.scale;
+    return moveList(core, present, move.move);
 }
 
 std::vector<AnimationStep> Simulation::playAnimations(double seconds, Wishes& wishes, std::vector<std::string>& remarks) {

@@ -33,7 +33,8 @@ struct SimulationOptions {
 /// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
 /// time, the threads or the number of clients.
 ///
-/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival; the last writer of a field wins. An
+/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival; the last writer of a field wins. One that
+/// moves something by so much begins where those before it lead, so that the ways of a frame add up; they are stopped together. An
 /// edit that writes a Transform which a motion drives, or a field that an animation drives, pauses it (`playing` becomes 0 in the same
 /// list) until somebody sets it again. What motions, animations and edits want of existing Transforms goes through the collision pipeline;
 /// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
@@ -114,6 +115,8 @@ private:
         ObjectId motion;  ///< the motion that wants it; none: an edit
         double motionTime = 0;
         std::size_t edit = 0;  ///< index of the edit that wants it
+        /// The edits of this frame whose ways lead there one after the other, `edit` the last, and where each begins.
+        std::vector<std::pair<std::size_t, Pose>> ways = {};
         std::vector<ObjectId> animations = {};  ///< that want a part of it
         /// What an edit that writes a part of it takes the rest from: a motion that is overruled is so as a whole.
         [[nodiscard]] bool keptByEdits() const { return !motion; }
@@ -135,14 +138,23 @@ private:
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
     /// The edits so far become steps of the history, each by what has remained of it; of which nothing has remained is none. A Transform that several
-    /// edits of a frame move belongs to the last one.
+    /// edits of a frame move belongs to the last one, but where their ways add up and it got all the way: then each has its own.
     void closeSteps(const Wishes& wishes);
     [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later,
                                Overlaps& overlaps);
     void addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back);
     /// The list that leads back from an edit, from where its Transforms stand now.
     [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes) const;
-    [[nodiscard]] bool moves(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;
+    /// From where to where an edit has moved a Transform; nothing: it has not.
+    struct Way {
+        Pose from, to;
+    };
+    [[nodiscard]] std::optional<Way> wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;
+    /// The list of an edit that moves something by so much, or to a place, with the edits before it.
+    [[nodiscard]] Expected<ChangeList> listOf(const MoveWish& move, const Wishes& wishes) const;
+    /// Where a Transform stands for the next edit of the frame. What earlier *edits* want counts; a motion's wish is overruled as a whole, because
+    /// the motion is paused.
+    [[nodiscard]] static Pose poseFor(const Wishes& wishes, ObjectId id, const Transform& now);
     /// The next list of the step under way. The outcome of a redo when it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.

@@ -74,6 +74,10 @@ Overlaps both(const Overlaps& x, const Overlaps& y) {
     return all;
 }
 
+bool same(const Pose& a, const Pose& b) {
+    return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs() && a.scale == b.scale;
+}
+
 /// Whether a node has one of these cores, or is below one that has.
 bool isCarried(const Aspect& scene, ObjectId node, std::span<const ObjectId> transforms) {
     for (; node; node = scene.get<Node>(node)->parent)
@@ -152,16 +156,24 @@ tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::v
                             pathOf(scene(), mine), kind == Edit::Kind::kUndo ? "was" : "would be", kind == Edit::Kind::kUndo ? "undone" : "redone"));
 }
 
-/// Whose wish for a Transform has counted: of several edits of a frame the last one's.
-bool Simulation::moves(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
-    const auto wish = wishes.find(transform);
-    return wish != wishes.end() && wish->second.ofAnEdit() && wish->second.edit == step.edit && scene().get<Transform>(transform);
+/// Whose wish for a Transform has counted: of several edits of a frame the last one's. Those whose ways add up have one each where it got all the way;
+/// where it did not, nobody can say how far each of them got.
+std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
+    const auto found = wishes.find(transform);
+    const Transform* core = scene().get<Transform>(transform);
+    if (found == wishes.end() || !found->second.ofAnEdit() || !core) return std::nullopt;
+    const Wish& wish = found->second;
+    const Pose now = poseOf(*core);
+    if (!same(now, wish.pose)) return wish.edit == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
+    const auto way = std::ranges::find(wish.ways, step.edit, [](const auto& one) { return one.first; });
+    if (way == wish.ways.end()) return std::nullopt;
+    return Way{way->second, std::next(way) == wish.ways.end() ? now : std::next(way)->second};
 }
 
 ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
     ChangeListBuilder back;
     for (const auto& [id, before] : step.before)
-        if (moves(step, id, wishes)) addPose(back, id, poseOf(*scene().get<Transform>(id)), before);
+        if (const std::optional<Way> way = wayOf(step, id, wishes)) addPose(back, id, way->to, way->from);
     ChangeList poseBack = back.take();
     // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
     for (FieldColumn& column : poseBack.columns) mergeColumn(step.inverse, std::move(column));
@@ -174,7 +186,7 @@ void Simulation::closeSteps(const Wishes& wishes) {
     for (const OpenStep& step : steps | std::views::reverse) {
         CollisionPipeline::PosedTransforms& before = later.emplace_back();
         for (const auto& [id, pose] : step.before)
-            if (moves(step, id, wishes)) before.emplace_back(id, pose);
+            if (const std::optional<Way> way = wayOf(step, id, wishes)) before.emplace_back(id, way->from);
     }
     addOverlapsAmong(steps, later);
     for (OpenStep& step : steps) {
@@ -220,7 +232,12 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
 /// Steps of a frame are taken back one by one, the newest first: what was nowhere at any time stands there in between.
 void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back) {
     if (std::ranges::count_if(back, [](const auto& poses) { return !poses.empty(); }) < 2) return;
-    const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kThemselves);
+    std::set<ObjectId> moved;
+    bool twice = false;
+    for (const CollisionPipeline::PosedTransforms& poses : back)
+        for (const auto& [id, pose] : poses) twice = !moved.insert(id).second || twice;
+    const std::vector<Overlaps> after =
+        pipeline_.overlapsAfter(scene(), back, twice ? CollisionPipeline::Against::kEverything : CollisionPipeline::Against::kThemselves);
     for (std::size_t i = 0; i < steps.size(); ++i) {
         OpenStep& step = steps[steps.size() - 1 - i];
         step.overlaps = both(step.overlaps, after[i]);

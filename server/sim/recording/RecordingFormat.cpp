@@ -33,6 +33,12 @@ struct EditRecord {
 };
 /// question, decision, translation, rotation w x y z, scale: numbers as their bits.
 using ReplyRecord = std::array<std::uint64_t, 12>;
+/// Of an edit that moves a node: which one, counted from 0; numbers as those of a reply.
+struct MoveRecord {
+    static constexpr std::uint64_t kRelative = 1, kTranslation = 2, kRotation = 4, kScale = 8, kAll = 15;
+    std::uint64_t edit = 0, node = 0, flags = 0;
+    std::array<std::uint64_t, 10> pose{};
+};
 
 template <typename T>
 RecordContent headOnly(const google::protobuf::MessageLite& head) {
@@ -54,25 +60,55 @@ Expected<Head> headOf(ByteSpan bytes) {
     return head;
 }
 
-ReplyRecord pack(const Reply& reply) {
-    const auto& [question, decision, pose] = reply;
-    ReplyRecord record{question, static_cast<std::uint64_t>(decision)};
+std::array<std::uint64_t, 10> pack(const Pose& pose) {
     const std::array<double, 10> numbers{
         pose.translation.x(), pose.translation.y(), pose.translation.z(), pose.rotation.w(), pose.rotation.x(),
         pose.rotation.y(),    pose.rotation.z(),    pose.scale.x(),       pose.scale.y(),    pose.scale.z()};
-    std::ranges::transform(numbers, record.begin() + 2, [](double v) { return std::bit_cast<std::uint64_t>(v); });
+    std::array<std::uint64_t, 10> bits{};
+    std::ranges::transform(numbers, bits.begin(), [](double v) { return std::bit_cast<std::uint64_t>(v); });
+    return bits;
+}
+
+Pose poseFrom(std::span<const std::uint64_t> bits) {
+    const auto number = [&](std::size_t i) { return std::bit_cast<double>(bits[i]); };
+    return {.translation = Vec3d(number(0), number(1), number(2)),
+            .rotation = Quatd(number(3), number(4), number(5), number(6)),
+            .scale = Vec3d(number(7), number(8), number(9))};
+}
+
+ReplyRecord pack(const Reply& reply) {
+    const auto& [question, decision, pose] = reply;
+    ReplyRecord record{question, static_cast<std::uint64_t>(decision)};
+    std::ranges::copy(pack(pose), record.begin() + 2);
     return record;
 }
 
 Expected<Reply> unpack(const ReplyRecord& record) {
     if (record[1] > static_cast<std::uint64_t>(Reply::Decision::kMove))
         return malformed(fmt::format("decision {} is none", record[1]));
-    const auto number = [&](std::size_t i) { return std::bit_cast<double>(record[2 + i]); };
-    return Reply{.question = record[0],
-                 .decision = static_cast<Reply::Decision>(record[1]),
-                 .pose = {.translation = Vec3d(number(0), number(1), number(2)),
-                          .rotation = Quatd(number(3), number(4), number(5), number(6)),
-                          .scale = Vec3d(number(7), number(8), number(9))}};
+    return Reply{.question = record[0], .decision = static_cast<Reply::Decision>(record[1]), .pose = poseFrom(std::span(record).subspan(2))};
+}
+
+MoveRecord pack(std::size_t edit, const MoveWish& wish) {
+    const NodeMove& move = wish.move;
+    const std::uint64_t flags = (move.relative ? MoveRecord::kRelative : 0) | (move.translation ? MoveRecord::kTranslation : 0) |
+                                (move.rotation ? MoveRecord::kRotation : 0) | (move.scale ? MoveRecord::kScale : 0);
+    const Pose pose;
+    return {.edit = edit,
+            .node = wish.node.value,
+            .flags = flags,
+            .pose = pack(Pose{.translation = move.translation.value_or(pose.translation),
+                              .rotation = move.rotation.value_or(pose.rotation),
+                              .scale = move.scale.value_or(pose.scale)})};
+}
+
+MoveWish unpack(const MoveRecord& record) {
+    const Pose pose = poseFrom(record.pose);
+    MoveWish wish{.node = ObjectId(record.node), .move = {.relative = (record.flags & MoveRecord::kRelative) != 0}};
+    if ((record.flags & MoveRecord::kTranslation) != 0) wish.move.translation = pose.translation;
+    if ((record.flags & MoveRecord::kRotation) != 0) wish.move.rotation = pose.rotation;
+    if ((record.flags & MoveRecord::kScale) != 0) wish.move.scale = pose.scale;
+    return wish;
 }
 
 Expected<ChangeList> listFrom(ByteSpan bytes, const BlobStore& arrays) {
@@ -106,17 +142,19 @@ Expected<Record> openingFrom(ByteSpan bytes) {
 }
 
 Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const RecordingLimits& limits) {
-    constexpr std::size_t kFixedParts = 2;
+    constexpr std::size_t kFixedParts = 3;
     const Expected<SplitParts> split = splitParts(bytes, kMaxHeadBytes, kFixedParts + limits.maxEdits);
     if (!split) return tl::unexpected(split.error());
     wire::Inputs head;
     if (!head.ParseFromArray(split->head.data(), static_cast<int>(split->head.size())))
         return malformed("its head cannot be read");
-    if (split->parts.size() < kFixedParts) return malformed("edits and replies are missing");
+    if (split->parts.size() < kFixedParts) return malformed("edits, replies and moves are missing");
     const Expected<std::vector<EditRecord>> edits = recordsFrom<EditRecord>(split->parts[0], limits.maxEdits);
     if (!edits) return failWith("edits", edits.error());
     const Expected<std::vector<ReplyRecord>> replies = recordsFrom<ReplyRecord>(split->parts[1], limits.maxReplies);
     if (!replies) return failWith("replies", replies.error());
+    const Expected<std::vector<MoveRecord>> moves = recordsFrom<MoveRecord>(split->parts[2], limits.maxEdits);
+    if (!moves) return failWith("moves", moves.error());
     if (split->parts.size() != kFixedParts + edits->size())
         return malformed(fmt::format("{} edits with {} lists", edits->size(), split->parts.size() - kFixedParts));
 
@@ -133,6 +171,10 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
                                 .undoable = (edit.flags & EditRecord::kUndoable) != 0,
                                 .gesture = {edit.gestureBy, edit.gesture},
                                 .objects = edit.objects});
+    }
+    for (const MoveRecord& move : *moves) {
+        if (move.edit >= inputs.edits.size() || (move.flags & ~MoveRecord::kAll) != 0) return malformed("a move is of no edit, or of a kind that is none");
+        inputs.edits[move.edit].move = unpack(move);
     }
     for (const ReplyRecord& packed : *replies) {
         const Expected<Reply> reply = unpack(packed);
@@ -198,9 +240,11 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
     head.set_frame(frame.value);
     head.set_first(first);
     std::vector<EditRecord> editRecords;
+    std::vector<MoveRecord> moves;
     std::vector<Bytes> lists;
     for (const Edit& edit : edits) {
-        const auto& [ticket, list, kind, undoable, gesture, objects] = edit;
+        const auto& [ticket, list, kind, undoable, gesture, move, objects] = edit;
+        if (move) moves.push_back(pack(editRecords.size(), *move));
         editRecords.push_back({.ticket = ticket,
                                .kind = static_cast<std::uint64_t>(kind),
                                .flags = undoable ? EditRecord::kUndoable : 0,
@@ -211,7 +255,7 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
     }
     std::vector<ReplyRecord> replyRecords;
     for (const Reply& reply : replies) replyRecords.push_back(pack(reply));
-    std::vector<ByteSpan> parts{recordBytes(editRecords), recordBytes(replyRecords)};
+    std::vector<ByteSpan> parts{recordBytes(editRecords), recordBytes(replyRecords), recordBytes(moves)};
     parts.insert(parts.end(), lists.begin(), lists.end());
     return {.kind = kindOf<record::Inputs>(), .content = joinParts(head, parts)};
 }

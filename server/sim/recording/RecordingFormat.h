@@ -22,7 +22,7 @@ namespace tessera {
 
 inline constexpr std::string_view kRecordingMark = "tessera record\r\n";
 /// Raised whenever an older program would misread a file.
-inline constexpr std::uint32_t kRecordingFormat = 3;
+inline constexpr std::uint32_t kRecordingFormat = 4;
 
 struct RecordingLimits {
     std::uint64_t maxFileBytes = std::uint64_t{64} << 30;  ///< a recording ends there

@@ -232,6 +232,11 @@ private:
             std::erase_if(told.ids, [&](const auto& pair) { return pair.first != made->node; });
             return committed;
         }
+        if (const auto* move = std::get_if<request::Move>(&asked)) {
+            Expected<ChangeList> list = moveList(scene_, move->node, move->move);
+            if (!list) return tl::unexpected(list.error());
+            return commitLocked(std::move(*list));
+        }
         if (const auto* remove = std::get_if<request::Remove>(&asked)) {
             Expected<ChangeList> list = removalList(scene_, remove->node);
             if (!list) return tl::unexpected(list.error());

@@ -184,7 +184,10 @@ inline std::vector<ApplicationRequest> everyRequest() {
                           .pageSize = 17,
                           .after = {ObjectId{3}, ObjectId{9}}},
             request::SetBudget{16.5},
-            request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = {.xPx = 3.5, .yPx = 4.5, .wand = "w"}, .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}}};
+            request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = {.xPx = 3.5, .yPx = 4.5, .wand = "w"}, .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}},
+            request::Move{.node = ObjectId{15},
+                          .move = {.translation = Vec3d(1, 2, 3), .rotation = Quatd(0.5, -0.5, 0.5, -0.5), .scale = Vec3d(4, 5, 6), .relative = true},
+                          .gesture = 4712}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {

@@ -29,7 +29,9 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000001234});
     const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
                                   {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
-                                  {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000}};
+                                  {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000},
+                                  {.ticket = 4, .move = MoveWish{ObjectId(9), {.translation = Vec3d(nan, -0.0, 1), .relative = true}}},
+                                  {.ticket = 5, .move = MoveWish{ObjectId(10), {.rotation = Quatd(1, 2, 3, 4), .scale = Vec3d(5, 6, 7)}}}};
     const std::vector<Reply> replies{{.question = 17,
                                       .decision = Reply::Decision::kMove,
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),
@@ -38,7 +40,17 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     const auto back = roundTrip<record::Inputs>(encodeInputs(FrameNumber(12), true, edits, replies), arrays);
     EXPECT_EQ(back.frame, FrameNumber(12));
     EXPECT_TRUE(back.first);
-    ASSERT_EQ(back.edits.size(), 3u);
+    ASSERT_EQ(back.edits.size(), 5u);
+    EXPECT_FALSE(back.edits[2].move);
+    ASSERT_TRUE(back.edits[3].move && back.edits[4].move);
+    const MoveWish &by = *back.edits[3].move, &to = *back.edits[4].move;
+    EXPECT_EQ(by.node, ObjectId(9));
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(by.move.translation->x()), std::bit_cast<std::uint64_t>(nan));
+    EXPECT_TRUE(by.move.relative && !by.move.rotation && !by.move.scale);
+    EXPECT_EQ(to.node, ObjectId(10));
+    EXPECT_TRUE(!to.move.relative && !to.move.translation);
+    EXPECT_EQ(to.move.rotation->coeffs(), Quatd(1, 2, 3, 4).coeffs());
+    EXPECT_EQ(*to.move.scale, Vec3d(5, 6, 7));
     EXPECT_EQ(back.edits[0].ticket, ~std::uint64_t{0});
     EXPECT_EQ(back.edits[0].list, list);
     EXPECT_EQ(back.edits[0].kind, Edit::Kind::kChange);

@@ -214,6 +214,11 @@ private:
                 builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), fieldId<&Transform::translation>,
                             toValue(Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)));
                 break;
+            case 5:  // by so much, or to a place; some of no Transform, some by numbers that are none
+                edit.move = MoveWish{someOf(oneInTwo(random_) ? typeOf<Node>() : typeOf<Motion>()), {.translation = somePlace(), .relative = below(random_, 4) != 0}};
+                if (below(random_, 8) == 0) edit.move->move.scale = Vec3d(1, std::numeric_limits<double>::infinity(), 1);
+                if (oneInTwo(random_)) edit.move->move.rotation = Quatd(1, between(random_, -1, 1), 0, 0);
+                return edit;
             default:
                 for (int i = 0; i < 3; ++i)
                     builder.set(someOf(typeOf<Transform>()), typeOf<Transform>(), fieldId<&Transform::translation>,

@@ -295,6 +295,15 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
         for (int i = 0; i < 25; ++i) {
             std::vector<Edit> edits;
             for (std::size_t k = oneIn(random, 3) ? 1 + below(random, 3) : 1; k > 0; --k) {
+                const Gesture gesture{1 + below(random, 2), below(random, 3)};
+                if (oneIn(random, 3)) {  // by so much: several of a frame add up
+                    const auto& children = show.simulation.scene().root().children;
+                    const double far = oneIn(random, 4) ? 1e4 : 3;
+                    NodeMove move{.translation = Vec3d(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1)), .relative = true};
+                    if (oneIn(random, 6)) move.rotation = Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY()));
+                    edits.push_back({.ticket = k, .gesture = gesture, .move = MoveWish{children[below(random, std::min<std::size_t>(children.size(), 2))], move}});
+                    continue;
+                }
                 test::ListMaker make;
                 for (std::size_t parts = 1 + below(random, 2); parts > 0; --parts) {
                     const auto& children = show.simulation.scene().root().children;
@@ -319,7 +328,7 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                         setField<&Transform::translation>(make.builder, core, Vec3d(transform->translation + by));
                     }
                 }
-                edits.push_back({.ticket = k, .list = make.builder.take(), .gesture = {1 + below(random, 2), below(random, 3)}});
+                edits.push_back({.ticket = k, .list = make.builder.take(), .gesture = gesture});
             }
             (void)show.simulation.step(false, std::move(edits));
         }
