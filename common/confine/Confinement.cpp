@@ -178,8 +178,6 @@ void allowOpening(Filter& filter) {
         filter.allowWhere(SCMP_SYS(openat), SCMP_A2(SCMP_CMP_MASKED_EQ, writing | how, how));
         filter.allowWhere(SCMP_SYS(open), SCMP_A1(SCMP_CMP_MASKED_EQ, writing | how, how));
     }
-    // Sanitizers read how memory lies.
-    if (kSanitized) filter.allowWhere(SCMP_SYS(openat), SCMP_A2(SCMP_CMP_MASKED_EQ, writing, 0));
 }
 
 Expected<void> restrictCalls(const ConfinementProfile& profile) {
