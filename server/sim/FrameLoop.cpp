@@ -280,6 +280,9 @@ Expected<void> FrameLoop::Impl::begin() {
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
+    // Whoever joins stands where the lists that come go on, though nothing is there yet.
+    snapshots.follow({.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
+                      .list = std::make_shared<const ChangeList>()});
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
 }
