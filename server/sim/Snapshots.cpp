@@ -2,10 +2,10 @@
 
 #include <sys/resource.h>
 
-#include <limits>
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
+#include "server/sim/commit/EditHistory.h"
 #include "server/sim/desk/Answering.h"
 
 namespace tessera {
@@ -15,6 +15,7 @@ namespace {
 /// Lists that wait for the thread: enough that it is not woken for each frame of a wall in motion.
 constexpr std::size_t kMaxFresh = 64;
 constexpr std::size_t kMaxFreshBytes = std::size_t{1} << 20;
+constexpr std::size_t kMostOrders = 16;
 /// Behind the frame thread, hosts on the same machine, and their drawing.
 constexpr int kNice = 10;
 
@@ -41,7 +42,7 @@ Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<voi
     : session_(session),
       blobs_(blobs),
       deliver_(std::move(deliver)),
-      orders_(std::numeric_limits<std::size_t>::max()),
+      orders_(kMostOrders),
       thread_([this] { work(); }) {}
 
 Snapshots::~Snapshots() {
@@ -56,11 +57,12 @@ void Snapshots::work() {
     while (auto order = orders_.pop()) {
         if (orders_.closed()) return;
         if (const auto* apply = std::get_if<Apply>(&*order)) {
-            for (const CommittedFrame& frame : apply->frames) {
-                const Expected<void> applied = scene.apply(*frame.list);
+            for (const WaitingLists::Waiting& waiting : apply->lists->lists()) {
+                const Expected<void> applied = scene.apply(*waiting.list);
                 TESSERA_CHECK(applied, "what has been committed can be applied again");
-                sequence = frame.sent->sequence;
+                sequence = waiting.sequence;
             }
+            waitingBytes_ -= apply->lists->bytes();
         } else {
             deliver_(snapshotOf(scene, sequence));
         }
@@ -68,16 +70,35 @@ void Snapshots::work() {
 }
 
 void Snapshots::follow(const CommittedFrame& committed) {
+    forgetLast();
+    pump();
     if (!committed.list) return;
     fresh_.push_back(committed);
-    freshBytes_ += committed.sent->encoded.size();
+    freshBytes_ += memoryOf(*committed.list);
     if (fresh_.size() >= kMaxFresh || freshBytes_ >= kMaxFreshBytes) handOver();
 }
 
 void Snapshots::handOver() {
     if (fresh_.empty()) return;
-    orders_.push(Apply{std::exchange(fresh_, {})});
+    const bool behind = !late_.empty();
+    if (!behind || !std::holds_alternative<Apply>(late_.back())) late_.emplace_back(Apply{std::make_shared<WaitingLists>()});
+    WaitingLists& lists = *std::get<Apply>(late_.back()).lists;
+    const std::size_t before = lists.bytes();
+    for (const CommittedFrame& frame : fresh_) lists.add(frame, behind ? WaitingLists::Merge::kYes : WaitingLists::Merge::kNo);
+    waitingBytes_ += lists.bytes() - before;
+    fresh_.clear();
     freshBytes_ = 0;
+    pump();
+}
+
+void Snapshots::put(Order order) {
+    late_.push_back(std::move(order));
+    pump();
+}
+
+void Snapshots::pump() {
+    // What has gone over is the thread's alone.
+    while (!late_.empty() && orders_.tryPush(late_.front())) late_.pop_front();
 }
 
 void Snapshots::sceneReady() {
@@ -95,7 +116,7 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
 void Snapshots::order() {
     if (std::exchange(ordered_, true)) return;
     handOver();
-    orders_.push(Make{});
+    put(Make{});
 }
 
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
@@ -106,6 +127,12 @@ ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
     // Where too much has happened meanwhile the session asks again, and a newer one is made.
     for (const ConnectionId connection : std::exchange(waiting_, {})) append(actions, give(connection, now));
     return actions;
+}
+
+/// Nobody asks at a wall at rest: it goes all the same.
+void Snapshots::forgetLast() {
+    constexpr std::uint64_t kEvery = 64;  // the session goes through the lists since then
+    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) last_.reset();
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {

@@ -1,6 +1,8 @@
 /// The whole scene for those who join: hosts, applications, and replicas to be repaired.
 #pragma once
 
+#include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <thread>
@@ -10,7 +12,7 @@
 #include "common/base/Channel.h"
 #include "common/scene/Aspect.h"
 #include "common/session/ServerSession.h"
-#include "server/sim/commit/Committer.h"
+#include "server/sim/WaitingLists.h"
 
 namespace tessera {
 
@@ -23,7 +25,8 @@ struct SnapshotMade {
 /// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the committed
 /// lists, some behind while nobody asks. What has been made serves all who join while the lists since then are few.
 ///
-/// Memory: the scene a second time, and the last snapshot as long as somebody may be served with it.
+/// Memory: the scene a second time, the lists that it has not applied yet (16 MiB as they came, or 16 lists where those are larger; what comes beyond is merged), and the last snapshot as long as
+/// somebody may be served with it.
 class Snapshots {
 public:
     /// Scenes of up to so many bytes travel in the message itself.
@@ -42,27 +45,40 @@ public:
     [[nodiscard]] ServerActions wanted(ConnectionId connection, TimePoint now);
     [[nodiscard]] ServerActions made(SnapshotMade snapshot, TimePoint now);
 
+    /// Bytes of memory that lists hold because the thread has not applied them.
+    [[nodiscard]] std::size_t waitingBytes() const { return waitingBytes_; }
+    /// The last snapshot is kept for who comes next.
+    [[nodiscard]] bool keepsLast() const { return last_ != nullptr; }
+
 private:
     struct Apply {
-        std::vector<CommittedFrame> frames;
+        std::shared_ptr<WaitingLists> lists;
     };
     struct Make {};
+    using Order = std::variant<Apply, Make>;
 
     void work();
+    /// Behind those before it; never waits for room.
+    void put(Order order);
+    void pump();
     void handOver();
     void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
+    void forgetLast();
 
     ServerSession& session_;
     BlobStore& blobs_;
     std::function<void(SnapshotMade)> deliver_;
     std::vector<CommittedFrame> fresh_;  ///< not handed over yet
     std::size_t freshBytes_ = 0;
+    std::atomic<std::size_t> waitingBytes_{0};
+    std::deque<Order> late_;  ///< for which there was no room: they go with a later frame, lists merged meanwhile
+    std::uint64_t looks_ = 0;
     std::vector<ConnectionId> waiting_;
     std::shared_ptr<const SnapshotMade> last_;
     bool ready_ = false;
     bool ordered_ = false;  ///< one is being made
-    Channel<std::variant<Apply, Make>> orders_;
+    Channel<Order> orders_;
     std::thread thread_;
 };
 
