@@ -261,7 +261,8 @@ Expected<void> FrameLoop::Impl::begin() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
     if (const Expected<void> heard = trackers.open(); !heard) return heard;
-    if (!options.recordPath.empty() && opened->state.begun)
+    // (Numbers that are skipped are not made again by who repeats it either.)
+    if (!options.recordPath.empty() && (opened->state.begun || opened->behind))
         return fail(ErrorCode::kUsage,
                     fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
                                 "them. Leave one of the two away",
