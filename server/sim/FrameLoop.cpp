@@ -288,7 +288,8 @@ Expected<void> FrameLoop::Impl::begin() {
     const Expected<std::uint16_t> port = peers.listen(options.listen);
     if (!port) return tl::unexpected(port.error());
     if (const Expected<void> heard = trackers.open(); !heard) return heard;
-    if (!options.recordPath.empty() && opened->state.begun)
+    // (Numbers that are skipped are not made again by who repeats it either.)
+    if (!options.recordPath.empty() && (opened->state.begun || opened->behind))
         return fail(ErrorCode::kUsage,
                     fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
                                 "them. Leave one of the two away",
@@ -307,6 +308,9 @@ Expected<void> FrameLoop::Impl::begin() {
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
+    // Whoever joins stands where the lists that come go on, though nothing is there yet.
+    snapshots.follow({.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
+                      .list = std::make_shared<const ChangeList>()});
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
 }

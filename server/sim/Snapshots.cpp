@@ -2,11 +2,9 @@
 
 #include <sys/resource.h>
 
-#include <deque>
-#include <limits>
-
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
+#include "server/sim/commit/EditHistory.h"
 #include "server/sim/desk/Answering.h"
 
 namespace tessera {
@@ -16,6 +14,7 @@ namespace {
 /// Lists that wait for the thread: enough that it is not woken for each frame of a wall in motion.
 constexpr std::size_t kMaxFresh = 64;
 constexpr std::size_t kMaxFreshBytes = std::size_t{1} << 20;
+constexpr std::size_t kMostOrders = 16;
 /// Lists that the thread leaves to be applied later, so that the scene as it was before them can be asked about.
 constexpr std::size_t kTrailing = 64;
 constexpr std::size_t kTrailingBytes = std::size_t{8} << 20;
@@ -32,10 +31,10 @@ public:
     [[nodiscard]] const Aspect& scene() const { return scene_; }
     [[nodiscard]] Sequence sequence() const { return sequence_; }
 
-    void follow(std::vector<CommittedFrame> frames) {
-        for (CommittedFrame& frame : frames) {
-            trailingBytes_ += frame.sent->encoded.size();
-            trailing_.push_back(std::move(frame));
+    void follow(const WaitingLists& lists) {
+        for (const WaitingLists::Waiting& waiting : lists.lists()) {
+            trailingBytes_ += memoryOf(*waiting.list);
+            trailing_.push_back(waiting);
         }
         while (trailing_.size() > kTrailing || trailingBytes_ > kTrailingBytes) applyOne();
     }
@@ -44,22 +43,22 @@ public:
     }
     /// Goes on to that list; false: it is beyond.
     [[nodiscard]] bool goTo(Sequence sequence) {
-        while (!trailing_.empty() && trailing_.front().sent->sequence <= sequence) applyOne();
+        while (!trailing_.empty() && trailing_.front().sequence <= sequence) applyOne();
         return sequence_ == sequence;
     }
 
 private:
     void applyOne() {
-        const CommittedFrame frame = std::move(trailing_.front());
+        const WaitingLists::Waiting waiting = std::move(trailing_.front());
         trailing_.pop_front();
-        trailingBytes_ -= frame.sent->encoded.size();
-        const Expected<void> applied = scene_.apply(*frame.list);
+        trailingBytes_ -= memoryOf(*waiting.list);
+        const Expected<void> applied = scene_.apply(*waiting.list);
         TESSERA_CHECK(applied, "what has been committed can be applied again");
-        sequence_ = frame.sent->sequence;
+        sequence_ = waiting.sequence;
     }
     Aspect scene_;
     Sequence sequence_;
-    std::deque<CommittedFrame> trailing_;
+    std::deque<WaitingLists::Waiting> trailing_;
     std::size_t trailingBytes_ = 0;
 };
 
@@ -82,7 +81,7 @@ Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<voi
     : session_(session),
       blobs_(blobs),
       deliver_(std::move(deliver)),
-      orders_(std::numeric_limits<std::size_t>::max()),
+      orders_(kMostOrders),
       thread_([this] { work(); }) {}
 
 Snapshots::~Snapshots() {
@@ -95,8 +94,9 @@ void Snapshots::work() {
     Follower follower;
     while (auto order = orders_.pop()) {
         if (orders_.closed()) return;
-        if (auto* apply = std::get_if<Apply>(&*order)) {
-            follower.follow(std::move(apply->frames));
+        if (const auto* apply = std::get_if<Apply>(&*order)) {
+            follower.follow(*apply->lists);
+            waitingBytes_ -= apply->lists->bytes();
         } else if (const auto* at = std::get_if<LookAt>(&*order)) {
             at->look(!at->sequence || follower.goTo(*at->sequence) ? &follower.scene() : nullptr);
         } else {
@@ -107,16 +107,35 @@ void Snapshots::work() {
 }
 
 void Snapshots::follow(const CommittedFrame& committed) {
+    forgetLast();
+    pump();
     if (!committed.list) return;
     fresh_.push_back(committed);
-    freshBytes_ += committed.sent->encoded.size();
+    freshBytes_ += memoryOf(*committed.list);
     if (fresh_.size() >= kMaxFresh || freshBytes_ >= kMaxFreshBytes) handOver();
 }
 
 void Snapshots::handOver() {
     if (fresh_.empty()) return;
-    orders_.push(Apply{std::exchange(fresh_, {})});
+    const bool behind = !late_.empty();
+    if (!behind || !std::holds_alternative<Apply>(late_.back())) late_.emplace_back(Apply{std::make_shared<WaitingLists>()});
+    WaitingLists& lists = *std::get<Apply>(late_.back()).lists;
+    const std::size_t before = lists.bytes();
+    for (const CommittedFrame& frame : fresh_) lists.add(frame, behind ? WaitingLists::Merge::kYes : WaitingLists::Merge::kNo);
+    waitingBytes_ += lists.bytes() - before;
+    fresh_.clear();
     freshBytes_ = 0;
+    pump();
+}
+
+void Snapshots::put(Order order) {
+    late_.push_back(std::move(order));
+    pump();
+}
+
+void Snapshots::pump() {
+    // What has gone over is the thread's alone.
+    while (!late_.empty() && orders_.tryPush(late_.front())) late_.pop_front();
 }
 
 void Snapshots::sceneReady() {
@@ -133,13 +152,13 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
 
 void Snapshots::look(std::optional<Sequence> sequence, Look look) {
     handOver();
-    orders_.push(LookAt{sequence, std::move(look)});
+    put(LookAt{sequence, std::move(look)});
 }
 
 void Snapshots::order() {
     if (std::exchange(ordered_, true)) return;
     handOver();
-    orders_.push(Make{});
+    put(Make{});
 }
 
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
@@ -150,6 +169,12 @@ ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
     // Where too much has happened meanwhile the session asks again, and a newer one is made.
     for (const ConnectionId connection : std::exchange(waiting_, {})) append(actions, give(connection, now));
     return actions;
+}
+
+/// Nobody asks at a wall at rest: it goes all the same.
+void Snapshots::forgetLast() {
+    constexpr std::uint64_t kEvery = 64;  // the session goes through the lists since then
+    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) last_.reset();
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {

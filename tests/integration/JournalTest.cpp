@@ -324,6 +324,27 @@ TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten
     }
 }
 
+/// Killed before anything was in it: there is no scene to go on from, and the numbers that were taken count all the same.
+TEST(Journal, AWallThatWasKilledWhileItWasEmptyIsJoinedAgain) {
+    KeptWall wall;
+    for (int server = 0; server < 2; ++server) {
+        wall.server = std::make_unique<Process>(
+            wall.folder.path(), "empty" + std::to_string(server),
+            std::vector<std::string>{program("tessera-server"), "--wall", smallWall(wall.folder), "--listen", "127.0.0.1:0", "--rate", "200", "--journal", wall.journal()});
+        wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
+        ASSERT_FALSE(wall.address.empty()) << wall.server->output();
+        const auto mover = wall.connect("mover");
+        ASSERT_TRUE(mover);
+        if (server == 0) {
+            wall.kill();
+            continue;
+        }
+        const auto committed = mover->propose(newNode("first", 1));
+        ASSERT_TRUE(committed) << committed.error().message;
+        EXPECT_TRUE(findNode(mover->scene(), "/first"));
+    }
+}
+
 /// Parts come one in a frame, 50 ms apart: the kill is between two of them.
 TEST(Journal, ALoadThatIsHalfThereWhenTheServerIsKilledIsTakenAway) {
     KeptWall wall;

@@ -78,6 +78,64 @@ TEST(JournalNumbers, WhatOthersHaveSeenIsNeverGivenAgain) {
     });
 }
 
+TEST(JournalNumbers, AreTakenAnewBeforeTheyAreUsedUp) {
+    const test::TestFolder folder;
+    test::ReadableLog words;
+    Random random(4);
+    BlobStore arrays;
+    KeptShow kept(random);
+    JournalLimits limits;
+    limits.idsAhead = 300;
+    limits.listsAhead = 20;
+    const Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log, limits);
+    ASSERT_TRUE(opened) << opened.error().message;
+    kept.load(*opened->journal);
+    const std::uint64_t ids = kept.show.simulation().scene().nextFreeId();
+    for (int frame = 0; frame < 120; ++frame) {
+        kept.frames(*opened->journal, 1);
+        ASSERT_TRUE(test::waitUntilWritten(*opened->journal));
+        if (frame % 20 != 19) continue;
+        std::filesystem::remove_all(folder / "copy");
+        std::filesystem::copy(folder / "wall", folder / "copy");
+        const Expected<Journal::Opened> copy = test::openJournal(folder / "copy", arrays, words.log, limits);
+        ASSERT_TRUE(copy) << copy.error().message;
+        EXPECT_GE(copy->nextId, kept.show.simulation().scene().nextFreeId());
+        EXPECT_GE(copy->behind, kept.show.simulation().sequence());
+    }
+    EXPECT_GT(kept.show.simulation().scene().nextFreeId() - ids, limits.idsAhead) << "or none had to be taken";
+}
+
+TEST(JournalNumbers, AreSkippedWhereAnOlderJournalDoesNotSayHowManyWereTaken) {
+    const test::TestFolder folder;
+    test::ReadableLog words;
+    Random random(5);
+    KeptShow kept(random);
+    const Expected<CommittedFrame> loaded = kept.show.load();
+    ASSERT_TRUE(loaded);
+    {
+        const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
+        ASSERT_TRUE(held);
+        Expected<JournalFile> log = held->beginLog({.schema = schemaHash(),
+                                                    .program = "unit_journal",
+                                                    .number = 1,
+                                                    .epoch = Epoch(1),
+                                                    .scenes = {},
+                                                    .sequence = {},
+                                                    .stateHash = Aspect().stateHash()});
+        ASSERT_TRUE(log);
+        ASSERT_EQ(JournalArrays().append(*log, *loaded->list), 0);
+        ASSERT_EQ(log->append(encodeJournal(journal::Frame{
+                      .start = true, .sequence = loaded->sent->sequence, .stateHash = loaded->sent->stateHash, .list = loaded->list})),
+                  0);
+    }
+    BlobStore arrays;
+    const Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log);
+    ASSERT_TRUE(opened) << opened.error().message;
+    EXPECT_EQ(opened->state.scene.stateHash(), loaded->sent->stateHash);
+    EXPECT_EQ(opened->nextId, opened->state.scene.nextFreeId() + JournalLimits().idsAhead);
+    EXPECT_EQ(opened->behind.value, loaded->sent->sequence.value + JournalLimits().listsAhead);
+}
+
 /// After an end in order nothing is skipped.
 TEST(JournalNumbers, GoOnExactlyAfterAnEndInOrder) {
     const test::TestFolder folder;

@@ -3,8 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <future>
+#include <thread>
+#include <utility>
+
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
+#include "common/cores/Transform.h"
+#include "common/scene/FieldTable.h"
+#include "server/sim/commit/EditHistory.h"
 #include "tests/unit/session/ServerFixture.h"
 #include "tests/unit/sim/SceneForTests.h"
 
@@ -134,6 +142,91 @@ TEST_F(SnapshotsOfAScene, TheSceneOfAListIsLookedAtAsItWasThen) {
     (void)join("a");
     EXPECT_EQ(wait().snapshot.list->sequence, committer.sequence());
     EXPECT_EQ(lookAt(past.back().first), std::nullopt);
+}
+
+/// The thread makes a snapshot for as long as the wall is busy.
+TEST_F(SnapshotsOfAScene, AThreadThatIsFarBehindHoldsWhatTheListsSetAndNotAllLists) {
+    std::promise<void> goOn;
+    std::atomic<bool> stalled{false};
+    Channel<SnapshotMade> late{16};
+    Snapshots slow{server.session, blobs, [&, wait = goOn.get_future().share()](SnapshotMade snapshot) {
+                       stalled = true;
+                       wait.wait();
+                       late.push(std::move(snapshot));
+                   }};
+    struct AtTheEnd {  // a test that fails must not wait for a thread that waits for it
+        std::promise<void>* goOn;
+        void now() {
+            if (std::promise<void>* once = std::exchange(goOn, nullptr)) once->set_value();
+        }
+        ~AtTheEnd() { now(); }
+    } release{&goOn};
+    const ConnectionId a = server.hello("a");
+    slow.sceneReady();
+    server.take(slow.wanted(a, server.now));
+    while (!stalled) std::this_thread::yield();
+    test::ListMaker maker;
+    std::vector<ObjectId> places;
+    for (int i = 0; i < 20; ++i) places.push_back(maker.transform(Vec3d::Zero()));
+    for (const ObjectId place : places) maker.node("moves", kRootNode, place);
+    const auto built = committer.apply(maker.builder.take());
+    ASSERT_TRUE(built);
+    std::vector<ObjectId> ids;
+    for (const auto& [placeholder, id] : built->ids)
+        if (committer.scene().get<Transform>(id)) ids.push_back(id);
+    ASSERT_EQ(ids.size(), 20u);
+    slow.follow(committer.closeFrame());
+    std::size_t all = 0, most = 0;
+    CommittedListPtr last;
+    for (int i = 0; i < 100'000; ++i) {
+        ChangeListBuilder list;
+        for (const ObjectId id : ids) list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(i, 0, 1)));
+        ASSERT_TRUE(committer.apply(list.take()));
+        const CommittedFrame frame = committer.closeFrame();
+        all += memoryOf(*frame.list);
+        slow.follow(frame);
+        last = frame.sent;
+        most = std::max(most, slow.waitingBytes());
+    }
+    constexpr std::size_t kFew = std::size_t{17} << 20;
+    EXPECT_GT(all, 4 * kFew) << "or nothing was shown";
+    EXPECT_LT(most, kFew);
+    release.now();
+    auto first = late.popFor(60s);
+    ASSERT_TRUE(first);
+    (void)server.session.beginFrame({.frame = server.session.nextFrame(), .payload = nullptr, .list = last}, server.now);
+    server.take(slow.made(std::move(*first), server.now));
+    const ConnectionId b = server.hello("b");
+    server.take(slow.wanted(b, server.now));
+    std::optional<SnapshotMade> snapshot;
+    for (int frame = 0; frame < 6'000 && !snapshot; ++frame) {  // what waits goes over with later frames
+        slow.follow(committer.closeFrame());
+        snapshot = late.popFor(10ms);
+    }
+    ASSERT_TRUE(snapshot);
+    EXPECT_EQ(snapshot->snapshot.list->sequence, committer.sequence());
+    EXPECT_EQ(snapshot->snapshot.list->stateHash, committer.scene().stateHash());
+    EXPECT_EQ(slow.waitingBytes(), 0u);
+}
+
+TEST_F(SnapshotsOfAScene, AreForgottenAtRestOnceNobodyCanBeServed) {
+    grow(20'000);
+    snapshots.sceneReady();
+    (void)join("a");
+    give(wait());
+    grow(1);
+    const auto rest = [&] {
+        for (int frame = 0; frame < 200; ++frame) snapshots.follow(committer.closeFrame());
+    };
+    rest();
+    EXPECT_TRUE(snapshots.keepsLast()) << "the list since then is kept for who comes";
+    server.run(70s);
+    rest();
+    EXPECT_FALSE(snapshots.keepsLast());
+    // Whoever comes then is served all the same.
+    const ConnectionId b = join("b");
+    give(wait());
+    EXPECT_EQ(server.sent<message::Snapshot>(b).size(), 1u);
 }
 
 }  // namespace
