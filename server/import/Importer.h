@@ -28,6 +28,9 @@ struct ImportOptions {
     /// they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF, PLY, STL)
     /// become the nearest floats. Of these formats nothing but geometry is read then.
     bool verbatim = false;
+    /// For whoever computes with a file: what is cut off, or has faces or points that cannot be shown, is refused (kBadInput) in the words of the note that
+    /// a wall gets.
+    bool whole = false;
     /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since is
     /// refused.
     bool resolved = false;

@@ -128,6 +128,17 @@ TEST(Placing, AFlatCloudWasScannedFromAbove) {
     }
 }
 
+TEST(Placing, AMastOnAFlatFieldDoesNotStandItUp) {
+    const Scratch scratch;
+    std::string points;
+    for (int i = 0; i < 2000; ++i) points += fmt::format("{} {} {}\n", 100.0 * (i % 50) / 50, 60.0 * (i / 50) / 40, 4.0 * (i * 7 % 11) / 11);
+    for (int i = 0; i < 80; ++i) points += fmt::format("50 30 {}\n", 0.5 * i);
+    const PlacedFile field = placedFile(scratch.write("mast.ply", "ply\nformat ascii 1.0\nelement vertex 2080\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points), Placing());
+    EXPECT_TRUE(hasNote(field, "its points lie flat as if seen from above; +Z is taken to be"));
+    EXPECT_GT(field.box.upper.y(), 39.5) << "the mast stands up";
+    EXPECT_LT(field.box.upper.x(), 102);
+}
+
 TEST(Placing, PointsHaveTheRadiusThatAPersonSays) {
     const Scratch scratch;
     const auto radiusOf = [&](const std::string& path, std::optional<double> radius) {
