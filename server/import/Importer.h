@@ -38,6 +38,8 @@ struct ImportOptions {
     /// note. Scenes get such a node where the placing says anything. Transforms in the file stay as they are. None: what files hold stands as
     /// they have it.
     std::optional<Placing> placing;
+    /// False: the files' cameras are there, and none is enabled. So are those of files whose `placing` is in metres.
+    bool camerasEnabled = true;
     /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be moved and removed.
     bool gathers = false;
     /// Empty: "tessera-import" beside the running program.

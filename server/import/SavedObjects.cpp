@@ -63,7 +63,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             return checkLayers(*material);
         } else if (seen.is<Camera>()) {
             auto& camera = *static_cast<Camera*>(object);
-            camera.enabled = camera.enabled && spot.camerasEnabled;
+            camera.enabled = enablesCamera(file, spot, camera.enabled);
             if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound) return sound;
             result_.hasCamera = result_.hasCamera || camera.enabled;
         }

@@ -75,6 +75,7 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     ImportOptions options = options_;
     options.placing = order.placing;
     options.gathers = order.asked;
+    options.camerasEnabled = true;
     if (!order.asked) return importScene(order.path, order.parent, options);
     const Expected<std::string> path = readableFile(order.path, readable_);
     if (!path) return tl::unexpected(path.error());

@@ -28,7 +28,7 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 
 }  // namespace
 
-ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath) : wall_(wall), users_(wall.users) {
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView) : wall_(wall), firstView_(firstView), users_(wall.users) {
     if (cameraPath.empty()) return;
     named_.emplace(cameraPath);
     update(Aspect(), nullptr);
@@ -68,7 +68,7 @@ Expected<View> ViewSource::home(const Aspect& scene) {
         result = **camera_;
     } else {
         if (!default_) {
-            default_ = defaultView(wall_, animatedBounds(scene).box);
+            default_ = firstView_ == FirstView::kOfWall ? View() : defaultView(wall_, animatedBounds(scene).box);
             ++version_;
         }
         // A scene of no finite size has no place from where all of it is seen.
