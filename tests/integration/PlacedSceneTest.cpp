@@ -169,6 +169,10 @@ TEST(RootNode, CannotBeRenamedByAnybody) {
     const Outcome refused = wall.wall().ctl({"set", "/", "name", "hall"});
     EXPECT_EQ(refused.exitCode, 1) << refused.output;
     EXPECT_NE(refused.output.find("it is the root, which has no name: all paths begin there; name a node below it"), std::string::npos) << refused.output;
+    const std::string core = "#" + std::to_string(wall.ask({"get", "/floor"})["core"]["id"].get<std::uint64_t>());
+    const Outcome placed = wall.wall().ctl({"set", "/", "core", core});
+    EXPECT_EQ(placed.exitCode, 1) << placed.output;
+    EXPECT_NE(placed.output.find("it is the root, which has no core: all places and paths begin there; give it to a node below it"), std::string::npos) << placed.output;
     EXPECT_EQ(wall.wall().ctl({"undo"}).exitCode, 1) << "nothing was done";
     const std::string file = wall.folder() + "/now.tsct";
     EXPECT_EQ(wall.wall().ctl({"save", file}).exitCode, 0);
