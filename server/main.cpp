@@ -129,8 +129,8 @@ int main(int argc, char** argv) {
     options.option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
         .typeName("y|z")
         .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);
-    const Option at = options.option("--at", arguments.at, "Where each file's origin comes; with --fit the\nmiddle of its underside").typeName("X Y Z").expected(3);
-    const Option fit = options.option("--fit", arguments.fit, "So long becomes the longest side of each").typeName("METRES");
+    const Option at = options.option("--at", arguments.at, "Where each file's origin comes, in metres of the\nwall, whose coordinates are then the world's; with\n--fit the middle of its underside").typeName("X Y Z").expected(3);
+    const Option fit = options.option("--fit", arguments.fit, "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; --camera does").typeName("METRES");
     const Option radius = options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units").typeName("R");
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
     options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");

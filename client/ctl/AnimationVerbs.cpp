@@ -75,14 +75,14 @@ struct Sought {
     double time = 0;
     std::optional<double> length = {};
     bool goesRound = false;
+    std::optional<double> shown = {};  ///< s, of what goes to and fro: where on its way back
 };
 
 /// Beyond an end the time stays there, or goes round, as it would if it played. What no time is stays, and the server refuses it.
 Sought soughtTime(Application& application, const ObjectInfo& node, double seconds) {
-    constexpr double kLongest = 1e9;  // as the table of types has it
     Sought sought{.time = seconds};
     const Expected<SceneExcerpt> told = application.fetchTree({.node = node.id, .levels = 0, .coreType = node.coreType});
-    if (!told || !(std::abs(seconds) <= kLongest)) return sought;
+    if (!told || !std::isfinite(seconds)) return sought;
     sought.length = told->lengthOf(node.core);
     const Object core = told->find(node.core);
     if (!sought.length || !core) return sought;
@@ -93,6 +93,7 @@ Sought soughtTime(Application& application, const ObjectInfo& node, double secon
     sought.goesRound = !once;
     // A motion that goes round counts on.
     if (once || !motion) sought.time = foldedTime(seconds, *sought.length, once ? Animation::kOnce : animation ? animation->mode : Animation::kLoop);
+    if (animation && animation->mode == Animation::kPingPong && sought.time > *sought.length) sought.shown = shownTime(sought.time, *sought.length, animation->mode);
     return sought;
 }
 
@@ -102,6 +103,7 @@ std::string soughtText(const Sought& sought, double seconds) {
     const bool alike = fmt::format("{:g}", seconds) == fmt::format("{:g}", *sought.length);
     const std::string end = alike ? fmt::format("{} s is beyond its end, {} s", seconds, *sought.length) : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
     const std::string beyond = seconds < 0 ? fmt::format("{:g} s is before its beginning", seconds) : end;
+    if (sought.shown) return fmt::format("is at {:g} s: {}, and it is on its way back, at {:g} s", sought.time, beyond, *sought.shown);
     if (sought.goesRound) return fmt::format("is at {:g} s: {}, and it goes round", sought.time, beyond);
     return fmt::format("stopped at {:g} s: {}", sought.time, beyond);
 }

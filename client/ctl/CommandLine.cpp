@@ -417,7 +417,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         return HelpText{versionText("tessera-ctl") + "\n"};
     } catch (const CLI::ParseError& wrong) {
         const auto chosen = app.get_subcommands();
-        return fail(ErrorCode::kUsage, fmt::format("{}; see tessera-ctl {}--help", wrong.what(),
+        // -inf and -nan were taken for options that nobody knows, and what they stand for was missing.
+        std::string what = wrong.what();
+        for (const std::string& word : words)
+            if (const std::string fault = numberFault(word); word.starts_with('-') && fault.starts_with(word)) what = fault;
+        return fail(ErrorCode::kUsage, fmt::format("{}; see tessera-ctl {}--help", what,
                                                    chosen.empty() ? "" : chosen.front()->get_name() + " "));
     }
 

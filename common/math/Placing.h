@@ -23,6 +23,8 @@ struct Placing {
 
     /// Whether a person has said anything of where it stands.
     [[nodiscard]] bool said() const { return at || scale || fit || up != UpAxis::kOfFile; }
+    /// Whether they have said it in lengths of the wall: who looks at it stands before the wall, not where a camera of the file is.
+    [[nodiscard]] bool isInMetres() const { return at || fit; }
 };
 
 /// Where anything may be placed, and how large or small it may become.

@@ -207,6 +207,10 @@ private:
         if (!bare) return tl::unexpected(bare.error());
         rootIsParent_ = *bare;
         items_[root_].id = rootIsParent_ ? options_.parent : ObjectId{next++};
+        if (!rootIsParent_)
+            result_.notes.push_back(failAt(items_[root_], ErrorCode::kBadInput, "it is the root, and has a name or a core, as no root has: it stands below the root, and all paths are a level deeper")
+                                        .value()
+                                        .message);
         result_.created = next - options_.firstId;
         result_.places.resize(result_.created);
         return {};

@@ -31,7 +31,7 @@ struct SavedScene {
     std::vector<SavedPlace> places;  ///< of each of them
     std::vector<ObjectId> tops;
     LaterParts later;
-    std::vector<std::string> notes;  ///< what a newer version wrote, in words
+    std::vector<std::string> notes;  ///< what a newer version wrote, in words; of a root that is a node like others, as savedObjectText
     /// Numbers that became the nearest good ones (`takeNearest`): an earlier version saved them, or a person wrote them. As savedObjectText.
     std::vector<std::string> mended;
 };

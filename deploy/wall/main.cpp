@@ -23,8 +23,8 @@ int main(int argc, char** argv) {
     commandLine.option("--up", options.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
         .typeName("y|z")
         .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);
-    commandLine.option("--at", options.at, "Where each file's origin comes; with --fit the\nmiddle of its underside").typeName("X Y Z").expected(3).number();
-    commandLine.option("--fit", options.fit, "So long becomes the longest side of each").typeName("METRES").number();
+    commandLine.option("--at", options.at, "Where each file's origin comes, in metres of the\nwall, whose coordinates are then the world's; with\n--fit the middle of its underside").typeName("X Y Z").expected(3).number();
+    commandLine.option("--fit", options.fit, "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; --camera does").typeName("METRES").number();
     commandLine.option("--point-radius", options.pointRadius, "Of all their points, in their files' own units").typeName("R").number();
     const Option frames = commandLine.option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
         .typeName("N")

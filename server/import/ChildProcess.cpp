@@ -55,6 +55,7 @@ Expected<Started> start(const std::string& program, const std::string& file, con
                                           std::to_string(options.maxNodes)};
     if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
     if (options.verbatim) arguments.emplace_back("--verbatim");
+    if (options.whole) arguments.emplace_back("--whole");
     Expected<ChildProgram> child = ChildProgram::start({.path = program, .arguments = std::move(arguments), .environment = {}, .files = {{writeEnd.get(), 1}}});
     if (!child) return fail(child.error().code, "files cannot be imported: " + child.error().message);
     return Started{std::move(*child), std::move(readEnd)};

@@ -11,14 +11,14 @@ namespace {
 constexpr std::size_t kLookedAt = 65'536, kFewest = 16;
 constexpr double kFlat = 0.25;
 
-/// From the hundredth to the ninety-ninth of a hundred.
+/// Of what lies in the middle: without a twentieth at either end.
 double reach(std::vector<float>& numbers) {
     const auto at = [&](std::size_t index) {
         const auto nth = numbers.begin() + static_cast<std::ptrdiff_t>(index);
         std::nth_element(numbers.begin(), nth, numbers.end());
         return double{*nth};
     };
-    const std::size_t cut = numbers.size() / 100;
+    const std::size_t cut = numbers.size() / 20;
     return at(numbers.size() - 1 - cut) - at(cut);
 }
 

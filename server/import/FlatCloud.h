@@ -8,7 +8,7 @@
 namespace tessera {
 
 /// Whether these points, three numbers each, lie as an airborne scan does: their heights along Z reach over less than a quarter of what the shorter of X
-/// and Y does. Of each axis the outermost hundredth at either end does not count (birds, echoes), nor do points that are not finite. Looks at 65,536
+/// and Y does. Of each axis the outermost twentieth at either end does not count (masts, birds, echoes), nor do points that are not finite. Looks at 65,536
 /// of them at most; false of fewer than 16.
 [[nodiscard]] bool liesFlat(std::span<const float> positions);
 

@@ -28,6 +28,9 @@ struct ImportOptions {
     /// they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF, PLY, STL)
     /// become the nearest floats. Of these formats nothing but geometry is read then.
     bool verbatim = false;
+    /// For whoever computes with a file: what is cut off, or has faces or points that cannot be shown, is refused (kBadInput) in the words of the note that
+    /// a wall gets.
+    bool whole = false;
     /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since is
     /// refused.
     bool resolved = false;
@@ -35,6 +38,8 @@ struct ImportOptions {
     /// note. Scenes get such a node where the placing says anything. Transforms in the file stay as they are. None: what files hold stands as
     /// they have it.
     std::optional<Placing> placing;
+    /// False: the files' cameras are there, and none is enabled. So are those of files whose `placing` is in metres.
+    bool camerasEnabled = true;
     /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be moved and removed.
     bool gathers = false;
     /// Empty: "tessera-import" beside the running program.

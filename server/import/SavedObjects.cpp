@@ -67,7 +67,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
             return checkLayers(*material);
         } else if (seen.is<Camera>()) {
             auto& camera = *static_cast<Camera*>(object);
-            camera.enabled = camera.enabled && spot.camerasEnabled;
+            camera.enabled = enablesCamera(file, spot, camera.enabled);
             if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound) return sound;
             result_.hasCamera = result_.hasCamera || camera.enabled;
         } else if (const auto* held = seen.as<Inline>()) {
@@ -86,7 +86,7 @@ Expected<void> SceneAssembly::placeSaved(LoadedFile& file, const Spot& spot) {
         if (const auto found = triangles.find(core); found != triangles.end()) result_.triangles += found->second;
     const std::unordered_map<ObjectId, std::string> nameOf(names.begin(), names.end());
     for (const ObjectId top : saved->tops) (void)placed(top, nameOf.at(top), spot.placed);
-    for (const std::string& text : saved->notes) note(file.label + ": " + text);
+    for (const std::string& text : saved->notes) note(failInFile(file.label, {ErrorCode::kBadInput, text}).value().message);
     for (const std::string& text : saved->mended) noteMended(file, text);
     keepLater(std::move(saved->later));
     return {};

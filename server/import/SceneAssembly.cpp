@@ -236,7 +236,8 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     // What this file's own names may refer to ends at this pretended node.
     placed_.push_back(std::make_unique<Placed>());
     Placed* top = placed_.back().get();
-    Spot spot{parent, top, top, 0, true};
+    const bool takesView = options_.camerasEnabled && !(options_.placing && options_.placing->isInMetres());
+    Spot spot{parent, top, top, 0, takesView};
     // A scene's names end at the file's own nodes, whatever holds them.
     const bool several = (*file)->content.node_size() != 1 || !(*file)->content.saved().empty();
     const bool placedByUs = options_.placing && (!(*file)->isScene || options_.placing->said() || (options_.gathers && several));
@@ -245,7 +246,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
         const Expected<Placed*> node = newNode(readName(stemOf(*canonical), "model"), place, spot);
         if (!node) return failWith(path, node.error());
         if (placedByUs) result_.place = place;
-        spot = Spot{(*node)->id, *node, *node, 1, true};
+        spot = Spot{(*node)->id, *node, *node, 1, takesView};
     }
     const std::size_t drawnBefore = drawn_;
     importing_ = {*canonical};
@@ -258,6 +259,12 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
         return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn");
     for (const Placed* child : top->children) result_.tops.push_back(child->id);
     return {};
+}
+
+bool SceneAssembly::enablesCamera(const LoadedFile& file, const Spot& spot, bool wanted) {
+    if (wanted && !spot.camerasEnabled && options_.placing && options_.placing->isInMetres())
+        note(fmt::format("{}: its cameras do not take the view, as it stands in metres before the wall; --camera NODE does", file.label));
+    return wanted && spot.camerasEnabled;
 }
 
 Transform SceneAssembly::standOf(const LoadedFile& file, const Placing& placing) {

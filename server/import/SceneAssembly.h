@@ -86,6 +86,8 @@ private:
 
     /// The Transform that puts a file where it shall stand, but for `Placing::fit`, which takes all of it to be known.
     Transform standOf(const LoadedFile& file, const Placing& placing);
+    /// Whether a camera that the file enables is to be so here.
+    bool enablesCamera(const LoadedFile& file, const Spot& spot, bool wanted);
     Expected<LoadedFile*> load(const std::string& canonicalPath, const std::string& label);
     /// The file that an `import` names, read.
     Expected<LoadedFile*> importedFile(LoadedFile& file, const proto::scene::Import& import);

@@ -120,7 +120,7 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
                 camera.worldUnitsPerMetre = node.camera().world_units_per_metre();
             if (!(camera.worldUnitsPerMetre > 1e-9 && camera.worldUnitsPerMetre < 1e12))
                 return fail(ErrorCode::kBadInput, "a camera's world_units_per_metre must be above zero");
-            camera.enabled = spot.camerasEnabled && !node.camera().disabled();
+            camera.enabled = enablesCamera(file, spot, !node.camera().disabled());
             if (camera.enabled) result_.hasCamera = true;
             return create(camera);
         }

@@ -44,10 +44,18 @@ std::string asOneLine(std::string_view text) {
 
 Sound checkNames(const ChangeList& list) {
     for (const FieldColumn& column : list.columns) {
-        if (column.type != typeOf<Node>() || column.field != fieldId<&Node::name>) continue;
+        if (column.type != typeOf<Node>()) continue;
+        if (column.field == fieldId<&Node::core>) {
+            const auto* cores = std::get_if<std::vector<ObjectId>>(&column.values);
+            for (std::size_t row = 0; cores != nullptr && row < std::min(cores->size(), column.ids.size()); ++row)
+                if (column.ids[row] == kRootNode && (*cores)[row])
+                    return tl::unexpected(
+                        Fault{kRootNode, typeOf<Node>(), {ErrorCode::kRefused, "it is the root, which has no core: all places and paths begin there; give it to a node below it"}});
+        }
+        if (column.field != fieldId<&Node::name>) continue;
         const auto* names = std::get_if<std::vector<std::string>>(&column.values);
         for (std::size_t row = 0; names != nullptr && row < std::min(names->size(), column.ids.size()); ++row) {
-            // Paths begin at the root and leave its name out; a file of a root that has one comes back a level deeper.
+            // Paths begin at the root and leave its name out; a file of a root that has one, or a core, comes back a level deeper.
             if (column.ids[row] == kRootNode && !(*names)[row].empty())
                 return tl::unexpected(Fault{kRootNode, typeOf<Node>(), {ErrorCode::kRefused, "it is the root, which has no name: all paths begin there; name a node below it"}});
             // Whoever looks at lists says what is no UTF-8.

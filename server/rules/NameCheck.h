@@ -14,7 +14,7 @@ namespace tessera {
 /// Each of them, and each byte that is no UTF-8, as a question mark.
 [[nodiscard]] std::string asOneLine(std::string_view text);
 
-/// Of the nodes that the list names. The root keeps its empty name.
+/// Of the nodes that the list names. The root keeps its empty name, and has no core.
 [[nodiscard]] Sound checkNames(const ChangeList& list);
 
 }  // namespace tessera

@@ -84,6 +84,8 @@ struct FrameLoop::Impl {
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
+    [[nodiscard]] FirstView firstView() const;
+    [[nodiscard]] ImportOptions importOptions() const;
     [[nodiscard]] Expected<void> goOnFromJournal();
     [[nodiscard]] ServerSessionConfig sessionConfig() const;
     [[nodiscard]] Journal* journal() const { return opened ? opened->journal.get() : nullptr; }
@@ -160,7 +162,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       log(l),
       opened(openJournal()),
       simulation({.threads = options.threads}),
-      view(options.wall, options.camera),
+      view(options.wall, options.camera, firstView()),
       steering({.wall = options.wall, .simulation = simulation, .view = view, .takesInput = options.takesInput, .drags = &drags}),
       report(options.wall, join(options.scenes)),
       tracking(options.wall),
@@ -194,7 +196,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
             }),
-      loader(options.import, files,
+      loader(importOptions(), files,
              [this](LoadFinished finished) {
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
              }),
@@ -263,6 +265,23 @@ Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
     return Journal::open({.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log, [this] {
         if (inbox.push(kOurselves, JournalProgress{})) peers.wake();
     });
+}
+
+/// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.
+FirstView FrameLoop::Impl::firstView() const {
+    bool inMetres = !options.scenes.empty() && options.placing.isInMetres();
+    if (opened && opened->state.begun) {
+        const std::string words = opened->state.scenes.empty() ? std::string() : opened->state.scenes.back();
+        inMetres = words.starts_with("--") && (words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos);
+    }
+    return inMetres ? FirstView::kOfWall : FirstView::kOfScene;
+}
+
+/// Files within files of what stands in metres keep their cameras to themselves, as those do.
+ImportOptions FrameLoop::Impl::importOptions() const {
+    ImportOptions import = options.import;
+    import.camerasEnabled = firstView() == FirstView::kOfScene;
+    return import;
 }
 
 ServerSessionConfig FrameLoop::Impl::sessionConfig() const {

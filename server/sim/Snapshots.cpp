@@ -33,7 +33,7 @@ public:
 
     void follow(const WaitingLists& lists) {
         for (const WaitingLists::Waiting& waiting : lists.lists()) {
-            trailingBytes_ += memoryOf(*waiting.list);
+            trailingBytes_ += waiting.bytes;
             trailing_.push_back(waiting);
         }
         while (trailing_.size() > kTrailing || trailingBytes_ > kTrailingBytes) applyOne();
@@ -51,7 +51,7 @@ private:
     void applyOne() {
         const WaitingLists::Waiting waiting = std::move(trailing_.front());
         trailing_.pop_front();
-        trailingBytes_ -= memoryOf(*waiting.list);
+        trailingBytes_ -= waiting.bytes;
         const Expected<void> applied = scene_.apply(*waiting.list);
         TESSERA_CHECK(applied, "what has been committed can be applied again");
         sequence_ = waiting.sequence;

@@ -42,6 +42,7 @@ private:
 
 /// The file as a scene of its own.
 Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect) {
+    options.whole = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
     // In an aspect of its own the new objects can have any ids.

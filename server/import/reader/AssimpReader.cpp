@@ -149,7 +149,7 @@ private:
             }
         // Faces have been looked at; bare points have none.
         if (data.primitive == Primitive::kPoints)
-            if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty()) scene_.note(leftOut);
+            if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty()) scene_.noteMissing(leftOut);
         if (data.empty()) return;
         usable_.insert(index);
         scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
@@ -307,7 +307,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
     if (!converted) return converted;
     for (const std::string& note : before.notes()) converted->note(note);
-    for (const std::string& note : leftOut) converted->note(note);
+    for (const std::string& note : leftOut) converted->noteMissing(note);
+    converted->missing.insert(converted->missing.end(), before.missing().begin(), before.missing().end());
     if (mended) converted->note(*mended);
     if (lower == ".obj") noteObjMaterials(path, files, *converted);
     converted->file.set_up_axis(upAxisOf(*scene, lower));

@@ -249,18 +249,18 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const std::string_view text = asText(bytes);
     Expected<void> sound;
-    std::vector<std::string> said;
+    std::vector<std::string> said, missing;
     bool changed = false;
     const auto mended = [&](const Expected<bool>& outcome) {
         if (outcome) changed = *outcome;
         else sound = tl::unexpected(outcome.error());
     };
-    if (ending == "ply") mended(mendPly(bytes, said));
-    if (ending == "stl") mended(mendStl(bytes, said));
-    if (ending == "off") mended(mendOff(bytes, said));
+    if (ending == "ply") mended(mendPly(bytes, said, &missing));
+    if (ending == "stl") mended(mendStl(bytes, said, &missing));
+    if (ending == "off") mended(mendOff(bytes, said, &missing));
     if (ending == "obj") changed = mendObj(bytes, said);
-    if (ending == "dxf") noteCutDxf(text, said);
-    if (ending == "smd" || ending == "vta") sound = checkSmd(text, said);
+    if (ending == "dxf") noteCutDxf(text, missing);
+    if (ending == "smd" || ending == "vta") sound = checkSmd(text, missing);
     if (ending == "md5mesh") sound = checkMd5Mesh(text, said);
     if (ending == "md5anim") sound = checkMd5Animation(text);
     if (!sound && !refusal_) {
@@ -269,6 +269,8 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     }
     if (!sound) return false;
     if (!changed) sound_.insert(path);
+    if (ending == "dxf" || ending == "smd" || ending == "vta") said = missing;
+    missing_.insert(missing_.end(), missing.begin(), missing.end());
     for (std::string& note : said)
         if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(std::move(note));
     return true;

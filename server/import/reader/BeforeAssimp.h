@@ -13,19 +13,19 @@
 namespace tessera {
 
 // Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of how many. Whether anything was
-// changed; refused where nothing can be shown.
+// changed; refused where nothing can be shown. Into `missing`: of the notes those of triangles, faces or points that are not there.
 
 /// A PLY gets a header that announces what is there; strips become triangles, and several elements of faces one. Rows of faces that are none are left out.
 /// Refused are vertices that are none, or that nothing places. Into `notes` besides: properties, elements and what is behind them that are not shown.
-[[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes);
+[[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
 /// An STL ends with a whole triangle; facets of more corners are cut into some. A binary one has the size that its count says; where that is 0, the count
 /// that its size says.
-[[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes);
+[[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
 /// Headers of binary ones begin with "solid" too.
 [[nodiscard]] bool isTextStl(std::string_view bytes);
 /// An OFF counts the faces that are there, each in a line, and of as many corners as assimp reads; those that are none are left out. Refused are vertices
 /// that are none. Into `notes` besides: what is behind vertices and corners.
-[[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes);
+[[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
 /// The note of a text that ends within a line: 17346 cut to 1734 is a number, too.
 [[nodiscard]] std::string doubtOfLastLine(std::size_t line);
 /// Of a DXF without its end.
@@ -50,11 +50,12 @@ public:
     [[nodiscard]] bool lets(const std::string& path, Bytes& bytes);
     [[nodiscard]] const std::optional<Error>& refusal() const { return refusal_; }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+    [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }  ///< of the notes
 
 private:
     std::set<std::string> sound_;  ///< opened before, and let through as they were
     std::optional<Error> refusal_;
-    std::vector<std::string> notes_;
+    std::vector<std::string> notes_, missing_;
 };
 
 }  // namespace tessera

@@ -40,6 +40,13 @@ public:
         return true;
     }
     void skipLine() { at_ = std::min(text_.find_first_of("\r\n", at_), text_.size()); }
+    /// Of a solid: to the end of its line, or to its first triangle there.
+    void skipName() {
+        const std::size_t begin = at_;
+        skipLine();
+        const std::size_t facet = text_.substr(begin, at_ - begin).find(" facet normal ");
+        if (facet != text_.npos) at_ = begin + facet;
+    }
     [[nodiscard]] std::size_t at() const { return at_; }  ///< behind the word
     [[nodiscard]] std::size_t line() const { return line_; }
 
@@ -65,7 +72,7 @@ bool hasTriangles(const Bytes& bytes, std::uint64_t many) {
     return true;
 }
 
-Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes) {
+Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
     if (bytes.size() < kStlHead) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} bytes, within its header of {}", bytes.size(), kStlHead));
     std::uint32_t announced = 0;
     std::memcpy(&announced, bytes.data() + kStlCountAt, sizeof(announced));
@@ -79,6 +86,7 @@ Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes) {
         const std::string what = fmt::format("its header announces {} triangles, and {} of them {} there: it is cut off", announced, there, are(there));
         if (there == 0) return fail(ErrorCode::kBadInput, what);
         notes.push_back(what);
+        if (missing != nullptr) missing->push_back(what);
     } else if (announced == 0 && left % kStlTriangle == 0) {  // as is left by who writes while the number is not yet known
         notes.push_back(fmt::format("its header announces no triangles, and {} {} there: they are shown", there, are(there)));
         shown = there;
@@ -120,7 +128,7 @@ Expected<std::string> cutFacets(std::string_view text) {
     StlFacet facet;
     while (words.next(word)) {
         if (word == "endsolid" || (word == "solid" && !inSolid)) {
-            words.skipLine();
+            word == "solid" ? words.skipName() : words.skipLine();
             inSolid = word == "solid";
         }
         if (word == "facet") facet = {.begun = words.at() - word.size()};
@@ -151,7 +159,7 @@ bool isTextStl(std::string_view bytes) {
 namespace {
 
 /// `hasMore`: whether a facet has more than three corners.
-Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, bool& hasMore) {
+Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing, bool& hasMore) {
     const std::string_view text = asText(bytes);
     StlWords words(text);
     std::string_view word;
@@ -161,7 +169,7 @@ Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, bool& h
     int corners = 0;
     while (words.next(word)) {
         if (word == "solid" && !inSolid) {
-            words.skipLine();
+            words.skipName();
             inSolid = true;
             ofSolid = 0;
             end = words.at();
@@ -190,6 +198,7 @@ Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, bool& h
     std::string what = inFacet ? fmt::format("it ends within a triangle (line {})", begun) : std::string("it ends without 'endsolid'");
     what += fmt::format(": it is cut off; {} whole {} there", whole, whole == 1 ? "triangle is" : "triangles are");
     if (whole == 0) return fail(ErrorCode::kBadInput, what);
+    if (missing != nullptr) missing->push_back(what);
     notes.push_back(std::move(what));
     bytes.resize(end);
     const ByteSpan closed = asBytes("\nendsolid\n");
@@ -199,11 +208,11 @@ Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, bool& h
 
 }  // namespace
 
-Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes) {
+Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
     const std::string_view text = asText(bytes);
-    if (!isTextStl(text)) return isText(text) ? Expected<bool>(false) : mendBinaryStl(bytes, notes);
+    if (!isTextStl(text)) return isText(text) ? Expected<bool>(false) : mendBinaryStl(bytes, notes, missing);
     bool hasMore = false;
-    Expected<bool> ended = endTextStl(bytes, notes, hasMore);
+    Expected<bool> ended = endTextStl(bytes, notes, missing, hasMore);
     if (!ended || !hasMore) return ended;
     const Expected<std::string> cut = cutFacets(asText(bytes));
     if (!cut) return tl::unexpected(cut.error());

@@ -198,7 +198,7 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
 
     const std::string name = fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
     const auto sound = [&] {
-        if (const std::string leftOut = keepSoundParts(data, name); !leftOut.empty()) scene_.note(leftOut);
+        if (const std::string leftOut = keepSoundParts(data, name); !leftOut.empty()) scene_.noteMissing(leftOut);
         return std::move(data);
     };
     if (primitive.mode == TINYGLTF_MODE_POINTS) {

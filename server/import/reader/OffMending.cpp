@@ -48,7 +48,7 @@ public:
         return true;
     }
 
-    Expected<void> look(std::vector<std::string>& notes) {
+    Expected<void> look(std::vector<std::string>& notes, std::vector<std::string>* missing) {
         const TextLines body = lines_;
         if (Expected<void> read = readVertices(nullptr); !read) return read;
         if (Expected<void> read = readFaces(nullptr); !read) return read;
@@ -57,9 +57,11 @@ public:
         if (there_ < faces_) {
             if (there_ == 0) return fail(ErrorCode::kBadInput, cutOff(faces_, "faces", there_));
             notes.push_back(cutOff(faces_, "faces", there_));
+            if (missing != nullptr) missing->push_back(notes.back());
             differs_ = true;
         }
         if (wrong_ > 0) notes.push_back(leftOut());
+        if (wrong_ > 0 && missing != nullptr) missing->push_back(leftOut());
         if (longVertices_ > 0)
             notes.push_back(fmt::format("what is behind the {} numbers of {} {} is left out (the first: line {})", colorsFrom_ + (hasColors_ ? 4 : 0) + behindColors_, longVertices_,
                                         longVertices_ == 1 ? "vertex" : "vertices", firstLongVertex_));
@@ -232,10 +234,10 @@ private:
 
 }  // namespace
 
-Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes) {
+Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
     OffMending off(asText(bytes));
     if (!off.readHeader()) return false;
-    if (Expected<void> looked = off.look(notes); !looked) return tl::unexpected(looked.error());
+    if (Expected<void> looked = off.look(notes, missing); !looked) return tl::unexpected(looked.error());
     if (!off.differs()) return false;
     Expected<Bytes> written = off.write();
     if (!written) return tl::unexpected(written.error());

@@ -24,6 +24,11 @@ void PlainScene::note(std::string text) {
     if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(std::move(text));
 }
 
+void PlainScene::noteMissing(const std::string& text) {
+    note(text);
+    missing.push_back(text);
+}
+
 std::uint32_t PlainScene::addBlob(Bytes bytes) {
     if (bytes.empty()) return 0;
     blobs.push_back(std::move(bytes));

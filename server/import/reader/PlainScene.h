@@ -20,15 +20,18 @@ struct ReadLimits {
     int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
     std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded
     bool verbatim = false;  ///< see ImportOptions
+    bool whole = false;     ///< see ImportOptions
 };
 
 struct PlainScene {
     proto::scene::SceneFile file;
     std::vector<Bytes> blobs;
     std::vector<std::string> notes;   ///< what was left away or changed; each once
+    std::vector<std::string> missing;  ///< of the notes those that say that triangles, lines or points are not there
     std::vector<std::string> faults;  ///< what is wrong in a person's text, and was left away: "line:column: what"
 
     void note(std::string text);
+    void noteMissing(const std::string& text);
     /// The blob's number for the plain form; 0 for no bytes.
     [[nodiscard]] std::uint32_t addBlob(Bytes bytes);
     /// Adds the mesh under this name. Missing normals of triangles are computed; points of no radius get half of what

@@ -92,14 +92,17 @@ Expected<void> PlyFile::readHeader() {
         if (words[0] == "property" && words.size() > 2 && !elements_.empty()) {
             PlyProperty property{.name = std::string(words.back().substr(0, 40)), .isList = words[1] == "list"};
             property.number = typeNamed(words[1]);
-            if (property.isList && words.size() > 3) {
+            property.line = lines.line();
+            const std::size_t types = property.isList && words.size() > 3 ? 2 : 1;
+            if (types == 2) {
                 property.length = typeNamed(words[2]);
                 property.number = typeNamed(words[3]);
             }
+            for (std::size_t t = types; t > 0; --t)
+                if (const std::string_view type = words[types == 2 ? t + 1 : 1]; typeNamed(type).bytes == 0) property.unknownType = type.substr(0, 40);
             const auto isSame = [&](const PlyProperty& other) { return other.name == property.name; };
             if (elements_.back().isOfVertices() && std::ranges::any_of(elements_.back().properties, isSame))
                 return failInLine("the element vertex has this property already");
-            known_ = known_ && property.number.bytes > 0 && (!property.isList || property.length.bytes > 0);
             elements_.back().properties.push_back(std::move(property));
         }
         ended = words[0] == "end_header";
@@ -113,20 +116,6 @@ Expected<void> PlyFile::readHeader() {
     return {};
 }
 
-Expected<void> PlyFile::checkLeast() const {
-    std::uint64_t left = bytes_.size() - body_ + 1;  // the last number needs no blank
-    for (const PlyElement& element : elements_) {
-        std::uint64_t least = 0;
-        for (const PlyProperty& property : element.properties)
-            least += encoding_ == Encoding::kText ? 2 : std::max<std::size_t>(property.isList ? property.length.bytes : property.number.bytes, 1);
-        if (element.count > 0 && element.count > left / least)
-            return fail(ErrorCode::kBadInput, fmt::format("line {}: it announces {} {}, which take {} bytes each at least, and ends after {}", element.line, element.count, element.name, least,
-                                                          bytes_.size() - body_));
-        left -= element.count * least;
-    }
-    return {};
-}
-
 Expected<void> PlyFile::count() {
     at_ = body_;
     for (PlyElement& element : elements_) {
@@ -136,7 +125,13 @@ Expected<void> PlyFile::count() {
         element.end = at_;
         if (element.there < element.count) break;
     }
+    if (joinsFaces()) faces_ = joinedFaces();
     return {};
+}
+
+std::string PlyFile::emptyStrips() const {
+    if (faces_.emptyStrips == 0) return {};
+    return fmt::format("{} of {} strips {} no triangle; the first, number {}", faces_.emptyStrips, faces_.strips, faces_.emptyStrips == 1 ? "has" : "have", faces_.firstEmpty);
 }
 
 const PlyElement* PlyFile::cut() const {
@@ -187,6 +182,7 @@ Expected<void> PlyFile::countLines(PlyElement& element) {
             if (element.lacking++ == 0) element.firstLacking = fmt::format("line {}: {}", line, fault);
         }
         if (last && words[needed - 1].data() + words[needed - 1].size() == bytes_.data() + bytes_.size()) doubtfulLine_ = line;
+        if (fault.empty() && words.size() > needed && (element.isOfVertices() || element.isOfFaces()) && element.longer++ == 0) element.firstLonger = line;
         if (begin > at_) element.gaps.emplace_back(at_, begin);
         at_ = std::min(end + 1, bytes_.size());
         line_ = line;
@@ -263,14 +259,13 @@ void PlyFile::appendRows(const PlyElement& element, std::string& out) const {
 
 Bytes PlyFile::written() const {
     const bool joins = joinsFaces();
-    const Faces faces = joins ? joinedFaces() : Faces();
     std::string out(bytes_.substr(0, elements_.empty() ? headEnd_ : elements_.front().headBegin));
     bool isHeaded = false, areThere = false;
     for (std::size_t e = 0; e < elements_.size(); ++e) {
         const PlyElement& element = elements_[e];
         const std::size_t end = e + 1 < elements_.size() ? elements_[e + 1].headBegin : headEnd_;
         if (joins && element.isOfFaces()) {
-            if (!std::exchange(isHeaded, true)) out += fmt::format("element face {}\nproperty list uint int vertex_indices\n", faces.count);
+            if (!std::exchange(isHeaded, true)) out += fmt::format("element face {}\nproperty list uint int vertex_indices\n", faces_.count);
             continue;
         }
         out.append(bytes_.substr(element.headBegin, element.countBegin - element.headBegin)).append(std::to_string(element.there - element.leftOut));
@@ -279,7 +274,7 @@ Bytes PlyFile::written() const {
     out.append(bytes_.substr(headEnd_, body_ - headEnd_));
     for (const PlyElement& element : elements_) {
         if (!joins || !element.isOfFaces()) appendRows(element, out);
-        else if (!std::exchange(areThere, true)) out.append(faces.rows);
+        else if (!std::exchange(areThere, true)) out.append(faces_.rows);
     }
     const ByteSpan made = asBytes(out);
     return Bytes(made.begin(), made.end());
@@ -307,6 +302,7 @@ PlyFile::Faces PlyFile::joinedFaces() const {
                 appendFace(corners, faces);
                 continue;
             }
+            const std::uint64_t before = faces.count;
             // Every second triangle is turned around; -1 begins a strip anew; what names a vertex twice joins strips.
             std::size_t begun = 0;
             for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -316,6 +312,8 @@ PlyFile::Faces PlyFile::joinedFaces() const {
                 if (a == b || b == c || c == a) continue;
                 (i - begun) % 2 == 0 ? appendFace({a, b, c}, faces) : appendFace({b, a, c}, faces);
             }
+            if (faces.count == before && faces.emptyStrips++ == 0) faces.firstEmpty = faces.strips;
+            ++faces.strips;
         }
     }
     return faces;

@@ -23,6 +23,8 @@ struct PlyProperty {
     bool isList = false;
     PlyType length;  ///< of a list
     PlyType number;  ///< or of each of a list's
+    std::string unknownType;  ///< empty: all are known
+    std::size_t line = 0;     ///< in the header
 };
 
 struct PlyElement {
@@ -32,6 +34,7 @@ struct PlyElement {
     std::string firstLeftOut;            ///< its line, and why
     std::uint64_t lacking = 0;           ///< vertices that have a place, and not all the rest
     std::string firstLacking;
+    std::uint64_t longer = 0, firstLonger = 0;  ///< rows of a text that go on behind all that is asked for; the line of the first
     std::vector<PlyProperty> properties;
     std::size_t line = 0;  ///< in the header
     std::size_t headBegin = 0, countBegin = 0, countEnd = 0;
@@ -43,16 +46,12 @@ struct PlyElement {
     [[nodiscard]] bool isStrips() const { return name == "tristrips"; }
 };
 
-/// Keeps a view of the bytes. First readHeader, then, of known types, count; the rest says what they found.
+/// Keeps a view of the bytes. First readHeader, then, unless a type is not known, count; the rest says what they found.
 class PlyFile {
 public:
     explicit PlyFile(std::string_view bytes) : bytes_(bytes) {}
 
     [[nodiscard]] Expected<void> readHeader();
-    /// Whether all types are known: of others nobody can tell where the next number begins.
-    [[nodiscard]] bool isKnown() const { return known_; }
-    /// That it does not announce more than its bytes can hold, whatever unknown types take.
-    [[nodiscard]] Expected<void> checkLeast() const;
     /// Of a text each row is looked at: what is no vertex is refused by its line, faces that are none are left out.
     [[nodiscard]] Expected<void> count();
 
@@ -65,6 +64,11 @@ public:
     [[nodiscard]] std::string behind() const;
     /// Whether faces have to be written as one element: of strips assimp takes the last triangle, and of several elements it counts the first.
     [[nodiscard]] bool joinsFaces() const;
+    [[nodiscard]] bool isText() const { return encoding_ == Encoding::kText; }
+    /// Strips of which no triangle is left, for a note; empty: there are none.
+    [[nodiscard]] std::string emptyStrips() const;
+    /// Whether there are faces, and no triangle in any.
+    [[nodiscard]] bool hasNoFaces() const { return joinsFaces() && faces_.count == 0; }
     /// Whether it has to be written anew: cut, with gaps, or with faces to be joined.
     [[nodiscard]] bool toBeWritten() const;
     /// Whole rows, without gaps, strips as triangles, and a header that announces as much.
@@ -73,7 +77,7 @@ public:
 private:
     enum class Encoding : std::uint8_t { kText, kLittleEndian, kBigEndian };
     struct Faces {
-        std::uint64_t count = 0;
+        std::uint64_t count = 0, strips = 0, emptyStrips = 0, firstEmpty = 0;
         std::string rows;
     };
 
@@ -89,8 +93,8 @@ private:
 
     std::string_view bytes_;
     std::vector<PlyElement> elements_;
+    Faces faces_;  ///< where they are joined
     Encoding encoding_ = Encoding::kText;
-    bool known_ = true;
     std::size_t headEnd_ = 0;  ///< where "end_header" is
     std::size_t body_ = 0, at_ = 0, line_ = 0, doubtfulLine_ = 0;
 };

@@ -61,7 +61,28 @@ Expected<void> checkPlaces(const std::vector<PlyElement>& elements) {
     return fail(ErrorCode::kBadInput, fmt::format("line {}: the element vertex has no {}", vertices->line, fmt::join(missing, ", ")));
 }
 
-Expected<void> noteCut(const PlyFile& file, std::vector<std::string>& notes) {
+/// Behind a number of a type that nobody knows nobody can tell where the next one begins; assimp cannot in text either.
+Expected<void> checkTypes(const PlyFile& file) {
+    for (const PlyElement& element : file.elements())
+        for (const PlyProperty& property : element.properties)
+            if (!property.unknownType.empty() && element.count > 0 && (!file.isText() || element.isOfVertices() || element.isOfFaces()))
+                return fail(ErrorCode::kBadInput, fmt::format("line {}: the type '{}' of {} is not known", property.line, property.unknownType, property.name));
+    return {};
+}
+
+/// Assimp makes the channels that are not there 0.
+void noteColors(const PlyFile& file, std::vector<std::string>& notes) {
+    for (const PlyElement& element : file.elements()) {
+        if (!element.isOfVertices()) continue;
+        const auto has = [&](std::string_view name) { return std::ranges::any_of(element.properties, [&](const PlyProperty& property) { return property.name == name; }); };
+        std::vector<std::string_view> there, missing;
+        for (const auto& [name, brief] : {std::pair("red", "r"), std::pair("green", "g"), std::pair("blue", "b")}) (has(name) || has(brief) ? there : missing).push_back(name);
+        if (!missing.empty() && (!there.empty() || has("alpha")))
+            notes.push_back(fmt::format("the colours of vertices have no {}: {} taken to be 0", fmt::join(missing, ", "), missing.size() == 1 ? "it is" : "they are"));
+    }
+}
+
+Expected<void> noteCut(const PlyFile& file, std::vector<std::string>& missing) {
     const PlyElement* const cut = file.cut();
     if (cut == nullptr) return {};
     const std::vector<PlyElement>& elements = file.elements();
@@ -72,23 +93,30 @@ Expected<void> noteCut(const PlyFile& file, std::vector<std::string>& notes) {
     const bool isLost = isCloud ? cut->isOfVertices() && cut->there == 0 : !(faces->there > 0 && (cut->isOfFaces() || cut > &*faces));
     const bool beforeVertices = std::ranges::none_of(elements, [](const PlyElement& element) { return element.isOfVertices() && element.there > 0; });
     if (isLost || beforeVertices) return fail(ErrorCode::kBadInput, what);
-    notes.push_back(std::move(what));
+    missing.push_back(std::move(what));
     return {};
 }
 
-Expected<void> noteRows(const PlyFile& file, std::vector<std::string>& notes) {
+Expected<void> noteRows(const PlyFile& file, std::vector<std::string>& notes, std::vector<std::string>& missing) {
     std::uint64_t left = 0;
     std::string first;
     for (const PlyElement& element : file.elements()) {
         if (element.lacking > 0)
             notes.push_back(fmt::format("{} of {} vertices {} fewer numbers than the header asks for; the first, {}", element.lacking, element.there, element.lacking == 1 ? "has" : "have",
                                         element.firstLacking));
+        if (element.longer > 0)
+            notes.push_back(fmt::format("what is behind all that {} {} {} is left out (the first: line {})", element.longer, element.isOfVertices() ? "vertices" : element.isStrips() ? "strips" : "faces",
+                                        element.longer == 1 ? "needs" : "need", element.firstLonger));
         if (!element.isOfFaces()) continue;
         left += element.there - element.leftOut;
         if (element.leftOut == 0) continue;
-        notes.push_back(fmt::format("{} of {} {} {} left out; the first, {}", element.leftOut, element.there, element.isStrips() ? "strips" : "faces", element.leftOut == 1 ? "is" : "are",
+        missing.push_back(fmt::format("{} of {} {} {} left out; the first, {}", element.leftOut, element.there, element.isStrips() ? "strips" : "faces", element.leftOut == 1 ? "is" : "are",
                                     element.firstLeftOut));
-        if (first.empty()) first = notes.back();
+        if (first.empty()) first = missing.back();
+    }
+    if (const std::string empty = file.emptyStrips(); !empty.empty()) {
+        notes.push_back(empty);
+        if (file.hasNoFaces()) return fail(ErrorCode::kBadInput, empty);
     }
     if (left == 0 && !first.empty()) return fail(ErrorCode::kBadInput, first);
     return {};
@@ -96,22 +124,27 @@ Expected<void> noteRows(const PlyFile& file, std::vector<std::string>& notes) {
 
 }  // namespace
 
-Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes) {
+Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
+    // Of an old Macintosh: assimp's rows end with a line feed.
+    const std::string_view text = asText(bytes);
+    const bool isOld = text.starts_with("ply\r") && text.find("format ascii") != text.npos && text.find('\n') == text.npos;
+    if (isOld) std::ranges::replace(bytes, std::byte{'\r'}, std::byte{'\n'});
     PlyFile file(asText(bytes));
     if (Expected<void> head = file.readHeader(); !head) return tl::unexpected(head.error());
+    if (Expected<void> known = checkTypes(file); !known) return tl::unexpected(known.error());
     noteFurther(file, notes);
-    if (!file.isKnown()) {
-        if (Expected<void> holds = file.checkLeast(); !holds) return tl::unexpected(holds.error());
-        return false;
-    }
+    noteColors(file, notes);
     Expected<void> sound = file.count();
-    if (sound) sound = noteCut(file, notes);
+    std::vector<std::string> gone;
+    if (sound) sound = noteCut(file, gone);
     if (sound) sound = checkPlaces(file.elements());
-    if (sound) sound = noteRows(file, notes);
+    if (sound) sound = noteRows(file, notes, gone);
     if (!sound) return tl::unexpected(sound.error());
+    notes.insert(notes.end(), gone.begin(), gone.end());
+    if (missing != nullptr) *missing = std::move(gone);
     if (file.doubtfulLine() > 0) notes.push_back(doubtOfLastLine(file.doubtfulLine()));
     if (std::string behind = file.behind(); file.cut() == nullptr && !behind.empty()) notes.push_back(std::move(behind));
-    if (!file.toBeWritten()) return false;
+    if (!file.toBeWritten()) return isOld;
     bytes = file.written();
     return true;
 }

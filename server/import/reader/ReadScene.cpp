@@ -28,9 +28,7 @@ bool beginsWith(const std::string& path, const char* magic) {
     return got == static_cast<ssize_t>(sizeof(head)) && std::memcmp(head, magic, sizeof(head)) == 0;
 }
 
-}  // namespace
-
-Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
+Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& limits) {
     const std::string extension = extensionOf(path);
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
@@ -46,6 +44,14 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
         if (text || text.error().code != ErrorCode::kUnsupported) return text;
     }
     return readWithAssimp(path, limits);
+}
+
+}  // namespace
+
+Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
+    Expected<PlainScene> scene = readByEnding(path, limits);
+    if (scene && limits.whole && !scene->missing.empty()) return fail(ErrorCode::kBadInput, scene->missing.front());
+    return scene;
 }
 
 }  // namespace tessera

@@ -247,13 +247,17 @@ Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
     std::vector<std::string_view> words;
     bool ended = true;
     while (lines.next(words)) {
+        // Behind a solid's name a triangle may begin, and all may stand in one line.
+        const bool isNamed = words[0] == "solid" || words[0] == "endsolid";
         ended = words[0] == "endsolid";
-        if (words[0] == "vertex") {
-            const Expected<void> done = mesh.vertex(std::span(words).subspan(1));
+        for (auto word = isNamed ? std::ranges::find(words, "facet") : words.begin(); word != words.end(); ++word) {
+            ended = *word == "endsolid";
+            if (ended) break;
+            if (*word == "endloop") mesh.endFace();
+            if (*word != "vertex") continue;
+            const Expected<void> done = mesh.vertex(std::span(word + 1, words.end()));
             if (!done) return done;
             mesh.corner(static_cast<std::uint32_t>(mesh.vertices() - 1));
-        } else if (words[0] == "endloop") {
-            mesh.endFace();
         }
     }
     return ended ? Expected<void>() : fail(ErrorCode::kBadInput, "it ends without 'endsolid': it is cut off");

@@ -34,6 +34,7 @@ constexpr std::string_view kUsage =
     "  --most-cpu SECONDS   never more than that\n"
     "  --nodes N, --depth N bounds on the scene\n"
     "  --verbatim           geometry exactly as the file has it, polygons fanned\n"
+    "  --whole              refuses files of which triangles or points are not there\n"
     "  --parent PID         ends when this process does\n"
     "  --allow-unconfined   reads even where the system cannot confine\n"
     "  --help, --version\n";
@@ -96,6 +97,10 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
         }
         if (name == "--verbatim") {
             result.limits.verbatim = true;
+            continue;
+        }
+        if (name == "--whole") {
+            result.limits.whole = true;
             continue;
         }
         if (i + 1 >= arguments.size()) return std::nullopt;

@@ -83,6 +83,7 @@ Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
     ImportOptions options = options_;
     options.placing = order.placing;
     options.gathers = order.asked;
+    options.camerasEnabled = true;
     if (!order.asked) {
         Expected<ImportedScene> scene = importScene(order.path, order.parent, options);
         if (scene) files_->add(scene->named);

@@ -28,7 +28,7 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 
 }  // namespace
 
-ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath) : wall_(wall), users_(wall.users) {
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView) : wall_(wall), firstView_(firstView), users_(wall.users) {
     if (cameraPath.empty()) return;
     named_.emplace(cameraPath);
     update(Aspect(), nullptr);
@@ -68,11 +68,12 @@ Expected<View> ViewSource::home(const Aspect& scene) {
     if (*camera_) {
         result = **camera_;
     } else {
-        if (!default_ && order_ && last_) {
+        const bool surveys = firstView_ == FirstView::kOfScene;
+        if (surveys && !default_ && order_ && last_) {
             if (!std::exchange(ordered_, true)) order_();
             result = *last_;
         } else {
-            if (!default_) stand(animatedBounds(scene).box);
+            if (!default_) stand(surveys ? animatedBounds(scene).box : Box());
             // A scene of no finite size has no place from where all of it is seen.
             result = checkStand(*default_) ? *default_ : View();
         }
@@ -82,7 +83,7 @@ Expected<View> ViewSource::home(const Aspect& scene) {
 }
 
 void ViewSource::stand(const Box& bounds) {
-    default_ = defaultView(wall_, bounds);
+    default_ = firstView_ == FirstView::kOfWall ? View() : defaultView(wall_, bounds);
     ++version_;
 }
 

@@ -21,6 +21,10 @@ namespace tessera {
 /// Places that people keep, 1 to 9. Their users do not count.
 using Bookmarks = std::array<std::optional<View>, 9>;
 
+/// Where a wall stands that nobody has moved and no camera leads. kOfScene: where all of the scene is seen; kOfWall: the world's coordinates are the
+/// wall's own, a unit a metre, as things stand in metres of it.
+enum class FirstView : std::uint8_t { kOfScene, kOfWall };
+
 /// What a ViewSource knows and the scene does not.
 struct ViewState {
     std::optional<View> byHand;    ///< what `tessera-ctl view` set, or who flies
@@ -32,14 +36,14 @@ struct ViewState {
 /// Heads stand where trackers see them, else where `tessera-ctl view` has put them, else where the wall's file says.
 /// The view is, in this order: what `tessera-ctl view` set; the scene's camera (the named one, else the first enabled
 /// one in document order); the default camera, which frames the scene as it is when the first view is asked for, and
-/// wherever its animations take it (AnimatedBounds.h).
+/// wherever its animations take it (AnimatedBounds.h), or stands as FirstView says.
 ///
 /// Follows the scene: a frame in which nothing changed costs nothing, one in which something did a look-up per entry of
 /// its list and the way from the camera up to the root. Not thread-safe.
 class ViewSource {
 public:
     /// `cameraPath`: a node as findNode takes it; empty: the first enabled camera.
-    ViewSource(const Wall& wall, const std::string& cameraPath);
+    ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView = FirstView::kOfScene);
 
     /// After each list applied to the scene (or several compacted into one), with that list; null: anything may have
     /// changed. An empty scene needs no call.
@@ -90,6 +94,7 @@ private:
     [[nodiscard]] Expected<std::optional<View>> cameraView(const Aspect& scene) const;
 
     Wall wall_;
+    FirstView firstView_;
     std::vector<User> users_;
     std::vector<TrackedHead> tracked_;
     std::optional<NamedNode> named_;  ///< none: the first camera counts

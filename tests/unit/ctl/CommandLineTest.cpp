@@ -113,6 +113,8 @@ TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
     EXPECT_NE(refusal("--server a:1 view --position 0 nan 0").find("--position: nan is not finite"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --scale 0x10").find("--scale: \"0x10\" is not a number"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /n 1 2 inf").find("PLACE: inf is not finite"), std::string::npos);
+    for (const char* none : {"-inf", "-nan", "-Infinity"}) EXPECT_EQ(refusal(std::string("--server a:1 seek /n ") + none).find(std::string(none) + " is not finite, and a number has to be"), 0u);
+    EXPECT_NE(refusal("--server a:1 seek /n --").find("SECONDS is required"), std::string::npos);
     const auto empty = parseCommandLine({"--server", "a:1", "view", "--position", "", "0", "0"});
     ASSERT_FALSE(empty);
     EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos) << empty.error().message;

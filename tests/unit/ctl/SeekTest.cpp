@@ -51,6 +51,8 @@ TEST_F(Seek, BeyondTheEndSaysWhereItStopped) {
     EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk stopped at 4 s: 99 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "99").out;
     EXPECT_EQ(seek(server, "4.0000001").out.rfind("/hall/walk stopped at 4 s: 4.0000001 s is beyond its end, 4 s (change", 0), 0u) << "no contradiction";
     EXPECT_EQ(timeOf(server), 4) << "what is shown is what it says";
+    EXPECT_EQ(seek(server, "1e10").out.rfind("/hall/walk stopped at 4 s: 1e+10 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "1e10").out;
+    EXPECT_EQ(seek(server, "-1e300").out.rfind("/hall/walk stopped at 0 s: -1e+300 s is before its beginning (change", 0), 0u) << seek(server, "-1e300").out;
     EXPECT_EQ(seek(server, "-2").out.rfind("/hall/walk stopped at 0 s: -2 s is before its beginning (change", 0), 0u);
     const auto json = nlohmann::json::parse(seek(server, "99", true).out);
     EXPECT_EQ(json["time"], 4);
@@ -65,6 +67,14 @@ TEST_F(Seek, BeyondTheEndOfWhatGoesRoundSaysWhereItIs) {
     EXPECT_EQ(timeOf(server), 3);
     EXPECT_EQ(nlohmann::json::parse(seek(server, "-1", true).out)["time"], 3);
     EXPECT_EQ(nlohmann::json::parse(seek(server, "2.5", true).out)["time"], 2.5);
+}
+
+TEST_F(Seek, OfWhatGoesToAndFroSaysWhenItIsOnItsWayBack) {
+    ScriptedServer server;
+    server.commit(walkOf(Animation::kPingPong));
+    EXPECT_EQ(seek(server, "5").out.rfind("/hall/walk is at 5 s: 5 s is beyond its end, 4 s, and it is on its way back, at 3 s (change", 0), 0u) << seek(server, "5").out;
+    EXPECT_EQ(timeOf(server), 5);
+    EXPECT_EQ(seek(server, "9").out.rfind("/hall/walk is at 1 s: 9 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "9").out;
 }
 
 }  // namespace

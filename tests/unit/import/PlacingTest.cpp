@@ -1,4 +1,5 @@
 // Where what is loaded comes to stand.
+#include "common/cores/Camera.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
 #include "tests/unit/import/ImportFixture.h"
@@ -7,6 +8,7 @@
 #include "common/scene/Action.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/unit/import/GltfText.h"
+#include "tests/unit/import/Picture.h"
 
 namespace tessera {
 namespace {
@@ -50,6 +52,30 @@ void expectBox(const Box& box, const Vec3d& lower, const Vec3d& upper) {
     const double within = 1e-6 * upper.cwiseAbs().cwiseMax(lower.cwiseAbs()).maxCoeff();
     EXPECT_LT((box.lower - lower).cwiseAbs().maxCoeff(), within) << box.lower.transpose();
     EXPECT_LT((box.upper - upper).cwiseAbs().maxCoeff(), within) << box.upper.transpose();
+}
+
+/// Of a scene and of a model: whether a file's camera is enabled where the file stands so.
+TEST(Placing, CamerasOfWhatStandsInMetresDoNotTakeTheView) {
+    const Scratch scratch;
+    const std::string scene = scratch.write("room.tsct", "node { name: \"camera\" camera {} }\nnode { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n");
+    const auto cameraOf = [&](const std::string& path, const Placing& placing) {
+        ImportOptions options = importOptions();
+        options.placing = placing;
+        Expected<ImportedScene> imported = importScene(path, kRootNode, options);
+        EXPECT_TRUE(imported) << imported.error().message;
+        const bool told = std::ranges::any_of(imported->notes, [](const std::string& note) { return note.find("its cameras do not take the view") != std::string::npos; });
+        const ImportedAspect aspect(std::move(*imported));
+        const std::vector<const Camera*> cameras = allOf<Camera>(aspect);
+        EXPECT_EQ(cameras.size(), 1u);
+        EXPECT_EQ(told, !cameras.front()->enabled) << "it is said where it is so";
+        return cameras.front()->enabled;
+    };
+    const Placing fit{.fit = 2.0}, at{.at = Vec3d(0, 1, -1)}, up{.up = UpAxis::kZ}, radius{.pointRadius = 0.5};
+    EXPECT_TRUE(cameraOf(scene, {}));
+    EXPECT_TRUE(cameraOf(scene, up));
+    EXPECT_TRUE(cameraOf(scene, radius));
+    EXPECT_FALSE(cameraOf(scene, at));
+    EXPECT_FALSE(cameraOf(scene, fit));
 }
 
 TEST(Placing, NobodySaidAnythingLeavesModelsAsTheyAre) {
@@ -126,6 +152,17 @@ TEST(Placing, AFlatCloudWasScannedFromAbove) {
         EXPECT_EQ(placed.error, "") << other;
         EXPECT_TRUE(hasNote(placed, "up; +Y is taken to be (--up z says otherwise)")) << other;
     }
+}
+
+TEST(Placing, AMastOnAFlatFieldDoesNotStandItUp) {
+    const Scratch scratch;
+    std::string points;
+    for (int i = 0; i < 2000; ++i) points += fmt::format("{} {} {}\n", 100.0 * (i % 50) / 50, 60.0 * (i / 50) / 40, 4.0 * (i * 7 % 11) / 11);
+    for (int i = 0; i < 80; ++i) points += fmt::format("50 30 {}\n", 0.5 * i);
+    const PlacedFile field = placedFile(scratch.write("mast.ply", "ply\nformat ascii 1.0\nelement vertex 2080\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points), Placing());
+    EXPECT_TRUE(hasNote(field, "its points lie flat as if seen from above; +Z is taken to be"));
+    EXPECT_GT(field.box.upper.y(), 39.5) << "the mast stands up";
+    EXPECT_LT(field.box.upper.x(), 102);
 }
 
 TEST(Placing, PointsHaveTheRadiusThatAPersonSays) {

@@ -202,6 +202,59 @@ TEST(PlyRows, OfFacesWithoutTwoCornersAreLeftOutAndCounted) {
         }
 }
 
+TEST(PlyStrips, WithoutATriangleAreNamed) {
+    for (const char* const format : kFormats) {
+        SCOPED_TRACE(format);
+        const ShownPly some = shownPly(ladder(format, "element tristrips 3\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1, 2, 3}).list<std::int32_t>({0, 1}).list<std::int32_t>({-1, -1, -1, -1}).bytes());
+        EXPECT_EQ(some.triangles, 2u) << some.said;
+        EXPECT_TRUE(some.says("2 of 3 strips have no triangle; the first, number 1")) << some.said;
+        const ShownPly none = shownPly(ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1}).bytes());
+        EXPECT_TRUE(none.refused && none.says("1 of 1 strips has no triangle; the first, number 0")) << none.said;
+    }
+}
+
+TEST(PlyRows, ThatGoOnBehindWhatTheHeaderAsksForAreNamed) {
+    const ShownPly shown = shownPly("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                    "end_header\n0 0 0\n1 0 0 7\n0 1 0 7 8\n3 0 1 2 255\n");
+    EXPECT_EQ(shown.triangles, 1u) << shown.said;
+    EXPECT_TRUE(shown.says("what is behind all that 2 vertices need is left out (the first: line 11)")) << shown.said;
+    EXPECT_TRUE(shown.says("what is behind all that 1 faces needs is left out (the first: line 13)")) << shown.said;
+}
+
+/// Assimp went on with the number before it, or took 0.
+TEST(PlyRows, OfTypesThatNobodyKnowsAreRefused) {
+    for (const char* const format : kFormats)
+        for (const char* const property : {"property float128 z", "property int64 id", "property list uchar int64 more", "property list uint128 int more"}) {
+            const std::string elements = std::string("element vertex 1\nproperty float x\n") + property + "\nproperty float y\n";
+            const ShownPly shown = shownPly(PlyWriter(format, elements).row(0.0F, 1, 2.0F).bytes() + std::string(40, '\0'));
+            const std::string type = std::string_view(property).find("float128") != std::string::npos ? "float128" : std::string_view(property).find("uint128") != std::string::npos ? "uint128" : "int64";
+            EXPECT_TRUE(shown.refused && shown.says(fmt::format("'a.ply' cannot be read: line 5: the type '{}' of", type))) << format << " " << shown.said;
+        }
+}
+
+TEST(PlyRows, MayEndWithACarriageReturnAlone) {
+    std::string text = ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\n").list<std::uint8_t>({0, 1, 2}).bytes();
+    std::ranges::replace(text, '\n', '\r');
+    const ShownPly shown = shownPly(text);
+    EXPECT_EQ(shown.triangles, 1u) << shown.said;
+    EXPECT_EQ(shown.area, 0.5);
+    EXPECT_FALSE(shown.says("cut")) << shown.said;
+}
+
+TEST(PlyRows, OfColoursThatLackAChannelAreNamed) {
+    const auto said = [](const std::string& properties, int numbers) {
+        std::string row = "0 0 0";
+        for (int i = 0; i < numbers; ++i) row += " 255";
+        return shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n" + properties + "end_header\n" + row + "\n").said;
+    };
+    const std::string red = "property uchar red\n", green = "property uchar green\n", blue = "property uchar blue\n", alpha = "property uchar alpha\n";
+    EXPECT_NE(said(red, 1).find("the colours of vertices have no green, blue: they are taken to be 0"), std::string::npos) << said(red, 1);
+    EXPECT_NE(said(red + blue, 2).find("the colours of vertices have no green: it is taken to be 0"), std::string::npos);
+    EXPECT_NE(said(alpha, 1).find("the colours of vertices have no red, green, blue: they are taken to be 0"), std::string::npos);
+    EXPECT_EQ(said(red + green + blue, 3).find("colours"), std::string::npos);
+    EXPECT_EQ(said("", 0).find("colours"), std::string::npos);
+}
+
 TEST(PlyRows, OfVerticesThatSayOneNumberTwiceAreRefused) {
     const ShownPly shown = shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float x\nend_header\n1 2 3 4\n");
     EXPECT_TRUE(shown.refused && shown.says("line 7: the element vertex has this property already")) << shown.said;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "common/cores/Transform.h"
 #include "server/rules/NameCheck.h"
 #include "server/sim/commit/Committer.h"
 
@@ -50,6 +51,28 @@ TEST(NameCheck, TheRootHasNone) {
     EXPECT_EQ(renamed("hall"), "Node #1: it is the root, which has no name: all paths begin there; name a node below it");
     EXPECT_EQ(committer.scene().root().name, "");
     EXPECT_EQ(renamed(""), "") << "it is so already";
+}
+
+/// With a core, and so a place of its own, it came back a level deeper too. What has one from an earlier version may lose it.
+TEST(NameCheck, TheRootHasNoCore) {
+    Aspect old;
+    ChangeListBuilder builder;
+    builder.create(ObjectId{7}, typeOf<Transform>());
+    builder.set(kRootNode, typeOf<Node>(), fieldId<&Node::core>, ObjectId{7});
+    ASSERT_TRUE(old.apply(builder.take()));
+    Committer committer;
+    committer.goOnFrom(std::move(old), Sequence(3));
+    const auto given = [&](ObjectId core) {
+        builder.set(kRootNode, typeOf<Node>(), fieldId<&Node::core>, core);
+        const auto applied = committer.apply(builder.take(), Committer::Inverse::kMade);
+        return applied ? "" : applied.error().message;
+    };
+    EXPECT_EQ(given(ObjectId{7}), "Node #1: it is the root, which has no core: all places and paths begin there; give it to a node below it");
+    EXPECT_EQ(given(ObjectId{}), "");
+    EXPECT_EQ(committer.scene().root().core, ObjectId{});
+    EXPECT_NE(given(ObjectId{7}).find("it is the root, which has no core"), std::string::npos);
+    builder.create(kNamed, typeOf<Transform>());
+    EXPECT_NE(given(kNamed).find("it is the root, which has no core"), std::string::npos) << "one made in the same edit";
 }
 
 TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) {

@@ -238,6 +238,32 @@ TEST(ViewSource, WithoutACameraItFramesTheSceneAsItWasWhenFirstAsked) {
     EXPECT_NE(view.view(committer.scene())->position, first.position);
 }
 
+TEST(ViewSource, WhereThingsStandInMetresOfTheWallItBeginsAsTheWallsOwn) {
+    Committer committer;
+    ListMaker make;
+    make.node("box", make.node("away", kRootNode, make.transform(Vec3d(100, 0, 0))), make.box(Vec3d(2, 2, 2)));
+    ASSERT_TRUE(committer.apply(make.builder.take()));
+    const auto expectOwn = [&](ViewSource& view) {
+        const View now = view.view(committer.scene()).value();
+        EXPECT_EQ(now.position, Vec3d(0, 0, 0));
+        EXPECT_EQ(now.orientation.coeffs(), Quatd::Identity().coeffs());
+        EXPECT_EQ(now.worldUnitsPerMetre, 1.0);
+    };
+    ViewSource placed(oneScreen(), "", FirstView::kOfWall), fitted(oneScreen(), "");
+    for (ViewSource* view : {&placed, &fitted}) view->update(committer.scene(), nullptr);
+    EXPECT_NE(fitted.view(committer.scene())->position, Vec3d(0, 0, 0));
+    expectOwn(placed);
+    ASSERT_TRUE(placed.set(committer.scene(), {.position = Vec3d(3, 4, 5)}));
+    EXPECT_EQ(placed.view(committer.scene())->position, Vec3d(3, 4, 5));
+    ASSERT_TRUE(placed.set(committer.scene(), {.reset = true}));
+    expectOwn(placed);
+    // A server that goes on from a journal stands as the one before it.
+    ViewSource next(oneScreen(), "");
+    next.update(committer.scene(), nullptr);
+    next.goOnFrom(placed.state());
+    expectOwn(next);
+}
+
 TEST(ViewSource, HeadsStandWhereTrackersSeeThemAndNothingOfItIsKept) {
     Committer committer;
     const Wall wall = loadWall(TESSERA_SOURCE_DIR "/deploy/walls/1x1.wall").value();

@@ -142,6 +142,53 @@ TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
     }
 }
 
+/// Whoever computes with a file wants all of it: what a wall shows as far as it is whole is refused here, in the words of the wall's note.
+TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
+    const auto bytesOf = [](auto... numbers) {
+        std::string bytes;
+        (bytes.append(reinterpret_cast<const char*>(&numbers), sizeof(numbers)), ...);
+        return bytes;
+    };
+    std::string stl(80, ' ');
+    stl += bytesOf(std::uint32_t{2});
+    for (const float x : {0.0f, 1.0f}) stl += bytesOf(0.0f, 0.0f, 1.0f, x, 0.0f, 0.0f, x + 1, 0.0f, 0.0f, x, 1.0f, 0.0f, std::uint16_t{0});
+    const std::string corners = bytesOf(0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 1.0f, 1.0f, 0.0f);
+    const std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    const auto triangle = [&](std::int32_t a, std::int32_t b, std::int32_t c) { return "\3" + bytesOf(a, b, c); };
+    const std::string ply = head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 2);
+    const struct {
+        const char* name;
+        std::string whole, broken, says;
+    } cases[] = {
+        {"a.stl", stl, stl.substr(0, 150), "a.stl: its header announces 2 triangles, and 1 of them is there: it is cut off"},
+        {"a.ply", ply, ply.substr(0, ply.size() - 5), "a.ply: its header announces 2 face (line 7), and 1 of them is there: it is cut off"},
+        {"b.ply", ply, head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 77), "b.ply: mesh 0: 1 of 2 faces is left out; the first, number 1, names vertex 77 of 4"},
+        {"c.ply", ply, head + faces + corners + triangle(0, 1, 2) + std::string(1, '\0'), "c.ply: 1 of 2 faces is left out; the first, number 1: it has no corners"},
+    };
+    for (const auto& c : cases) {
+        const auto whole = read(c.name, c.whole);
+        ASSERT_TRUE(whole) << whole.error().message;
+        EXPECT_EQ(whole->faceCount(), 2u);
+        const auto broken = read(c.name, c.broken);
+        ASSERT_FALSE(broken) << c.name << " has " << broken->faceCount();
+        EXPECT_EQ(broken.error().code, ErrorCode::kBadInput);
+        EXPECT_NE(broken.error().message.find(c.says), std::string::npos) << broken.error().message;
+    }
+    // Within a scene, too.
+    (void)written("a.stl", stl.substr(0, 150));
+    const auto imported = read("hall.tsct", "node { name: \"hall\" import { uri: \"a.stl\" } }\n");
+    ASSERT_FALSE(imported) << imported->faceCount();
+    EXPECT_NE(imported.error().message.find("it is cut off"), std::string::npos) << imported.error().message;
+    // Points, in both kinds of PLY.
+    for (const std::string& cloud : {head + "end_header\n" + corners.substr(0, 30),
+                                     std::string("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n")}) {
+        const auto cut = points("cloud.ply", cloud);
+        ASSERT_FALSE(cut) << cut->places.size();
+        EXPECT_NE(cut.error().message.find("cloud.ply: its header announces 4 vertex (line 3), and 2 of them are there: it is cut off"), std::string::npos) << cut.error().message;
+    }
+}
+
 TEST_F(SceneTriangles, KeepFacesWithoutArea) {
     const auto mesh = read("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\nf 1 1 4\nf 1 3 4\n");
     ASSERT_TRUE(mesh) << mesh.error().message;
