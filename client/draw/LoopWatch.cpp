@@ -29,11 +29,7 @@ LoopWatch::LoopWatch(GlState& gl, bool onProcessor) : gl_(gl), onProcessor_(onPr
 }
 
 LoopWatch::~LoopWatch() {
-    {
-        const std::lock_guard lock(mutex_);
-        quit_ = true;
-    }
-    changed_.notify_all();
+    told_.close();
     if (thread_.joinable()) thread_.join();
     gl_.DeleteBuffers(1, &buffer_);
 }
@@ -43,51 +39,47 @@ void LoopWatch::write(std::int32_t rounds) const {
 }
 
 void LoopWatch::begin(Duration most) {
-    if (!rounds_) return;
+    begun_ = clockNow();
+    watching_ = rounds_ != nullptr;
+    if (!watching_) return;
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
-    {
-        const std::lock_guard lock(mutex_);
-        watching_ = true;
-        begun_ = clockNow();
-        most_ = most;
-        processorBefore_ = processorTime();
-    }
-    changed_.notify_all();
+    told_.push(Watch{begun_, most, processorTime()});
 }
 
 Duration LoopWatch::end() {
-    const std::lock_guard lock(mutex_);
-    const Duration took = std::exchange(watching_, false) ? clockNow() - begun_ : Duration::zero();
-    changed_.notify_all();
-    stopped_ = stoppedNow_;
+    const Duration took = clockNow() - begun_;
+    if (!std::exchange(watching_, false)) return {};
+    told_.push(std::nullopt);
+    stopped_ = ended_.pop().value_or(false) || stopped_;
     return took;
 }
 
 void LoopWatch::letGo() {
-    const std::lock_guard lock(mutex_);
-    stopped_ = stoppedNow_ = false;
+    stopped_ = false;
     write(kMostPersonRounds);
 }
 
-bool LoopWatch::isOver(TimePoint now) const {
-    return now >= begun_ + most_ && (!onProcessor_ || processorTime() - processorBefore_ >= most_ / 2);
+bool LoopWatch::isOver(const Watch& watch) const {
+    return clockNow() >= watch.begun + watch.most && (!onProcessor_ || processorTime() - watch.processorBefore >= watch.most / 2);
 }
 
 void LoopWatch::run() {
     constexpr std::chrono::milliseconds kLookAgain{10};
-    std::unique_lock lock(mutex_);
-    while (!quit_) {
-        if (!watching_ || stoppedNow_) {
-            changed_.wait(lock);
-            continue;
-        }
-        const TimePoint now = clockNow();
-        if (isOver(now)) {
-            stoppedNow_ = true;
+    constexpr std::chrono::hours kNever{24};
+    while (const auto begun = told_.pop()) {
+        if (!*begun) continue;
+        const Watch watch = **begun;
+        for (bool ended = false;;) {
+            const Duration wait = ended ? Duration(kNever) : std::max<Duration>(watch.begun + watch.most - clockNow(), kLookAgain);
+            if (told_.popFor(wait)) {
+                ended_.push(ended);
+                break;
+            }
+            if (told_.closed()) return;
+            if (ended || !isOver(watch)) continue;
+            ended = true;
             write(0);
-            continue;
         }
-        changed_.wait_until(lock, std::max(begun_ + most_, now + kLookAgain));
     }
 }
 

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
+#include <optional>
 #include <thread>
 
 #include "client/draw/GlState.h"
+#include "common/base/Channel.h"
 #include "common/base/Clock.h"
 
 namespace tessera {
@@ -41,22 +41,24 @@ public:
     void letGo();
 
 private:
+    struct Watch {
+        TimePoint begun;
+        Duration most{}, processorBefore{};
+    };
     void run();
     void write(std::int32_t rounds) const;
-    [[nodiscard]] bool isOver(TimePoint now) const;
+    [[nodiscard]] bool isOver(const Watch& watch) const;
 
     GlState& gl_;
     bool onProcessor_;
     GLuint buffer_ = 0;
     std::int32_t* rounds_ = nullptr;  ///< GL's memory
 
-    std::mutex mutex_;
-    std::condition_variable changed_;
-    bool watching_ = false, quit_ = false, stoppedNow_ = false;
+    Channel<std::optional<Watch>> told_{1};  ///< nothing: that is over
+    Channel<bool> ended_{1};                 ///< whether it was ended
+    bool watching_ = false, stopped_ = false;
     TimePoint begun_{};
-    Duration most_{}, processorBefore_{};
-    bool stopped_ = false;  ///< the surface's thread's
-    std::thread thread_;    ///< from the first `begin` on
+    std::thread thread_;  ///< from the first `begin` on
 };
 
 }  // namespace tessera

@@ -1,22 +1,20 @@
 /// Encodes and writes pictures beside the drawing: a PNG takes as long as a frame.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "client/image/Picture.h"
+#include "common/base/Channel.h"
 #include "common/base/Log.h"
 
 namespace tessera {
 
-/// Owns one thread. Few pictures wait at a time. Destruction finishes what is queued.
+/// Owns one thread, and belongs to another. Few pictures wait at a time. Destruction finishes what is queued.
 class PictureWriter {
 public:
     static constexpr std::size_t kMostWaiting = 8;
@@ -35,20 +33,21 @@ public:
     bool finish();
 
 private:
+    using Done = std::function<void(SharedBytes)>;
     struct Job {
         std::shared_ptr<const Picture> picture;
         std::uint64_t frame = 0;
-        std::vector<std::function<void(SharedBytes)>> done;
+        std::shared_ptr<Channel<Done>> wanted;  ///< who is told; closed once it is encoded
     };
+    /// As many as one answer can be wanted by.
+    static constexpr std::size_t kMostAskers = 1024;
 
     void run();
-    void add(Job job);  ///< the lock is held
+    [[nodiscard]] static Job jobOf(std::shared_ptr<const Picture> picture, std::uint64_t frame, Done done);
 
     Log& log_;
-    std::mutex mutex_;
-    std::condition_variable room_, filled_;
-    std::deque<Job> jobs_;  ///< the first is the one in hand
-    bool closed_ = false;
+    Channel<Job> jobs_{kMostWaiting};
+    std::deque<Job> open_;    ///< that others may join; the owner's
     bool allWritten_ = true;  ///< the writer's own until it is joined
     std::thread thread_;
 };
