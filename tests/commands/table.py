@@ -179,8 +179,8 @@ ROWS = {
     "tessera-wall --wall 1x1 --size 960x540 --frames 20": Row("ByHand", "tessera-wall --wall 1x1 --size 96x54 --frames 2 --scene tests/data/scenes/yard.tsct --output $T", leaves=("$T/wall.png",)),
     "./deploy/run-wall --wall deploy/screens/stereo.wall --frames 3 --outputs": Row("Options", "./deploy/run-wall --no-install --wall deploy/screens/stereo.wall --frames 2 --size 64x36 --outputs", leaves=("out/outputs/front-0-0-left.png",)),
 
-    "tessera-wall --scene field.ply --up z --fit 3 --at 0 0 -1 --point-radius 0.02": Row(
-        "ByHand", "tests/commands/made field $T/field.ply && tessera-wall --wall 1x1 --size 64x36 --frames 2 --output $T --scene $T/field.ply --up z --fit 3 --at 0 0 -1 --point-radius 0.02", leaves=("$T/wall.png",)),
+    "tessera-wall --scene field.ply --up z --fit 3 --at 0 1 -1 --point-radius 0.02": Row(
+        "ByHand", "tests/commands/made field $T/field.ply && tessera-wall --wall 1x1 --size 64x36 --frames 2 --output $T --scene $T/field.ply --up z --fit 3 --at 0 1 -1 --point-radius 0.02", leaves=("$T/wall.png",)),
 
     # ------------------------------------------------------------------ on a desktop
     "./deploy/run-wall --window": Row("Desk", "./deploy/run-wall --no-install --window --size 160x90 --frames 2 --scene tests/data/scenes/yard.tsct", display=True, leaves=("out/report.json",)),
