@@ -1,201 +1,22 @@
 /// What a wall's frames take while a large scene is loaded at run time, taken back and brought again: a server in this
-/// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks.
+/// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks. And while others ask
+/// for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away; many parts are moved and
+/// undone; the view is set back; much is copied.
 ///
-///     bench_load [--json FILE] [--nodes N] [--wide] [--quick]
-#include <atomic>
-#include <cmath>
+///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies] [--wide] [--quick]
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "common/application/Application.h"
-#include "common/base/Channel.h"
-#include "common/codec/WallCodec.h"
-#include "common/cores/Geometry.h"
-#include "common/cores/Transform.h"
-#include "common/geometry/Mesh.h"
-#include "common/scenefile/SceneFile.h"
-#include "server/sim/FrameLoop.h"
-#include "tests/bench/SceneTable.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/bench/LoadWall.h"
 
 namespace tessera::bench {
 namespace {
-
-using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
-using Instant = Clock::time_point;
-
-double milliseconds(Duration duration) {
-    return std::chrono::duration<double, std::milli>(duration).count();
-}
-
-/// Places with ten places below each, every one a Transform with a box of sixteen sizes in a node below it: half of the nodes
-/// are places. `wide`: all places stand below one node.
-void writeForest(const std::string& path, std::uint64_t nodes, bool wide) {
-    ChangeListBuilder list;
-    std::uint64_t next = kRootNode.value + 1;
-    const auto create = [&](ObjectType type) {
-        const ObjectId id(next++);
-        list.create(id, type);
-        return id;
-    };
-    const auto createNode = [&](const std::string& name, ObjectId core, ObjectId parent) {
-        const ObjectId id = create(typeOf<Node>());
-        setField<&Node::name>(list, id, name);
-        if (core) setField<&Node::core>(list, id, core);
-        list.place(id, parent);
-        return id;
-    };
-    std::vector<ObjectId> boxes;
-    for (int i = 0; i < 16; ++i) {
-        const MeshArrays arrays = makeBox(Vec3d::Constant(0.2 + 0.05 * i)).toArrays();
-        boxes.push_back(create(typeOf<Geometry>()));
-        setField<&Geometry::positions>(list, boxes.back(), arrays.positions);
-        setField<&Geometry::normals>(list, boxes.back(), arrays.normals);
-        setField<&Geometry::indices>(list, boxes.back(), arrays.indices);
-    }
-    std::vector<ObjectId> places;
-    for (std::uint64_t i = 0; 2 * i < nodes; ++i) {
-        const ObjectId transform = create(typeOf<Transform>());
-        const double turn = 0.1 * static_cast<double>(i % 60);
-        setField<&Transform::translation>(list, transform, Vec3d(static_cast<double>(i % 10) - 4.5, 0.1 + turn, -1.3));
-        setField<&Transform::rotation>(list, transform, Quatd(std::cos(turn / 2), 0, std::sin(turn / 2), 0));
-        const ObjectId parent = i == 0 ? kRootNode : wide ? places.front() : places[(i - 1) / 10];
-        places.push_back(createNode(i == 0 ? "forest" : fmt::format("tree number {}", i), transform, parent));
-        createNode("shape", boxes[i % boxes.size()], places.back());
-    }
-    Aspect scene;
-    if (!scene.apply(list.take()) || !saveScene(path, scene)) std::abort();
-}
-
-/// Something moves in every frame, so that every frame has a list.
-constexpr const char* kMover =
-    "node { name: \"mover\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n"
-    "node { motion { target: \"mover\" mode: PING_PONG key { time: 0 } key { time: 1 transform { translation { x: 1 } } } } }\n";
-
-/// Sees when the whole machine stands still (a shared one may be stopped for tenths of a second): a thread that does nothing
-/// but sleep for two milliseconds wakes much later then.
-class StandstillWatch {
-public:
-    StandstillWatch() : thread_([this] { run(); }) {}
-    ~StandstillWatch() { (void)take(); }
-    struct Standstill {
-        Instant from, to;
-    };
-    std::vector<Standstill> take() {
-        stop_ = true;
-        if (thread_.joinable()) thread_.join();
-        return seen_;
-    }
-
-private:
-    void run() {
-        for (Instant before = Clock::now(); !stop_;) {
-            std::this_thread::sleep_for(2ms);
-            const Instant now = Clock::now();
-            if (now - before > 25ms) seen_.push_back({before, now});
-            before = now;
-        }
-    }
-    std::vector<Standstill> seen_;
-    std::atomic<bool> stop_{false};
-    std::thread thread_;
-};
-
-/// The wall at work on threads and processes of its own, and when it has released its frames.
-class Wall4 {
-public:
-    /// Applications may load what lies in folder `allowed`.
-    Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz) : log_("bench_load") {
-        const std::string path = test::wallWithSync(folder_, "lost_after_ms: 10000 frame_deadline_ms: 60000 start_deadline_ms: 300000");
-        ServerOptions options;
-        options.wall = loadWall(path).value();
-        options.scenes = {folder_.write("mover.tsct", kMover)};
-        options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
-        options.allowed = {allowed};
-        options.rateHz = rateHz;
-        options.onProgress = [this](std::uint64_t, std::uint64_t) { released_.push_back(Clock::now()); };
-        options.onListening = [this](const Address& address) { listening_.push(toString(address)); };
-        loop_ = std::make_unique<FrameLoop>(std::move(options), log_);
-        thread_ = std::thread([this] {
-            if (const Expected<void> done = loop_->run(); !done) log_.error(done.error().message);
-            listening_.close();
-        });
-        address_ = listening_.pop().value_or("");
-        for (const std::string& host : test::kFourHosts)
-            hosts_.push_back(std::make_unique<test::Process>(
-                folder_.path(), host,
-                std::vector<std::string>{test::program("tessera-client"), "--server", address_, "--host", host, "--surface", "none"}));
-    }
-    ~Wall4() { (void)finish(); }
-    [[nodiscard]] std::unique_ptr<Application> connect() const {
-        auto application = Application::connect({.address = address_, .name = "bench", .followScene = false, .timeout = std::chrono::minutes(2)});
-        return application ? std::move(*application) : nullptr;
-    }
-    /// Ends it: the instants of all releases.
-    std::vector<Instant> finish() {
-        if (thread_.joinable()) {
-            loop_->stop();
-            thread_.join();
-        }
-        return released_;
-    }
-
-private:
-    test::TemporaryFolder folder_;
-    Log log_;
-    std::vector<Instant> released_;  ///< the frame thread's until it has ended
-    Channel<std::string> listening_{1};
-    std::unique_ptr<FrameLoop> loop_;
-    std::thread thread_;
-    std::string address_;
-    std::vector<std::unique_ptr<test::Process>> hosts_;
-};
-
-/// Frames in a span of time, by how long after the one before they were released.
-struct FrameSpan {
-    std::vector<double> ms;
-    double worst = 0;
-    double worstStandstill = 0;  ///< of frames, left out here, during which the machine stood still
-    std::size_t standstills = 0;
-    [[nodiscard]] Median median() const { return medianOf(ms); }
-};
-
-/// Of the frames released in [from, to), but for those whose time holds one of `without`, and the ones before them: of these `left`
-/// gets the longest, whenever they were released.
-FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<StandstillWatch::Standstill>& standstills, Instant from, Instant to, const std::vector<Instant>& without = {},
-            double* left = nullptr) {
-    FrameSpan span;
-    for (std::size_t i = 1; i < released.size(); ++i) {
-        const double ms = milliseconds(released[i] - released[i - 1]);
-        bool isLeft = false;
-        for (const Instant at : without) {
-            const bool holds = released[i - 1] <= at && at < released[i];
-            const bool justBefore = i + 1 < released.size() && released[i] <= at && at < released[i + 1];
-            isLeft = isLeft || holds || justBefore;
-        }
-        if (!isLeft && (released[i] < from || released[i] >= to)) continue;
-        if (isLeft) {
-            if (left) *left = std::max(*left, ms);
-            continue;
-        }
-        if (std::ranges::any_of(standstills, [&](const auto& still) { return still.from < released[i] && released[i - 1] < still.to; })) {
-            span.worstStandstill = std::max(span.worstStandstill, ms);
-            ++span.standstills;
-            continue;
-        }
-        span.ms.push_back(ms);
-        span.worst = std::max(span.worst, ms);
-    }
-    return span;
-}
 
 struct LoadCourse {
     Instant begun, ordered, shown, rested, undoing, undone, gone, redoing, back, over;
@@ -323,7 +144,7 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
 }
 
 int bench(const std::vector<std::string>& arguments) {
-    std::string json;
+    std::string json, rows = "load,lies,undo,reset,copies";
     std::uint64_t nodes = 1'000'000;
     bool quick = false, wide = false;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -333,10 +154,12 @@ int bench(const std::vector<std::string>& arguments) {
             wide = true;
         } else if (i + 1 < arguments.size() && arguments[i] == "--json") {
             json = arguments[++i];
+        } else if (i + 1 < arguments.size() && arguments[i] == "--rows") {
+            rows = arguments[++i];
         } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
             nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
         } else {
-            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--wide] [--quick]\n", stderr);
+            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies] [--wide] [--quick]\n", stderr);
             return 2;
         }
     }
@@ -346,8 +169,11 @@ int bench(const std::vector<std::string>& arguments) {
     SceneTable table;
     table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB{}), four hosts that do not draw", nodes,
                             static_cast<double>(std::filesystem::file_size(file)) * 1e-6, wide ? ", half of them below one node" : ""));
-    loadRows(table, file, 60, quick);
-    loadRows(table, file, 0, quick);
+    if (rows.find("load") != std::string::npos) {
+        loadRows(table, file, 60, quick);
+        loadRows(table, file, 0, quick);
+    }
+    guestRows(table, file, rows, quick);
     table.summarise();
     if (!json.empty() && !table.writeJson(json)) {
         std::fprintf(stderr, "bench_load: %s cannot be written\n", json.c_str());
