@@ -30,7 +30,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, JournalProgress, UploadFinished>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -70,6 +70,7 @@ struct FrameLoop::Impl {
     Expected<void> take(const LinkEvent& event);
     Expected<void> take(LoadFinished finished);
     Expected<void> take(SnapshotMade made);
+    Expected<void> take(UploadFinished finished);
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -126,6 +127,7 @@ struct FrameLoop::Impl {
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
+    Uploads uploads;
     Snapshots snapshots;
     MarkArrays marks;
     RequestDesk desk;
@@ -185,6 +187,9 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
              },
              options.scenes),
+      uploads([this](UploadFinished finished) {
+          if (inbox.push(kOurselves, std::move(finished))) peers.wake();
+      }),
       snapshots(peers.session(), blobs,
                 [this](SnapshotMade made) {
                     if (inbox.push(kOurselves, std::move(made))) peers.wake();
@@ -196,6 +201,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .simulation = simulation,
             .view = view,
             .loader = loader,
+            .uploads = &uploads,
             .drags = drags,
             .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); },
@@ -405,6 +411,11 @@ Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
 
 Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
     actions.carryOut(snapshots.made(std::move(made), Clock::now()));
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(UploadFinished finished) {
+    actions.carryOut(desk.uploaded(std::move(finished), Clock::now()));
     return {};
 }
 
