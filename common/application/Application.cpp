@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "common/application/Connection.h"
-#include "common/codec/ChangeCodec.h"
+#include "common/application/Proposal.h"
 #include "common/codec/WallCodec.h"
 
 namespace tessera {
@@ -48,11 +48,12 @@ struct Application::Impl {
     /// A list for a scene that is about to come anew is not sent: it was made from another.
     [[nodiscard]] Expected<void> sceneIsHere() const;
 
-    Expected<ApplicationAnswer> ask(const ApplicationRequest& request, milliseconds timeout);
+    /// `arrays` go before it.
+    Expected<ApplicationAnswer> ask(const ApplicationRequest& request, milliseconds timeout, std::span<const Blob> arrays = {});
     /// `ask` for one kind of answer.
     template <typename Answer>
-    Expected<Answer> askFor(const ApplicationRequest& request, std::optional<milliseconds> timeout = std::nullopt) {
-        Expected<ApplicationAnswer> answer = ask(request, timeout.value_or(options.timeout));
+    Expected<Answer> askFor(const ApplicationRequest& request, std::optional<milliseconds> timeout = std::nullopt, std::span<const Blob> arrays = {}) {
+        Expected<ApplicationAnswer> answer = ask(request, timeout.value_or(options.timeout), arrays);
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
         return fail(ErrorCode::kBadInput,
@@ -64,12 +65,12 @@ struct Application::Impl {
     }
     /// Waits until `scene` holds the list that answers a proposal.
     Expected<answer::Committed> settled(Expected<answer::Committed> committed);
-    Expected<void> subscribe();
     Expected<answer::Committed> move(ObjectId node, const NodeMove& move, std::uint64_t gesture) {
         // Numbers that are none would be a fault of ours on the wire.
         if (Expected<void> sound = checkMove(move); !sound) return tl::unexpected(sound.error());
         return settled(askFor<answer::Committed>(request::Move{node, move, gesture}));
     }
+    Expected<void> subscribe();
 
     Options options;
     ConnectionOptions connectionOptions;
@@ -252,7 +253,10 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
     }
 }
 
-Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout) {
+Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout, std::span<const Blob> arrays) {
+    Bytes body = encodeRequest(request);
+    if (body.size() > limits::kMaxRequestBytes)
+        return fail(ErrorCode::kLimit, fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
     const TimePoint deadline = clockNow() + timeout;
     while (away && !ended)
         if (!take(deadline) && clockNow() >= deadline)
@@ -260,7 +264,8 @@ Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& req
                         fmt::format("the server at {} did not come back within {} ms: {}", options.address,
                                     timeout.count(), away->why.message));
     if (ended) return tl::unexpected(ended->error);
-    connection->request(++lastRequest, encodeRequest(request));
+    connection->upload(arrays);
+    connection->request(++lastRequest, std::move(body));
     std::optional<message::Reply> reply;
     while (!reply) {
         const bool came = take(deadline, &reply);
@@ -414,10 +419,9 @@ void Application::onBack(std::function<void()> callback) {
 
 Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
     if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
-    request::Propose proposal{encodeChangeList(list), {}, gesture};
-    for (const Blob& blob : blobsOf(list))
-        if (blob.resident()) proposal.blobs.push_back(blob.slice());
-    return impl_->settled(impl_->askFor<answer::Committed>(proposal));
+    const Expected<Proposal> proposal = proposalOf(list, gesture);
+    if (!proposal) return tl::unexpected(proposal.error());
+    return impl_->settled(impl_->askFor<answer::Committed>(proposal->request, std::nullopt, proposal->arrays));
 }
 
 Expected<answer::Committed> Application::undo() {

@@ -129,7 +129,9 @@ public:
     // ---- requests: each waits for the server's answer, at most Options::timeout
 
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
-    /// Resident blobs that it names are uploaded. When it returns, `scene()` holds the change (with followScene; not
+    /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts meanwhile. kLimit: more
+    /// than limits::kMaxUploadBytes (1 GiB) of them, or a list of more than limits::kMaxProposalBytes (64 MiB): nothing is sent. When it
+    /// returns, `scene()` holds the change (with followScene; not
     /// from within a callback). A refused list changes nothing.
     /// `gesture`: proposals in a row of one gesture (a drag) are taken back as one; 0: each by itself.
     [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture = 0);

@@ -41,6 +41,7 @@ Connection::Connection(ConnectionOptions options)
       session_(sessionConfig(options_)) {
     TransportLimits limits;
     limits.maxPayload = maxPayloadBytes;
+    limits.maxSendQueueBytes = 2 * limits::kMaxUploadBytes;  // they lie where they are
     transport_ =
         std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
     open(ChannelKind::kControl);
@@ -67,6 +68,31 @@ void Connection::request(std::uint64_t id, ByteSlice body) {
     events_.push(message::Request{id, std::move(body)});
 }
 
+void Connection::upload(std::span<const Blob> blobs) {
+    constexpr std::size_t kMostOfAPiece = 4096;  // blobs
+    message::Upload piece;
+    Bytes small;  // several arrays in one piece
+    const auto send = [&] {
+        if (!small.empty()) piece.bytes = std::exchange(small, {});
+        if (!piece.blobs.empty() || !piece.bytes.empty()) events_.push(std::exchange(piece, {}));
+    };
+    for (const Blob& blob : blobs) {
+        const ByteSpan all = blob.bytes();
+        const bool alone = all.size() > limits::kUploadPieceBytes / 2;
+        if (alone || small.size() + all.size() > limits::kUploadPieceBytes || piece.blobs.size() >= kMostOfAPiece) send();
+        piece.blobs.push_back({blob.id(), blob.sizeBytes()});
+        if (!alone) {
+            small.insert(small.end(), all.begin(), all.end());
+            continue;
+        }
+        for (std::size_t at = 0; at < all.size(); at += limits::kUploadPieceBytes) {
+            piece.bytes = blob.slice().slice(all.subspan(at, std::min(limits::kUploadPieceBytes, all.size() - at)));
+            send();
+        }
+    }
+    send();
+}
+
 void Connection::run() {
     while (!ended_) {
         const Duration idle = std::clamp<Duration>(session_.nextDeadline() - clockNow(), 0ns, 1s);
@@ -75,6 +101,8 @@ void Connection::run() {
         if (event) {
             if (const auto* link = std::get_if<LinkEvent>(&*event))
                 on(*link);
+            else if (auto* upload = std::get_if<message::Upload>(&*event))
+                carryOut(session_.upload(std::move(*upload)));
             else
                 carryOut(session_.request(std::get<message::Request>(std::move(*event))));
         }

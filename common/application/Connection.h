@@ -70,9 +70,11 @@ public:
     [[nodiscard]] std::optional<Incoming> next(Duration timeout);
     /// The answer comes as a Reply with this id, or Ended.
     void request(std::uint64_t id, ByteSlice body);
+    /// Arrays of the next proposal, in pieces. The bytes are not copied, but for those of small arrays.
+    void upload(std::span<const Blob> blobs);
 
 private:
-    using Event = std::variant<LinkEvent, message::Request>;
+    using Event = std::variant<LinkEvent, message::Request, message::Upload>;
 
     void run();
     void on(const LinkEvent& event);

@@ -100,6 +100,9 @@ struct ClientSession::Impl {
     void applied(Sequence at, StateHash hash);
     void image(message::TileImage image);
     void request(message::Request request);
+    void upload(message::Upload upload) {
+        if (stage == Stage::kWelcomed) send(ChannelKind::kControl, std::move(upload));
+    }
     void disconnect(std::string reason, bool retry = true, ErrorCode code = ErrorCode::kNetwork);
 
     [[nodiscard]] bool dead() const { return stage == Stage::kDead; }
@@ -288,8 +291,8 @@ void ClientSession::Impl::on(const message::Heartbeat& beat, TimePoint now) {
 
 void ClientSession::Impl::enqueue(StepMessage message) {
     const std::vector<BlobInfo>& blobs = listOf(message).blobs;  // of a list that stays where it is
-    queuedBytes += bytesOf(message);
     const bool whole = std::holds_alternative<message::Snapshot>(message);
+    queuedBytes += bytesOf(message);
     steps.push_back({std::move(message)});
     if (const auto* snapshot = std::get_if<message::Snapshot>(&steps.back().message);
         snapshot && snapshot->content.sizeBytes > 0) {
@@ -306,8 +309,8 @@ void ClientSession::Impl::enqueue(StepMessage message) {
         queuedBytes - bytesOf(steps.front().message) > config.maxQueuedBytes)
         return disconnect("fell too far behind the server; starting over from a snapshot");
     if (!want(blobs)) return;
-    pump();
     if (whole) fetcher.sceneIsKnown();
+    pump();
 }
 
 void ClientSession::Impl::openBulk() {
@@ -331,8 +334,8 @@ void ClientSession::Impl::opened(const Blob& content) {
         queuedBytes += bytesOf(step.message);
     }
     if (!want((*list)->blobs)) return;
-    pump();
     fetcher.sceneIsKnown();
+    pump();
 }
 
 void ClientSession::Impl::on(const message::BlobNotice& notice, TimePoint) {
@@ -576,6 +579,11 @@ ClientActions ClientSession::hashes(message::HashAnswer answer) {
 
 ClientActions ClientSession::image(message::TileImage image) {
     if (!impl_->dead()) impl_->image(std::move(image));
+    return impl_->take();
+}
+
+ClientActions ClientSession::upload(message::Upload upload) {
+    if (!impl_->dead()) impl_->upload(std::move(upload));
     return impl_->take();
 }
 

@@ -163,6 +163,8 @@ public:
     [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
     [[nodiscard]] ClientActions image(message::TileImage image);
     [[nodiscard]] ClientActions request(message::Request request);
+    /// Once the server has welcomed us; nothing goes out before.
+    [[nodiscard]] ClientActions upload(message::Upload upload);
 
     /// The server's clock minus ours, in ns, from the heartbeat with the shortest round trip so far.
     [[nodiscard]] std::int64_t clockOffsetNs() const;

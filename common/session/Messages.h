@@ -41,6 +41,22 @@ struct HashEntry {
     return ErrorCode::kFailed;
 }
 
+/// What an application may ask for at once. The library says so before it sends anything.
+namespace limits {
+
+/// The list of a proposal: it is checked and applied between two frames.
+inline constexpr std::size_t kMaxProposalBytes = std::size_t{64} << 20;
+/// All arrays that a proposal brings.
+inline constexpr std::size_t kMaxUploadBytes = std::size_t{1} << 30;
+/// Of them those that travel with the list: the frame thread copies and hashes them. The others come before it in pieces (Upload).
+inline constexpr std::size_t kMaxInlineArrayBytes = std::size_t{1} << 20;
+/// A message is moved in memory once more as it passes 1 MiB.
+inline constexpr std::size_t kUploadPieceBytes = std::size_t{960} << 10;
+/// Any request: a proposal with its small arrays is the largest.
+inline constexpr std::size_t kMaxRequestBytes = kMaxProposalBytes + kMaxInlineArrayBytes + (std::size_t{3} << 20);
+
+}  // namespace limits
+
 namespace message {
 
 // Largest payloads. Heads have at most 16 KiB.
@@ -188,9 +204,21 @@ struct Request {
     ByteSlice body;
 
     static constexpr MessageInfo kInfo{
-        10, "Request", Party::kApplications, Party::kServer, OnChannel::kControl, SaidWhen::kLater, 256 * kMebi};
+        10, "Request", Party::kApplications, Party::kServer, OnChannel::kControl, SaidWhen::kLater, limits::kMaxRequestBytes};
     static constexpr auto fields() {
         return std::tuple(field::varint(1, "id", &Request::id), field::bytes("body", &Request::body));
+    }
+};
+
+/// Arrays of the next proposal, in pieces: whoever puts them together does so while frames go by.
+struct Upload {
+    std::vector<BlobInfo> blobs;  ///< that begin behind what has come of earlier ones
+    ByteSlice bytes;              ///< of these and of earlier ones, in their order
+
+    static constexpr MessageInfo kInfo{
+        26, "Upload", Party::kApplications, Party::kServer, OnChannel::kControl, SaidWhen::kLater, 2 * kMebi};
+    static constexpr auto fields() {
+        return std::tuple(field::records("blobs", &Upload::blobs), field::bytes("bytes", &Upload::bytes));
     }
 };
 
@@ -389,7 +417,7 @@ using Message = std::variant<message::Heartbeat, message::Hello, message::Synced
                              message::Request, message::Welcome, message::Refused, message::Snapshot, message::Changes,
                              message::Begin, message::Swap, message::BlobNotice, message::BlobChunk, message::HashQuery,
                              message::ImageRequest, message::Reply, message::Notice, message::Over,
-                             message::Neighbours, message::Input>;
+                             message::Neighbours, message::Input, message::Upload>;
 /// One message for several peers is one object: it is encoded once.
 using MessagePtr = std::shared_ptr<const Message>;
 

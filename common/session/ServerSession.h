@@ -157,6 +157,11 @@ struct RequestReceived {
     std::uint64_t id = 0;
     ByteSlice body;
 };
+/// Arrays of an application's next proposal.
+struct UploadReceived {
+    ConnectionId connection;
+    message::Upload upload;
+};
 /// A host has seen a higher epoch of this wall than the clock gave: from now on it is `to`, and peers start over.
 struct EpochRaised {
     Epoch from;
@@ -207,7 +212,7 @@ using ServerAction =
                  server_action::RequestReceived, server_action::ApplicationJoined, server_action::ApplicationLeft,
                  server_action::BlobsEverywhere, server_action::BlobRequested, server_action::ImageReceived,
                  server_action::PixelsDiffer, server_action::EpochRaised, server_action::InputReceived,
-                 server_action::InputEnded>;
+                 server_action::InputEnded, server_action::UploadReceived>;
 using ServerActions = std::vector<ServerAction>;
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic

@@ -141,6 +141,7 @@ struct ServerSession::Impl {
     void on(Peer& peer, const message::HashAnswer& message, TimePoint now);
     void on(Peer& peer, const message::TileImage& message, TimePoint now);
     void on(Peer& peer, const message::Request& message, TimePoint now);
+    void on(Peer& peer, const message::Upload& message, TimePoint now);
     void on(Peer& peer, const message::Input& message, TimePoint now);
     void violated(Peer& peer, const std::string& what, TimePoint now);
     void mismatch(Peer& peer, Host& host, Sequence sequence, StateHash expected, StateHash actual, TimePoint now);

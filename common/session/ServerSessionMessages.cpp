@@ -68,6 +68,10 @@ void ServerSession::Impl::on(Peer& peer, const message::Request& message, TimePo
     out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body});
 }
 
+void ServerSession::Impl::on(Peer& peer, const message::Upload& message, TimePoint) {
+    out.push_back(server_action::UploadReceived{peer.id, message});
+}
+
 void ServerSession::Impl::on(Peer& peer, const message::Input& message, TimePoint) {
     hostOf(peer).saidInput = true;
     out.push_back(server_action::InputReceived{peer.name, message.states});

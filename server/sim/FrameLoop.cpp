@@ -37,7 +37,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, CopyMade, JournalProgress>;
+using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, CopyMade, JournalProgress, UploadFinished>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -81,6 +81,7 @@ struct FrameLoop::Impl {
     Expected<void> take(const SceneSurveyed& survey);
     Expected<void> take(CopyMade made);
     void orderSurvey();
+    Expected<void> take(UploadFinished finished);
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -142,6 +143,7 @@ struct FrameLoop::Impl {
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
+    Uploads uploads;
     Snapshots snapshots;
     MarkArrays marks;
     RequestDesk desk;
@@ -203,6 +205,9 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              [this](LoadFinished finished) {
                  if (inbox.push(kOurselves, std::move(finished))) peers.wake();
              }),
+      uploads([this](UploadFinished finished) {
+          if (inbox.push(kOurselves, std::move(finished))) peers.wake();
+      }),
       snapshots(peers.session(), blobs,
                 [this](SnapshotMade made) {
                     if (inbox.push(kOurselves, std::move(made))) peers.wake();
@@ -214,6 +219,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .simulation = simulation,
             .view = view,
             .loader = loader,
+            .uploads = &uploads,
             .drags = drags,
             .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); },
@@ -485,6 +491,11 @@ Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
     surveying = false;
     view.surveyed(survey.bounds);
     actions.carryOut(desk.surveyed(survey.bounds, survey.at));
+    return {};
+}
+
+Expected<void> FrameLoop::Impl::take(UploadFinished finished) {
+    actions.carryOut(desk.uploaded(std::move(finished), Clock::now()));
     return {};
 }
 

@@ -142,6 +142,11 @@ ServerActions SessionActions::on(const server_action::InputEnded& ended) {
     return {};
 }
 
+ServerActions SessionActions::on(const server_action::UploadReceived& received) {
+    around_.desk.uploading(received);
+    return {};
+}
+
 ServerActions SessionActions::on(const server_action::PixelsDiffer& differ) {
     around_.log.warning(
         fmt::format("{} draws other pixels than {} (another CPU or driver): seams between them may show", differ.host,

@@ -72,6 +72,7 @@ private:
     ServerActions on(const server_action::EpochRaised&);
     ServerActions on(const server_action::InputReceived&);
     ServerActions on(const server_action::InputEnded&);
+    ServerActions on(const server_action::UploadReceived&);
 
     Surroundings around_;
     struct Walk {

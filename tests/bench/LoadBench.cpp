@@ -1,9 +1,9 @@
 /// What a wall's frames take while a large scene is loaded at run time, taken back and brought again: a server in this
 /// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks. And while others ask
 /// for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away; many parts are moved and
-/// undone; the view is set back; much is copied.
+/// undone; the view is set back; much is copied; an application sends large arrays.
 ///
-///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies] [--wide] [--quick]
+///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads] [--wide] [--quick]
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -144,7 +144,7 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
 }
 
 int bench(const std::vector<std::string>& arguments) {
-    std::string json, rows = "load,lies,undo,reset,copies";
+    std::string json, rows = "load,lies,undo,reset,copies,uploads";
     std::uint64_t nodes = 1'000'000;
     bool quick = false, wide = false;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -159,7 +159,7 @@ int bench(const std::vector<std::string>& arguments) {
         } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
             nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
         } else {
-            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies] [--wide] [--quick]\n", stderr);
+            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads] [--wide] [--quick]\n", stderr);
             return 2;
         }
     }
@@ -167,6 +167,7 @@ int bench(const std::vector<std::string>& arguments) {
     const std::string file = folder.path() + "/forest.tsc";
     writeForest(file, nodes, wide);
     SceneTable table;
+    if (rows.find("uploads") != std::string::npos) uploadRows(table, quick);
     table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB{}), four hosts that do not draw", nodes,
                             static_cast<double>(std::filesystem::file_size(file)) * 1e-6, wide ? ", half of them below one node" : ""));
     if (rows.find("load") != std::string::npos) {

@@ -1,5 +1,6 @@
 #include "tests/bench/LoadWall.h"
 
+#include <ctime>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -73,7 +74,12 @@ Wall4::Wall4(std::vector<std::string> scenes, const std::string& allowed, double
     options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
     options.allowed = {allowed};
     options.rateHz = rateHz;
-    options.onProgress = [this](std::uint64_t, std::uint64_t) { released_.push_back(Clock::now()); };
+    options.onProgress = [this](std::uint64_t, std::uint64_t) {
+        released_.push_back(Clock::now());
+        timespec time{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+        worked_.push_back(1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec));
+    };
     options.onListening = [this](const Address& address) { listening_.push(toString(address)); };
     loop_ = std::make_unique<FrameLoop>(std::move(options), log_);
     thread_ = std::thread([this] {

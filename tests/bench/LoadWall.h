@@ -80,6 +80,8 @@ public:
         }
         return released_;
     }
+    /// Processor time of the frame thread up to each release, ms. Once it has ended.
+    [[nodiscard]] const std::vector<double>& worked() const { return worked_; }
 
 private:
     void startHost(const std::string& host);
@@ -89,6 +91,7 @@ private:
     std::vector<std::string> lastHost_;  ///< what its command says beside
     int started_ = 0;
     std::vector<Instant> released_;  ///< the frame thread's until it has ended
+    std::vector<double> worked_;     ///< likewise
     Channel<std::string> listening_{1};
     std::unique_ptr<FrameLoop> loop_;
     std::thread thread_;
@@ -112,5 +115,7 @@ struct FrameSpan {
 
 /// What frames of a wall take while its guests ask for much, in groups: lies, undo, reset, copies.
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick);
+/// And while an application sends large arrays.
+void uploadRows(SceneTable& table, bool quick);
 
 }  // namespace tessera::bench

@@ -55,7 +55,10 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     return std::visit(
         [&]<typename Request>(const Request& request) {
             if constexpr (kStaysOpen<Request>)
-                if (std::optional<Error> why = tooManyOpen(asker)) return refuse(asker, std::move(*why));
+                if (std::optional<Error> why = tooManyOpen(asker)) {
+                    if (std::is_same_v<Request, request::Propose> && around_.uploads) around_.uploads->drop(asker.connection);
+                    return refuse(asker, std::move(*why));
+                }
             return on(asker, request, now);
         },
         *decoded);
@@ -79,16 +82,49 @@ std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Propose& proposal, TimePoint now) {
-    Expected<Edit> edit = editFrom(proposal);
-    if (!edit) return refuse(asker, edit.error());
+    const Expected<Uploads::Closed> upload = around_.uploads ? around_.uploads->close(asker.connection) : Uploads::Closed();
+    if (!upload) return refuse(asker, failWith("proposal", upload.error()).value());
     const std::uint64_t ticket = nextTicket_++;
-    edit->ticket = ticket;
-    edit->gesture = {asker.connection.value, proposal.gesture};
-    std::vector<Blob> named = blobsOf(edit->list);
-    std::size_t bytes = proposal.list.size();
+    std::size_t bytes = proposal.list.size() + upload->bytes;
     for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
-    open_[ticket] = {.asker = asker, .edit = std::move(*edit), .bytes = bytes};
-    return queueEdit(ticket, std::move(named), now);
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .gesture = {asker.connection.value, proposal.gesture}}, .bytes = bytes};
+    if (upload->upload == 0) return propose(ticket, proposal, now);
+    awaiting_[upload->upload] = {ticket, proposal};
+    return {};
+}
+
+ServerActions RequestDesk::propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now) {
+    Open& open = open_.at(ticket);
+    Expected<ChangeList> list = listFrom(proposal);
+    if (!list) {
+        ServerActions actions = tell(open, tl::unexpected(list.error()));
+        open_.erase(ticket);
+        return actions;
+    }
+    open.edit.list = std::move(*list);
+    return queueEdit(ticket, blobsOf(open.edit.list), now);
+}
+
+void RequestDesk::uploading(const server_action::UploadReceived& received) {
+    if (around_.uploads) around_.uploads->take(received.connection, received.upload);
+}
+
+ServerActions RequestDesk::uploaded(UploadFinished finished, TimePoint now) {
+    around_.uploads->handedOver(finished.upload);
+    auto awaiting = awaiting_.extract(finished.upload);
+    if (!awaiting) return {};
+    const auto open = open_.find(awaiting.mapped().ticket);
+    if (open == open_.end()) return {};
+    if (!finished.blobs) {
+        ServerActions actions = tell(open->second, failWith("proposal", finished.blobs.error()));
+        open_.erase(open);
+        return actions;
+    }
+    // Findable until the list holds them.
+    for (Blob& blob : *finished.blobs) blob = around_.blobs.add(std::move(blob));
+    ServerActions actions = propose(open->first, awaiting.mapped().proposal, now);
+    around_.uploads->letGo(std::move(*finished.blobs));
+    return actions;
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
@@ -318,6 +354,13 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
+ServerActions RequestDesk::on(const Asker& asker, const request::Move& wish, TimePoint now) {
+    const std::uint64_t ticket = nextTicket_++;
+    open_[ticket] = {.asker = asker,
+                     .edit = {.ticket = ticket, .gesture = {asker.connection.value, wish.gesture}, .move = MoveWish{wish.node, wish.move}}};
+    return queueEdit(ticket, {}, now);
+}
+
 ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, TimePoint now) {
     // Each node is taken from its place and destroyed: two changes at least.
     Expected<ChangeList> list = removalList(around_.simulation.scene(), wish.node, limits_.maxProposalChanges / 2);
@@ -374,34 +417,22 @@ ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
 ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
     Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
     if (!page) return refuse(asker, page.error());
-ServerActions RequestDesk::on(const Asker& asker, const request::Move& wish, TimePoint now) {
-    const std::uint64_t ticket = nextTicket_++;
-    open_[ticket] = {.asker = asker,
-                     .edit = {.ticket = ticket, .gesture = {asker.connection.value, wish.gesture}, .move = MoveWish{wish.node, wish.move}}};
-    return queueEdit(ticket, {}, now);
-}
-
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-Expected<Edit> RequestDesk::editFrom(const request::Propose& proposal) {
-    std::size_t uploaded = 0;
+Expected<ChangeList> RequestDesk::listFrom(const request::Propose& proposal) {
+    std::size_t bytes = 0;
+    for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
+    if (bytes > limits_.maxInlineArrayBytes)
+        return fail(ErrorCode::kLimit, fmt::format("proposal: arrays of {} bytes beside its list; {} may be there, larger ones come before it in pieces", bytes, limits_.maxInlineArrayBytes));
     std::vector<Blob> uploads;  // keeps them findable until the list holds them
-    for (const ByteSlice& bytes : proposal.blobs) {
-        uploaded += bytes.size();
-        if (uploaded > limits_.maxUploadBytes)
-            return fail(ErrorCode::kLimit,
-                        fmt::format("a proposal may bring {} MiB of blobs at most", limits_.maxUploadBytes >> 20));
-        uploads.push_back(around_.blobs.add(Blob(Bytes(bytes.begin(), bytes.end()))));
-    }
+    for (const ByteSlice& blob : proposal.blobs) uploads.push_back(around_.blobs.add(Blob(Bytes(blob.begin(), blob.end()))));
     Expected<ChangeList> list =
         decodeChangeList(proposal.list, around_.blobs, AbsentBlobs::kRefuse,
                          {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
     if (!list) return failWith("proposal", list.error());
-    Edit edit;
-    edit.list = std::move(*list);
-    return edit;
+    return list;
 }
 
 ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now) {
@@ -458,6 +489,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     if (around_.steering) around_.steering->applicationLeft(connection.value);
     images_.applicationLeft(connection);
     views_.applicationLeft(connection);
+    if (around_.uploads) around_.uploads->drop(connection);
     around_.drags.release(connection.value);
     // Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
     // leave too many behind, because no frame takes them, the newest do not count.
@@ -543,6 +575,7 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
         append(actions, tell(found->second, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
         // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
         around_.session.forgetBlobs(outcome.ticket);
+        if (around_.uploads) around_.uploads->letGo(std::move(found->second.announced));
         open_.erase(found);
     }
     append(actions, news_.committed(std::move(frame.collision), number, openQuestions));

@@ -13,6 +13,7 @@
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/Loader.h"
+#include "server/sim/desk/Uploads.h"
 #include "server/sim/desk/ViewRequests.h"
 #include "server/sim/frame/Copies.h"
 #include "server/sim/frame/FrameBudget.h"
@@ -37,9 +38,10 @@ public:
         /// Of those who have left: edits that are still carried out.
         std::size_t maxLeftBehind = 256;
         std::chrono::milliseconds imageDeadline{5'000};
-        std::size_t maxUploadBytes = std::size_t{512} << 20;
+        /// Of the arrays that come with a list: they are copied and hashed between two frames. The others come before it (Uploads).
+        std::size_t maxInlineArrayBytes = limits::kMaxInlineArrayBytes;
         /// Of one proposal, or of what a Remove takes: a list is checked and applied between two frames.
-        std::size_t maxProposalBytes = std::size_t{64} << 20;
+        std::size_t maxProposalBytes = limits::kMaxProposalBytes;
         std::size_t maxProposalChanges = 500'000;
         /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
         std::size_t maxFrameChanges = 50'000;
@@ -53,6 +55,7 @@ public:
         Simulation& simulation;
         ViewSource& view;
         Loader& loader;
+        Uploads* uploads = nullptr;  ///< null: proposals bring small arrays alone
         ManipulatorDrags& drags;
         std::string journal = {};  ///< its folder; empty: there is none
         /// Why no edit is taken at present; empty: none is ever refused for that.
@@ -78,6 +81,9 @@ public:
     /// All return what the session wants done.
     [[nodiscard]] ServerActions received(const server_action::RequestReceived& request, TimePoint now);
     [[nodiscard]] ServerActions blobsEverywhere(std::uint64_t token);
+    /// Arrays of an application's next proposal. Costs the same however large they are.
+    void uploading(const server_action::UploadReceived& received);
+    [[nodiscard]] ServerActions uploaded(UploadFinished finished, TimePoint now);
     /// A start scene is loaded without a question; its ticket is `kStartScene`.
     static constexpr std::uint64_t kStartScene = 0;
     [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
@@ -141,13 +147,13 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::Respond&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetObjects&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::Move&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Clone&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Find&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Move&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::Manipulate&, TimePoint now);
 
@@ -165,7 +171,9 @@ private:
     [[nodiscard]] std::optional<Error> editsRefused() const {
         return around_.editsRefused ? around_.editsRefused() : std::nullopt;
     }
-    [[nodiscard]] Expected<Edit> editFrom(const request::Propose& proposal);
+    [[nodiscard]] Expected<ChangeList> listFrom(const request::Propose& proposal);
+    /// The arrays of its list are here.
+    [[nodiscard]] ServerActions propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);
     void takePart(std::vector<Edit>& edits);
     [[nodiscard]] Expected<ApplicationAnswer> outcomeOf(const Open& open, const EditOutcome& outcome,
@@ -175,6 +183,11 @@ private:
     Limits limits_;
     std::uint64_t nextTicket_ = kStartScene + 1;
     std::map<std::uint64_t, Open> open_;  ///< by ticket
+    struct Awaiting {
+        std::uint64_t ticket = 0;
+        request::Propose proposal;
+    };
+    std::map<std::uint64_t, Awaiting> awaiting_;  ///< proposals whose arrays are being put together, by upload
     std::vector<std::uint64_t> ready_;    ///< tickets whose edits go into the next frame
     std::deque<std::uint64_t> loading_;   ///< tickets whose parts do, one at a time, those of the first one first
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time

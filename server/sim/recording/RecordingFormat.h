@@ -26,8 +26,8 @@ inline constexpr std::uint32_t kRecordingFormat = 4;
 
 struct RecordingLimits {
     std::uint64_t maxFileBytes = std::uint64_t{64} << 30;  ///< a recording ends there
-    std::uint64_t maxQueuedBytes = std::uint64_t{1}
-                                   << 30;  ///< not yet written; beyond it the disk is too slow and the recording ends
+    /// Not yet written; beyond it the disk is too slow and the recording ends. One proposal may bring 1 GiB at once.
+    std::uint64_t maxQueuedBytes = std::uint64_t{2} << 30;
     std::uint64_t maxRecordBytes = std::uint64_t{4} << 30;
     std::size_t maxEdits = 65'536;    ///< of a frame
     std::size_t maxReplies = 65'536;  ///< of a frame

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -124,6 +125,19 @@ public:
         const std::scoped_lock lock(mutex_);
         return subscription_;
     }
+    /// What has been uploaded: it is put together, or with `keep` false counted and thrown away.
+    struct Uploaded {
+        std::size_t pieces = 0, largestPiece = 0;
+        std::uint64_t bytes = 0, claimed = 0;
+    };
+    [[nodiscard]] Uploaded uploaded() const {
+        const std::scoped_lock lock(mutex_);
+        return uploaded_;
+    }
+    void keepUploads(bool keep) {
+        const std::scoped_lock lock(mutex_);
+        keepUploads_ = keep;
+    }
     void forgetSubscription() {
         const std::scoped_lock lock(mutex_);
         subscription_ = {};
@@ -156,6 +170,22 @@ private:
         if (const auto* hello = std::get_if<message::Hello>(&*message)) return greet(received->link, *hello);
         if (const auto* request = std::get_if<message::Request>(&*message)) return answer(received->link, *request);
         if (const auto* beat = std::get_if<message::Heartbeat>(&*message)) say(received->link, *beat);
+        if (const auto* upload = std::get_if<message::Upload>(&*message)) take(*upload);
+    }
+
+    void take(const message::Upload& piece) {
+        ++uploaded_.pieces;
+        uploaded_.largestPiece = std::max(uploaded_.largestPiece, piece.bytes.size());
+        uploaded_.bytes += piece.bytes.size();
+        for (const BlobInfo& blob : piece.blobs) uploaded_.claimed += blob.sizeBytes;
+        if (!keepUploads_) return;
+        expected_.insert(expected_.end(), piece.blobs.begin(), piece.blobs.end());
+        coming_.insert(coming_.end(), piece.bytes.begin(), piece.bytes.end());
+        for (; !expected_.empty() && expected_.front().sizeBytes <= coming_.size(); expected_.pop_front()) {
+            const auto end = coming_.begin() + static_cast<std::ptrdiff_t>(expected_.front().sizeBytes);
+            whole_.push_back(store_.add(Blob(Bytes(coming_.begin(), end))));
+            coming_.erase(coming_.begin(), end);
+        }
     }
 
     void greet(LinkId link, const message::Hello& hello) {
@@ -195,7 +225,15 @@ private:
 
     Expected<ApplicationAnswer> answerTo(const ApplicationRequest& asked) {
         if (const auto* propose = std::get_if<request::Propose>(&asked)) {
+            if (!keepUploads_) return fail(ErrorCode::kRefused, "the arrays were thrown away");
+            std::vector<Blob> arrays = std::exchange(whole_, {});
+            for (const ByteSlice& bytes : propose->blobs) arrays.push_back(store_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
             Expected<ChangeList> list = decodeChangeList(propose->list, store_);
+            if (!list) return tl::unexpected(list.error());
+            return commitLocked(std::move(*list));
+        }
+        if (const auto* move = std::get_if<request::Move>(&asked)) {
+            Expected<ChangeList> list = moveList(scene_, move->node, move->move);
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
@@ -231,11 +269,6 @@ private:
             told.created = made->objects;
             std::erase_if(told.ids, [&](const auto& pair) { return pair.first != made->node; });
             return committed;
-        }
-        if (const auto* move = std::get_if<request::Move>(&asked)) {
-            Expected<ChangeList> list = moveList(scene_, move->node, move->move);
-            if (!list) return tl::unexpected(list.error());
-            return commitLocked(std::move(*list));
         }
         if (const auto* remove = std::get_if<request::Remove>(&asked)) {
             Expected<ChangeList> list = removalList(scene_, remove->node);
@@ -280,6 +313,11 @@ private:
     std::vector<LinkId> links_, followers_;
     Faults faults_;
     request::Subscribe subscription_;
+    Uploaded uploaded_;
+    bool keepUploads_ = true;
+    std::deque<BlobInfo> expected_;
+    Bytes coming_;
+    std::vector<Blob> whole_;  ///< of the next proposal
     std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> script_;
     Transport transport_;
     std::uint16_t port_;

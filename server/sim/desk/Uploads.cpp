@@ -1,0 +1,141 @@
+#include "server/sim/desk/Uploads.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace tessera {
+
+namespace {
+/// An end comes behind a piece or is one of a connection's only: it always finds room.
+constexpr std::size_t kRoomForEnds = 65'536;
+constexpr std::size_t kFirstRoom = std::size_t{1} << 20;
+}  // namespace
+
+Uploads::Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits)
+    : limits_(limits), onFinished_(std::move(onFinished)), orders_(2 * limits.maxPieces + kRoomForEnds), thread_([this] { run(); }) {}
+
+Uploads::~Uploads() {
+    orders_.close();
+    while (orders_.tryPop()) {
+    }
+    thread_.join();
+}
+
+std::optional<Error> Uploads::tooMuch(const Coming& coming, const message::Upload& piece) const {
+    std::uint64_t more = 0;
+    for (const BlobInfo& blob : piece.blobs) {
+        if (blob.sizeBytes > limits_.maxBytes) return Error{ErrorCode::kLimit, fmt::format("an array of {} bytes; a proposal may bring {} MiB", blob.sizeBytes, limits_.maxBytes >> 20)};
+        more += blob.sizeBytes;
+    }
+    if (coming.bytes + more > limits_.maxBytes)
+        return Error{ErrorCode::kLimit, fmt::format("arrays of more than {} MiB; a proposal may bring that many", limits_.maxBytes >> 20)};
+    if (coming.blobs + piece.blobs.size() > limits_.maxBlobs)
+        return Error{ErrorCode::kLimit, fmt::format("more than {} arrays; a proposal may bring that many", limits_.maxBlobs)};
+    if (claimedBytes_ + more > limits_.maxBytesOfAll)
+        return Error{ErrorCode::kLimit, fmt::format("applications send arrays of {} MiB already; try again later", claimedBytes_ >> 20)};
+    return std::nullopt;
+}
+
+void Uploads::take(ConnectionId connection, const message::Upload& piece) {
+    const auto [found, fresh] = coming_.try_emplace(connection);
+    Coming& coming = found->second;
+    if (fresh) coming.upload = ++lastUpload_;
+    if (coming.refused) return;
+    coming.refused = tooMuch(coming, piece);
+    if (!coming.refused && waiting_ >= limits_.maxPieces)
+        coming.refused = Error{ErrorCode::kLimit, "arrays came in too many pieces at once; try again later"};
+    if (coming.refused) return;
+    ++waiting_;
+    (void)orders_.tryPush(Piece{coming.upload, piece});
+    for (const BlobInfo& blob : piece.blobs) coming.bytes += blob.sizeBytes;
+    coming.blobs += piece.blobs.size();
+    claimedBytes_ += coming.bytes - std::exchange(claimed_[coming.upload], coming.bytes);
+}
+
+Expected<Uploads::Closed> Uploads::close(ConnectionId connection) {
+    const auto found = coming_.find(connection);
+    if (found == coming_.end()) return Closed{};
+    if (found->second.refused) {
+        Error refused = std::move(*found->second.refused);
+        drop(connection);
+        return tl::unexpected(std::move(refused));
+    }
+    const Closed closed{found->second.upload, found->second.bytes};
+    coming_.erase(found);
+    (void)orders_.tryPush(End{.upload = closed.upload, .wanted = true});
+    return closed;
+}
+
+void Uploads::drop(ConnectionId connection) {
+    const auto found = coming_.find(connection);
+    if (found == coming_.end()) return;
+    const std::uint64_t upload = found->second.upload;
+    if (claimed_.contains(upload)) (void)orders_.tryPush(End{.upload = upload, .wanted = false});
+    handedOver(upload);
+    coming_.erase(found);
+}
+
+void Uploads::handedOver(std::uint64_t upload) {
+    const auto claimed = claimed_.find(upload);
+    if (claimed == claimed_.end()) return;
+    claimedBytes_ -= claimed->second;
+    claimed_.erase(claimed);
+}
+
+void Uploads::letGo(std::vector<Blob> blobs) {
+    if (!blobs.empty()) (void)orders_.tryPush(std::move(blobs));
+}
+
+// ---- the thread
+
+void Uploads::run() {
+    constexpr int kLowestPriority = 19;
+    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);  // of this thread, on Linux
+    std::unordered_map<std::uint64_t, Assembly> assemblies;
+    while (std::optional<Order> order = orders_.pop()) {
+        if (const auto* piece = std::get_if<Piece>(&*order)) {
+            --waiting_;
+            add(assemblies[piece->upload], piece->what);
+            continue;
+        }
+        if (std::holds_alternative<std::vector<Blob>>(*order)) continue;
+        const End& end = std::get<End>(*order);
+        auto assembly = assemblies.extract(end.upload);
+        if (end.wanted && assembly) onFinished_({end.upload, finish(std::move(assembly.mapped()))});
+    }
+}
+
+void Uploads::add(Assembly& assembly, const message::Upload& piece) {
+    assembly.expected.insert(assembly.expected.end(), piece.blobs.begin(), piece.blobs.end());
+    ByteSpan rest = piece.bytes;
+    while (!assembly.error && !assembly.expected.empty()) {
+        const BlobInfo& blob = assembly.expected.front();
+        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), blob.sizeBytes - assembly.first.size())));
+        // Once its first MiB is there addresses are taken for all of it, memory as it comes: a claim alone brings nothing.
+        if (const std::size_t needed = assembly.first.size() + mine.size(); needed > assembly.first.capacity())
+            assembly.first.reserve(needed <= kFirstRoom ? std::min<std::size_t>(blob.sizeBytes, kFirstRoom) : blob.sizeBytes);
+        assembly.first.insert(assembly.first.end(), mine.begin(), mine.end());
+        rest = rest.subspan(mine.size());
+        if (assembly.first.size() < blob.sizeBytes) return;
+        assembly.whole.emplace_back(std::exchange(assembly.first, {}));
+        if (assembly.whole.back().id() != blob.id)
+            assembly.error = Error{ErrorCode::kBadInput, fmt::format("array {} came damaged: its bytes hash to {}", toHex(blob.id), toHex(assembly.whole.back().id()))};
+        assembly.expected.pop_front();
+    }
+    if (!rest.empty() && !assembly.error) assembly.error = Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
+    if (assembly.error) assembly = {.expected = {}, .first = {}, .whole = {}, .error = std::move(assembly.error)};
+}
+
+Expected<std::vector<Blob>> Uploads::finish(Assembly assembly) {
+    if (assembly.error) return tl::unexpected(std::move(*assembly.error));
+    if (!assembly.expected.empty())
+        return fail(ErrorCode::kBadInput, fmt::format("the proposal came before its arrays: {} bytes of array {} are missing",
+                                                      assembly.expected.front().sizeBytes - assembly.first.size(), toHex(assembly.expected.front().id)));
+    return std::move(assembly.whole);
+}
+
+}  // namespace tessera

@@ -1,0 +1,96 @@
+/// Puts the arrays together that applications send in pieces, off the frame thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <thread>
+#include <unordered_map>
+#include <variant>
+#include <vector>
+
+#include "common/base/Blob.h"
+#include "common/base/Channel.h"
+#include "common/session/ServerSession.h"
+
+namespace tessera {
+
+/// What has come before a proposal: its arrays, each proved to be what its name says. Or why not.
+struct UploadFinished {
+    std::uint64_t upload = 0;
+    Expected<std::vector<Blob>> blobs;
+};
+
+/// Owns a thread, which copies each piece to its place and hashes it there, with the lowest priority that there is. `onFinished` is
+/// called on it. Everything else is for the frame thread, which looks at no byte of an array and waits for nobody.
+class Uploads {
+public:
+    struct Limits {
+        std::uint64_t maxBytes = limits::kMaxUploadBytes;  ///< of one proposal
+        std::size_t maxBlobs = 65'536;                     ///< likewise
+        /// Of all applications together, not yet handed over.
+        std::uint64_t maxBytesOfAll = 4 * std::uint64_t{limits::kMaxUploadBytes};
+        /// Pieces that wait for the thread. Good ones are so large that their bytes are bounded before.
+        std::size_t maxPieces = 65'536;
+    };
+    Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits);
+    explicit Uploads(std::function<void(UploadFinished)> onFinished) : Uploads(std::move(onFinished), Limits()) {}
+    ~Uploads();
+
+    void take(ConnectionId connection, const message::Upload& piece);
+    /// What has come of this application belongs to the proposal that is here now; its end follows by `onFinished`. Number 0: nothing
+    /// has come. kLimit: it was too much.
+    struct Closed {
+        std::uint64_t upload = 0, bytes = 0;
+    };
+    [[nodiscard]] Expected<Closed> close(ConnectionId connection);
+    /// It is nobody's: the application has gone, or its proposal is refused.
+    void drop(ConnectionId connection);
+    /// After `onFinished`: it needs no room here any more.
+    void handedOver(std::uint64_t upload);
+    /// Lets go of these. Where nobody else holds them they are freed here: that takes a large one longer than a frame has.
+    void letGo(std::vector<Blob> blobs);
+
+private:
+    /// The thread's.
+    struct Piece {
+        std::uint64_t upload = 0;
+        message::Upload what;
+    };
+    struct End {
+        std::uint64_t upload = 0;
+        bool wanted = true;
+    };
+    using Order = std::variant<Piece, End, std::vector<Blob>>;
+    struct Assembly {
+        std::deque<BlobInfo> expected;  ///< the first is being put together
+        Bytes first;
+        std::vector<Blob> whole;
+        std::optional<Error> error;
+    };
+    void run();
+    static void add(Assembly& assembly, const message::Upload& piece);
+    [[nodiscard]] static Expected<std::vector<Blob>> finish(Assembly assembly);
+
+    /// The frame thread's: what comes of an application now.
+    struct Coming {
+        std::uint64_t upload = 0, bytes = 0;
+        std::size_t blobs = 0;
+        std::optional<Error> refused;  ///< what follows is thrown away
+    };
+    [[nodiscard]] std::optional<Error> tooMuch(const Coming& coming, const message::Upload& piece) const;
+
+    Limits limits_;
+    std::function<void(UploadFinished)> onFinished_;
+    std::map<ConnectionId, Coming> coming_;
+    std::unordered_map<std::uint64_t, std::uint64_t> claimed_;  ///< bytes, by upload
+    std::uint64_t claimedBytes_ = 0, lastUpload_ = 0;
+    std::atomic<std::size_t> waiting_{0};  ///< pieces
+    Channel<Order> orders_;
+    std::thread thread_;
+};
+
+}  // namespace tessera
