@@ -70,7 +70,7 @@ enum class WordUse : std::uint8_t {
 };
 
 struct FieldInfo {
-    static constexpr std::size_t kMaxWords = 12;
+    static constexpr std::size_t kMaxWords = 16;
 
     FieldId id;             ///< unique within its type; never reused
     std::string_view name;  ///< e.g. "translation"

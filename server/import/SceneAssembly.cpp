@@ -10,6 +10,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/cores/Manipulator.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/View.h"
 #include "server/import/AssetFolders.h"
@@ -366,7 +367,7 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     if (content == Content::kManipulator) {
         isWritten(*core, placeText(file.label, placeOfNode(node)));
         pending_.push_back({PendingRef::Kind::kManipulatorTarget, *core, holder, spot.top, node.manipulator().target(), placeText(file.label, placeOfNode(node))});
-        pending_.back().free = node.manipulator().kind() >= proto::scene::Manipulator::POINT_LIGHT;
+        pending_.back().free = Manipulator::isLightKind(node.manipulator().kind());
     }
     const LightNames names = lightNamesOf(node);
     for (const auto& [kind, name] : {std::pair(PendingRef::Kind::kBeacon, names.beacon), {PendingRef::Kind::kScope, names.scope}})

@@ -51,6 +51,11 @@ bool isAttached(const Aspect& scene, ObjectId node) {
     return node == kRootNode;
 }
 
+double sizeSeen(const Manipulator& manipulator, std::size_t sight) {
+    const auto i = static_cast<Eigen::Index>(sight % 4);
+    return manipulator.pixels > 0 ? static_cast<double>(sight < 4 ? manipulator.sizes[i] : manipulator.moreSizes[i]) : 0;
+}
+
 /// Neither squashed flat nor beyond what numbers can say.
 bool usable(const Affine3d& place) {
     if (!place.matrix().allFinite()) return false;
@@ -65,7 +70,7 @@ std::optional<MovedCore> movedBy(const Aspect& scene, const Manipulator& manipul
     const Node* node = manipulator.target ? scene.get<Node>(manipulator.target) : nullptr;
     if (!node) return std::nullopt;
     ObjectId at = manipulator.target;
-    if (isLightKind(manipulator.kind)) {
+    if (Manipulator::isLightKind(manipulator.kind)) {
         const std::optional<ObjectId> stand = standOf(scene, manipulator, *node);
         if (!stand) return std::nullopt;
         at = *stand;
@@ -136,7 +141,13 @@ Box contentBox(const Aspect& scene, const MovedCore& moved) {
     return bounds.lower.allFinite() && bounds.upper.allFinite() ? bounds : Box();
 }
 
-HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, const Box& content) {
+std::size_t sightsOf(const Manipulator& manipulator) {
+    std::size_t count = 0;
+    while (count < 8 && sizeSeen(manipulator, count) > 0) ++count;
+    return std::max<std::size_t>(count, 1);
+}
+
+HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, const Box& content, std::size_t sight) {
     HandleFrame frame;
     frame.parent_R_frame = moved.pose.rotation;
     frame.pivot = moved.pose.translation;
@@ -144,14 +155,16 @@ HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, cons
     const double stretch = std::cbrt(std::abs(moved.world_T_parent.linear().determinant()));
     const Vec3d scale = moved.pose.scale.cwiseAbs();
     constexpr double kLeast = 1e-12;
+    const double seen = sizeSeen(manipulator, sight), size = seen > 0 ? seen : manipulator.size;
     if (isBoxKind(manipulator.kind) && !content.empty()) {
         frame.pivot = moved.pose.matrix() * content.center();
         frame.extent = 0.5 * content.size().cwiseProduct(scale);
         const double largest = std::max(frame.extent.maxCoeff(), kLeast);
         frame.extent = frame.extent.cwiseMax(0.01 * largest);
-    } else if (manipulator.size > 0) {
-        frame.extent = Vec3d::Constant(std::max(0.5 * manipulator.size / stretch, kLeast));
-    } else if (!content.empty() && !isLightKind(manipulator.kind)) {
+        if (seen > 0) frame.knob = std::max(0.5 * seen / stretch, kLeast);
+    } else if (size > 0) {
+        frame.extent = Vec3d::Constant(std::max(0.5 * size / stretch, kLeast));
+    } else if (!content.empty() && !Manipulator::isLightKind(manipulator.kind)) {
         // Reaches out of the box, wherever in it the pivot is.
         const Vec3d reach = content.lower.cwiseAbs().cwiseMax(content.upper.cwiseAbs()).cwiseProduct(scale);
         frame.extent = Vec3d::Constant(std::max(1.8 * reach.maxCoeff(), kLeast));

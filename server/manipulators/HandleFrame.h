@@ -38,14 +38,18 @@ struct HandleFrame {
     Quatd parent_R_frame = Quatd::Identity();
     Vec3d pivot = Vec3d::Zero();  ///< in the parent's coordinates: the frame's origin
     Vec3d extent = Vec3d::Ones();
+    double knob = 0;  ///< as handlesOf wants it
     bool ofWorld = false;  ///< its axes are the world's
 };
 
 /// What is drawn below the moved core, in y of MovedCore, manipulators left out. Empty: nothing. Costs what is below, each mesh once.
 [[nodiscard]] Box contentBox(const Aspect& scene, const MovedCore& moved);
 
-/// `content`: as contentBox says.
-[[nodiscard]] HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, const Box& content);
+/// Into how many users' sizes handles of a size on the screen are told apart; 1 of others. The i-th user of a wall sees the one at i modulo that.
+[[nodiscard]] std::size_t sightsOf(const Manipulator& manipulator);
+
+/// `content`: as contentBox says. `sight`: of sightsOf. It says how large the handles are; where they stand is the same for all.
+[[nodiscard]] HandleFrame frameOf(const Manipulator& manipulator, const MovedCore& moved, const Box& content, std::size_t sight = 0);
 
 /// Of the spot light that a manipulator holds; 0 of others.
 [[nodiscard]] double outerAngleOf(const Aspect& scene, const Manipulator& manipulator);

@@ -50,7 +50,7 @@ Quatd towards(const Vec3d& direction) {
 /// Puts the pieces of a kind together. A length of the extent is kept apart from that of knobs, so that knobs of a flat box are cubes.
 class Assembly {
 public:
-    explicit Assembly(const Vec3d& extent) : extent_(extent), knob_(extent.maxCoeff()) {}
+    Assembly(const Vec3d& extent, double knob) : extent_(extent), knob_(knob > 0 ? knob : extent.maxCoeff()) {}
 
     std::int64_t add(HandleDeed deed, int axis = 0, const Vec3d& fixed = Vec3d::Zero()) {
         all_.of.push_back({.deed = deed, .axis = axis, .fixed = fixed});
@@ -86,23 +86,28 @@ public:
     }
     /// Seen by rays alone: what is within the rings stays to be seen.
     void hiddenBall() { ball(add(HandleDeed::kTurnBall), HandleColor::kWhite, Vec3d::Zero(), 1, false); }
-    /// Its edges, and its faces, which rays alone see: a face moves in its plane.
-    void box() {
+    /// Its edges, and its faces, which rays alone see: a face moves in its plane. An edge does what the face does that it bounds, or turns about itself.
+    enum class Edges : std::uint8_t { kMove, kTurn };
+    void box(Edges edges = Edges::kMove) {
         const std::int64_t first = add(HandleDeed::kMovePlane, 0);
         add(HandleDeed::kMovePlane, 1);
         add(HandleDeed::kMovePlane, 2);
         for (int axis = 0; axis < 3; ++axis) {
             const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+            const std::int64_t turn = edges == Edges::kTurn ? add(HandleDeed::kTurnRing, axis) : 0;
             for (const double side : {-1.0, 1.0}) {
                 Vec3d half = extent_;
-                half[axis] = 1e-4 * knob_;
+                half[axis] = 1e-4 * extent_.maxCoeff();
                 piece(first + axis, HandleShape::kCube, HandleColor::kWhite, side * extent_[axis] * Vec3d::Unit(axis), Quatd::Identity(), half, false);
                 for (const double other : {-1.0, 1.0}) {  // the four edges along this axis; their faces move across b
                     Vec3d from = side * extent_[b] * Vec3d::Unit(b) + other * extent_[c] * Vec3d::Unit(c);
                     Vec3d to = from;
                     from[axis] = -extent_[axis];
                     to[axis] = extent_[axis];
-                    rod(first + b, HandleColor::kWhite, from, to, 0.012);
+                    if (turn > 0)
+                        rod(turn, kAxisColors[static_cast<std::size_t>(axis)], from, to);
+                    else
+                        rod(first + b, HandleColor::kWhite, from, to, 0.012);
                 }
             }
         }
@@ -137,9 +142,9 @@ const MeshArrays& handleShape(HandleShape shape) {
     return shapes[static_cast<std::size_t>(shape)];
 }
 
-Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle) {
+Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle, double knob) {
     using M = Manipulator;
-    Assembly made(extent);
+    Assembly made(extent, isBoxKind(kind) ? knob : 0);
     const double s = made.knob();
     const auto axisColor = [](int axis) { return kAxisColors[static_cast<std::size_t>(axis)]; };
     switch (kind) {
@@ -203,11 +208,26 @@ Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle) {
             made.corners(false, HandleColor::kWhite, 0.05);
             for (int i = 0; i < 3; ++i)
                 for (const double side : {-1.0, 1.0}) {
-                    const std::int64_t knob = made.add(HandleDeed::kTurnBall);
+                    const std::int64_t turn = made.add(HandleDeed::kTurnBall);
                     const Vec3d from = side * extent[i] * Vec3d::Unit(i), to = from + side * 0.4 * s * Vec3d::Unit(i);
-                    made.rod(knob, axisColor(i), from, to);
-                    made.ball(knob, axisColor(i), to, 0.08);
+                    made.rod(turn, axisColor(i), from, to);
+                    made.ball(turn, axisColor(i), to, 0.08);
                 }
+            break;
+        case M::kHandleBox:
+            made.box();
+            made.corners(true, HandleColor::kWhite, 0.05);
+            for (int i = 0; i < 3; ++i)  // cubes before the faces, on lines from the centre
+                for (const double side : {-1.0, 1.0}) {
+                    const std::int64_t stretch = made.add(HandleDeed::kScaleAxis, i, Vec3d(-side * extent[i] * Vec3d::Unit(i)));
+                    const Vec3d to = side * (extent[i] + 0.3 * s) * Vec3d::Unit(i);
+                    made.rod(stretch, HandleColor::kWhite, Vec3d::Zero(), to, 0.012);
+                    made.cube(stretch, axisColor(i), to, 0.06);
+                }
+            break;
+        case M::kTransformBox:
+            made.box(Assembly::Edges::kTurn);
+            made.corners(false, HandleColor::kWhite, 0.06);
             break;
         case M::kPointLight:
             made.ball(made.add(HandleDeed::kMoveFacing), HandleColor::kWhite, Vec3d::Zero(), 0.2);

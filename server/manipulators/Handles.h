@@ -53,16 +53,13 @@ struct Handles {
     std::vector<Handle> of;  ///< handle h is of[h - 1]
 };
 
-/// `extent`: half of the size of the handles, or of the box, along each axis of the frame; above 0. `outerAngle`: of spot lights. Whatever the
-/// extent, a kind has the same pieces in the same order.
-[[nodiscard]] Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle = 0);
+/// `extent`: half of the size of the handles, or of the box, along each axis of the frame; above 0. `outerAngle`: of spot lights. `knob`: of a box, half
+/// of the size whose knobs and edges it has; 0: its own. Whatever these are, a kind has the same pieces in the same order.
+[[nodiscard]] Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle = 0, double knob = 0);
 
 /// Whether its frame is the box of its target.
 [[nodiscard]] constexpr bool isBoxKind(std::int64_t kind) {
-    return kind == Manipulator::kTabBox || kind == Manipulator::kTransformer;
-}
-[[nodiscard]] constexpr bool isLightKind(std::int64_t kind) {
-    return kind >= Manipulator::kPointLight && kind <= Manipulator::kSpotLight;
+    return kind == Manipulator::kTabBox || kind == Manipulator::kTransformer || kind == Manipulator::kHandleBox || kind == Manipulator::kTransformBox;
 }
 
 }  // namespace tessera

@@ -9,11 +9,13 @@
 #include <utility>
 
 #include "common/cores/CollisionObject.h"
+#include "common/cores/DistanceLOD.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/InverseTransform.h"
 #include "common/cores/Material.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Action.h"
+#include "common/scene/ChildChoice.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/ServerNodes.h"
@@ -58,11 +60,20 @@ std::optional<ObjectId> topOf(const Aspect& scene, const Node& bearer) {
     return std::nullopt;
 }
 
-std::vector<const HandlePiece*> shownOf(const Handles& handles) {
+/// Of one sight after the other.
+std::vector<const HandlePiece*> shownOf(const PlacedManipulator& placed) {
     std::vector<const HandlePiece*> shown;
-    for (const HandlePiece& piece : handles.pieces)
-        if (piece.shown) shown.push_back(&piece);
+    for (std::size_t sight = 0; sight < placed.sights(); ++sight)
+        for (const HandlePiece& piece : placed.seenBy(sight).handles.pieces)
+            if (piece.shown) shown.push_back(&piece);
     return shown;
+}
+
+/// Each user's child, as Node::levels says it.
+std::int64_t levelsOf(std::size_t sights) {
+    std::uint64_t levels = 0;
+    for (std::size_t user = 0; user < kLevelUsers; ++user) levels |= std::uint64_t{user % sights} << (8 * user);
+    return static_cast<std::int64_t>(levels);
 }
 
 /// What has a material of its own: pieces of one handle and one colour.
@@ -72,7 +83,7 @@ HandleLook lookOf(const HandlePiece& piece) {
 }
 
 /// Nothing where they are not what this kind has.
-std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown) {
+std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown, std::size_t sights) {
     if (!scene.coreOf<InverseTransform>(*scene.get<Node>(top))) return std::nullopt;
     HandleNodes found;
     found.top = top;
@@ -80,13 +91,27 @@ std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const st
     const Node* outer = only<Transform>(scene, *scene.get<Node>(top), found.outer);
     const Node* inner = outer ? only<Transform>(scene, *outer, found.inner) : nullptr;
     const Node* pieces = inner ? only<CollisionObject>(scene, *inner, body) : nullptr;
-    if (!pieces || pieces->children.size() != shown.size()) return std::nullopt;
+    if (!pieces) return std::nullopt;
     const CollisionObject* object = scene.get<CollisionObject>(body);
     if (object->layers != 0 || object->node != inner->children[0]) return std::nullopt;
+    std::vector<ObjectId> nodes;
+    if (sights == 1) {
+        nodes.assign(pieces->children.begin(), pieces->children.end());
+    } else {
+        ObjectId choice;
+        const Node* users = only<DistanceLOD>(scene, *pieces, choice);
+        if (!users || users->levels != levelsOf(sights) || users->children.size() != sights) return std::nullopt;
+        for (const ObjectId user : users->children) {
+            const Node* one = scene.get<Node>(user);
+            if (one->core || one->children.size() * sights != shown.size()) return std::nullopt;
+            nodes.insert(nodes.end(), one->children.begin(), one->children.end());
+        }
+    }
+    if (nodes.size() != shown.size()) return std::nullopt;
     std::map<HandleLook, ObjectId> materials;
     std::set<ObjectId> taken;
     for (std::size_t i = 0; i < shown.size(); ++i) {
-        const Node* piece = scene.get<Node>(pieces->children[i]);
+        const Node* piece = scene.get<Node>(nodes[i]);
         if (!scene.coreOf<Transform>(*piece) || piece->children.size() != 1) return std::nullopt;
         const Node* leaf = scene.get<Node>(piece->children[0]);
         const Geometry* geometry = scene.coreOf<Geometry>(*leaf);
@@ -105,6 +130,8 @@ std::vector<ObjectId> foreignBelow(const Aspect& scene, ObjectId top) {
     const auto isOurs = [&](const Node& node) {
         if (node.name == "turn" || node.name == "piece") return scene.coreOf<Transform>(node) != nullptr;
         if (node.name == "pieces") return scene.coreOf<CollisionObject>(node) != nullptr;
+        if (node.name == "users") return scene.coreOf<DistanceLOD>(node) != nullptr;
+        if (node.name == "user") return !node.core;
         return node.name == "shape" && scene.coreOf<Geometry>(node) != nullptr;
     };
     std::vector<ObjectId> foreign, open{top};
@@ -170,7 +197,7 @@ public:
     ObjectId node(ObjectId parent, const char* name, ObjectId core) {
         const ObjectId id = make<Node>();
         setField<&Node::name>(list_, id, std::string(name));
-        setField<&Node::core>(list_, id, core);
+        if (core) setField<&Node::core>(list_, id, core);
         list_.place(id, parent);
         return id;
     }
@@ -217,11 +244,18 @@ void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer
     const ObjectId pieces = made.node(below, "pieces", object);
     setField<&CollisionObject::node>(list, object, pieces);
     setField<&CollisionObject::layers>(list, object, std::int64_t{0});
+    ObjectId users;
+    if (placed.sights() > 1) {
+        users = made.node(pieces, "users", made.make<DistanceLOD>());
+        setField<&Node::levels>(list, users, levelsOf(placed.sights()));
+    }
     std::map<HandleLook, ObjectId> materials;
-    for (const HandlePiece* piece : shown) {
-        ObjectId& material = materials[lookOf(*piece)];
-        if (!material) material = made.material(shownColor(*piece, held));
-        made.node(made.node(pieces, "piece", made.transform(piece->pose)), "shape", made.geometry(piece->shape, material));
+    ObjectId parent = pieces;
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+        if (users && i % (shown.size() / placed.sights()) == 0) parent = made.node(users, "user", {});
+        ObjectId& material = materials[lookOf(*shown[i])];
+        if (!material) material = made.material(shownColor(*shown[i], held));
+        made.node(made.node(parent, "piece", made.transform(shown[i]->pose)), "shape", made.geometry(shown[i]->shape, material));
     }
 }
 
@@ -310,13 +344,22 @@ std::optional<PlacedManipulator> ManipulatorDisplay::place(const Aspect& scene, 
     if (!manipulator) return std::nullopt;
     std::optional<MovedCore> moved = movedBy(scene, *manipulator);
     if (!moved) return std::nullopt;
-    const HandleFrame frame = frameOf(*manipulator, *moved, isLightKind(manipulator->kind) ? Box() : contentOf(scene, node, *moved));
-    if (!frame.world_T_frame.matrix().allFinite() || !frame.extent.allFinite() || !(frame.extent.maxCoeff() < 1e30)) return std::nullopt;
-    return PlacedManipulator{.core = bearer->second,
-                             .node = node,
-                             .moved = *moved,
-                             .frame = frame,
-                             .handles = handlesOf(manipulator->kind, frame.extent, outerAngleOf(scene, *manipulator))};
+    const Box content = Manipulator::isLightKind(manipulator->kind) ? Box() : contentOf(scene, node, *moved);
+    PlacedManipulator placed;
+    placed.core = bearer->second;
+    placed.node = node;
+    placed.moved = *moved;
+    const double angle = outerAngleOf(scene, *manipulator);
+    for (std::size_t sight = 0; sight < sightsOf(*manipulator); ++sight) {
+        const HandleFrame frame = frameOf(*manipulator, *moved, content, sight);
+        if (!frame.world_T_frame.matrix().allFinite() || !frame.extent.allFinite() || !(frame.extent.maxCoeff() < 1e30) || !(frame.knob < 1e30)) return std::nullopt;
+        HandleSight seen{.frame = frame, .handles = handlesOf(manipulator->kind, frame.extent, angle, frame.knob)};
+        if (sight == 0)
+            static_cast<HandleSight&>(placed) = std::move(seen);
+        else
+            placed.others.push_back(std::move(seen));
+    }
+    return placed;
 }
 
 std::vector<PlacedManipulator> ManipulatorDisplay::placed(const Aspect& scene) {
@@ -350,8 +393,8 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
             if (top) takeAway(bearer, *top);
             continue;
         }
-        const std::vector<const HandlePiece*> shown = shownOf(wanted->handles);
-        const std::optional<HandleNodes> nodes = top ? readNodes(scene, *top, shown) : std::nullopt;
+        const std::vector<const HandlePiece*> shown = shownOf(*wanted);
+        const std::optional<HandleNodes> nodes = top ? readNodes(scene, *top, shown, wanted->sights()) : std::nullopt;
         if (!nodes) {
             if (top && !takeAway(bearer, *top)) continue;
             build(list, placeholders, bearer, *wanted, shown, held);

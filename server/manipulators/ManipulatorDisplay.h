@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <unordered_set>
 #include <vector>
 
@@ -14,13 +15,21 @@
 
 namespace tessera {
 
-/// A manipulator as it stands in a scene.
-struct PlacedManipulator {
+/// Handles as somebody sees them.
+struct HandleSight {
+    HandleFrame frame;
+    Handles handles;
+};
+
+/// A manipulator as it stands in a scene. What all see, or the first users: frame and handles.
+struct PlacedManipulator : HandleSight {
     ObjectId core;
     ObjectId node;  ///< the first that bears it
     MovedCore moved;
-    HandleFrame frame;
-    Handles handles;
+    std::vector<HandleSight> others;  ///< what the next users see, where each sees them of another size; see sightsOf
+
+    [[nodiscard]] std::size_t sights() const { return others.size() + 1; }
+    [[nodiscard]] const HandleSight& seenBy(std::size_t user) const { return user % sights() == 0 ? *this : others[user % sights() - 1]; }
 };
 
 /// Keeps below each node that bears a Manipulator one child, "handles", as long as the manipulator has something to move:
@@ -32,6 +41,9 @@ struct PlacedManipulator {
 ///             pieces   CollisionObject without layers: nobody's obstacle
 ///               piece  Transform, one for each piece that is shown
 ///                 shape   Geometry of a fixed array, with a material of its handle and colour
+///
+/// Where users see them of different sizes, a node "users" (a DistanceLOD, whose Node::levels give each user a child; LevelChoice leaves it alone) is between, and
+/// each child of it has such pieces.
 ///
 /// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's edits. Nothing is remembered of
 /// them. Their top says what it is (Node::ofServer), so that undo and a server that goes on find them; what is not as it should be is taken away and

@@ -49,8 +49,9 @@ Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, Man
     release(holder);
     std::optional<PlacedManipulator> nearest;
     HandleHit hit;
+    const std::size_t user = userOf(ray);
     for (PlacedManipulator& placed : display.placed(scene)) {
-        const std::optional<HandleHit> here = hitOf(placed.handles, placed.frame.world_T_frame, ray);
+        const std::optional<HandleHit> here = hitOf(placed.seenBy(user).handles, placed.frame.world_T_frame, ray);
         if (!here || (nearest && here->t >= hit.t)) continue;
         hit = *here;
         nearest = std::move(placed);
@@ -64,7 +65,7 @@ Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, Man
     }
     if (const Expected<void> free = checkFree(scene, nearest->moved, drivers); !free) return tl::unexpected(free.error());
     const Manipulator& manipulator = *scene.get<Manipulator>(nearest->core);
-    const std::optional<Grab> grab = grabAt(nearest->handles.of[static_cast<std::size_t>(hit.handle - 1)], nearest->frame, nearest->moved, ray, hit.t,
+    const std::optional<Grab> grab = grabAt(nearest->seenBy(user).handles.of[static_cast<std::size_t>(hit.handle - 1)], nearest->seenBy(user).frame, nearest->moved, ray, hit.t,
                                             manipulator.snap, outerAngleOf(scene, manipulator));
     if (!grab) return Held{};
     Hold hold{.node = nearest->node, .core = nearest->core, .handle = hit.handle, .grab = *grab, .light = {}, .gesture = ++grabs_};
@@ -103,6 +104,12 @@ Expected<ChangeList> ManipulatorDrags::drag(const Aspect& scene, std::uint64_t h
         if (angle != light->outerAngle) setField<&SpotLight::outerAngle>(list, hold.light, angle);
     }
     return list.take();
+}
+
+std::size_t ManipulatorDrags::userOf(const Ray& ray) const {
+    const auto away = [&](const Vec3d& head) { return (head - ray.origin).squaredNorm(); };
+    const auto nearest = std::ranges::min_element(heads_, {}, away);
+    return nearest == heads_.end() ? 0 : static_cast<std::size_t>(nearest - heads_.begin());
 }
 
 std::uint64_t ManipulatorDrags::gesture(std::uint64_t holder) const {

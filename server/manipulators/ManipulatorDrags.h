@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "common/base/Error.h"
@@ -30,6 +31,9 @@ public:
         Vec3d point = Vec3d::Zero();  ///< world
         double t = 0;                 ///< world units from where the ray begins
     };
+    /// Where users' heads are, as many as see handles of their own size (sightsOf). A ray is of whoever it begins nearest to: what it meets is what they see.
+    void headsAre(std::vector<Vec3d> world) { heads_ = std::move(world); }
+
     /// Takes hold of the nearest handle on the ray; lets go of what was held before. No handle there: `any` is false. kRefused: somebody else
     /// holds this manipulator, or another one of the same target; something drives the target. kBadInput: no ray.
     [[nodiscard]] Expected<Held> grab(const Aspect& scene, ManipulatorDisplay& display, std::uint64_t holder, const Ray& ray, const Drivers& drivers);
@@ -54,9 +58,11 @@ private:
         ObjectId light;  ///< of spot lights: its core
         std::uint64_t gesture = 0;
     };
+    [[nodiscard]] std::size_t userOf(const Ray& ray) const;
     [[nodiscard]] static bool stands(const Aspect& scene, const Hold& hold);
 
     std::map<std::uint64_t, Hold> held_;  ///< by holder
+    std::vector<Vec3d> heads_;
     std::uint64_t grabs_ = 0;
 };
 

@@ -111,6 +111,7 @@ struct FrameLoop::Impl {
     TrackerInputs trackers;
     notice::Poses poses;  ///< of the newest frame
     LevelChoice levels;
+    HandleSizes handleSizes;
     ProgramTrials programs;
     ProgramNotices notices;
     InlineLoading inlines;
@@ -154,6 +155,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
       levels(options.wall),
+      handleSizes(options.wall, drags),
       notices(options.wall),
       inlines(options.wall),
       budget(options.wall.budgetMs),
@@ -168,6 +170,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .showing = &options.showing,
              .steering = &steering,
              .levels = &levels,
+             .handleSizes = &handleSizes,
              .programs = &programs,
              .notices = options.notices ? &notices : nullptr,
              .inlines = &inlines,

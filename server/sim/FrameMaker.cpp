@@ -64,6 +64,9 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.levels)
         if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
             edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
+    if (around_.handleSizes)
+        if (ChangeList sizes = around_.handleSizes->choose(around_.simulation.scene(), around_.simulation.manipulators(), lastView_); !sizes.empty())
+            edits.insert(edits.begin(), Edit{.ticket = HandleSizes::kTicket, .list = std::move(sizes), .undoable = false});
     addPictures(first, edits, now);
     addNotices(edits);
     addVerdicts(edits);
@@ -85,6 +88,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
 
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.handleSizes) around_.handleSizes->sceneChanged();
     if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.notices) around_.notices->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.movies) around_.movies->update(around_.simulation.scene(), frame.commit.list.get());

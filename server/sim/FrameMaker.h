@@ -15,6 +15,7 @@
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
 #include "server/sim/frame/FrameBudget.h"
+#include "server/sim/frame/HandleSizes.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
@@ -44,6 +45,7 @@ public:
         const Showing* showing = nullptr;  ///< null: the scene
         Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
         LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
+        HandleSizes* handleSizes = nullptr;  ///< null: handles have no size on the screen
         ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
         ProgramNotices* notices = nullptr;  ///< null: walls do not say what is wrong with programs
         InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines

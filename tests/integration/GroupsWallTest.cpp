@@ -89,5 +89,39 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
     EXPECT_NEAR(widthOf(second), 80.8, 1.5);
 }
 
+/// 60 pixels for who stands near and for who stands far away, of one thing.
+TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
+    const std::string scene = folder_.write("handles.tsct", R"(
+        node { environment { background { } } }
+        node { camera { } }
+        node { name: "thing" transform { translation { z: -2 } } }
+        node { manipulator { target: "/thing" kind: JACK pixels: 60 } })");
+    const std::string wall = folder_.write("depths.wall", R"(
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+          grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+          grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
+        users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
+        users { name: "second" position { x: 0 y: 0 z: 4 } eye_separation_m: 0.06 }
+        hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
+                            tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
+    const Outcome outcome = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "4", "--keep-frames", "--output", folder_.path() + "/depths"}, 120s);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+    // The wall's first frame shows them so already: nobody sees them grow.
+    for (const char* frame : {"000000", "000003"})
+        for (const char* screen : {"middle", "aside"}) {
+            const Picture seen = picture("depths", std::string("tiles/") + screen + "-0-0/" + frame + ".png");
+            int first = seen.widthPx, last = -1;
+            for (int y = 0; y < seen.heightPx; ++y)
+                for (int x = 0; x < seen.widthPx; ++x) {
+                    const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(seen.widthPx) + static_cast<std::size_t>(x));
+                    if (seen.rgb[at] + seen.rgb[at + 1] + seen.rgb[at + 2] < 60) continue;
+                    first = std::min(first, x);
+                    last = std::max(last, x);
+                }
+            EXPECT_NEAR(last - first + 1, 63, 2) << screen << ", frame " << frame << ": the cubes of a jack reach 3 % beyond its size, and nearer to the eye";
+        }
+}
+
 }  // namespace
 }  // namespace tessera::test

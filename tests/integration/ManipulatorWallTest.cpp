@@ -20,7 +20,8 @@ node { name: "camera" transform { translation { z: 4 } } camera { world_units_pe
 
 class Workshop : public AskedWall {
 public:
-    explicit Workshop(const std::string& wall) : AskedWall({.wall = wall, .scene = written()}), ready(start()) {}
+    explicit Workshop(const std::string& wall, std::vector<std::string> server = {})
+        : AskedWall({.wall = wall, .scene = written(), .server = std::move(server)}), ready(start()) {}
     /// Along -Z through a place: to take hold of the handle there, and to lead it to another place.
     [[nodiscard]] nlohmann::json dragFrom(double x, double y, double toX, double toY) const {
         const auto number = [](double value) { return std::to_string(value); };
@@ -86,6 +87,47 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
     (void)one.finish();
 }
 
+/// The highest row of a picture that has anything of the arrow up; its height where there is none.
+int topOfTheArrow(const Picture& picture) {
+    for (int y = 0; y < picture.heightPx; ++y)
+        for (int x = 0; x < picture.widthPx; ++x) {
+            const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x));
+            if (picture.rgb[at + 1] > 60 + std::max(picture.rgb[at], picture.rgb[at + 2])) return y;
+        }
+    return picture.heightPx;
+}
+
+/// Handles of a size on the screen are as large from near and from far, and a pixel's drag takes hold of what is seen there.
+TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
+    const TemporaryFolder kept;
+    Workshop wall("2x2", {"--record", kept.path() + "/sizes.tsr"});
+    ASSERT_TRUE(wall.ready) << wall.logs();
+    wall.tell({"set", "/handles", "size", "0"});
+    wall.tell({"set", "/handles", "pixels", "120"});
+    double before = 0;
+    for (const char* away : {"4", "16"}) {
+        wall.tell({"view", "--position", "0", "-3.4", away, "--look-at", "0", "-3.4", "0", "--scale", "2"});  // the eye, 1.7 m up, is as high as the cart
+        const Picture first = wall.picture(std::string("from-") + away);
+        EXPECT_NEAR(topOfTheArrow(first), 11, 2) << "60 pixels above the row of the eye, which is the 70th";
+        // 30 pixels above the row of the eye, 70 from above, is the arrow, whoever has gone how far away.
+        const nlohmann::json told = wall.ask({"drag", "160", "40", "160", "35"});
+        EXPECT_EQ(told["path"], "/handles") << told.dump();
+        const double way = wall.placeOf("/cart").y();
+        EXPECT_GT(way, 1.5 * before) << "five pixels are a longer way from afar";
+        before = way;
+        wall.tell({"undo"});
+        EXPECT_EQ(wall.placeOf("/cart").norm(), 0);
+        EXPECT_EQ(pixelsThatDiffer(wall.picture(std::string("back-") + away), first), 0u);
+    }
+    const Outcome wrong = wall.wall().ctl({"set", "/handles", "sizes", "1", "1", "1", "1"});
+    EXPECT_NE(wrong.exitCode, 0);
+    EXPECT_NE(wrong.output.find("set its pixels"), std::string::npos) << wrong.output;
+    EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
+    // Where heads were is not in a recording; how large handles were is.
+    const Outcome replayed = run(kept.path(), {program("tessera-replay"), kept.path() + "/sizes.tsr"}, std::chrono::seconds(60));
+    EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
+}
+
 /// Whatever was held, and whatever its pieces coincide with: the picture after a drag and its undo is the one before, byte for byte.
 TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
     Workshop wall("2x2");
@@ -96,7 +138,8 @@ TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
         double x, y;
     };
     for (const Case& held : {Case{"move", 0, 0.8}, {"rotate", 0.707, 0.707}, {"scale", 0.8, 0}, {"trackball", 0.707, 0.707}, {"jack", 0, 0.8},
-                             {"tab-box", 0.3, 0.3}, {"transformer", 0.3, 0.3}}) {
+                             {"tab-box", 0.3, 0.3}, {"transformer", 0.3, 0.3},
+                             {"handle-box", 0.3, 0.3}, {"transform-box", 0.3, 0}}) {
         wall.tell({"set", "/handles", "kind", held.kind});
         const std::string name = held.kind;
         const Picture before = wall.picture(name + "-before");

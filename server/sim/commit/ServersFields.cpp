@@ -25,6 +25,8 @@ constexpr std::array kServersFields = {
     ServersField{typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, "it follows from the program's text"},
     ServersField{typeOf<Movie>(), fieldId<&Movie::problem>, "it follows from the film's file"},
     ServersField{typeOf<Manipulator>(), fieldId<&Manipulator::held>, "grab the handle"},
+    ServersField{typeOf<Manipulator>(), fieldId<&Manipulator::sizes>, "set its pixels"},
+    ServersField{typeOf<Manipulator>(), fieldId<&Manipulator::moreSizes>, "set its pixels"},
 };
 
 }  // namespace
@@ -35,7 +37,7 @@ Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
         if (known == kServersFields.end()) continue;
         const FieldEntry* field = findField(*findType(column.type), column.field);
         // The scene refuses in words what is no such value, and what is no such object.
-        if (column.kind() != field->kind || column.scalarCount() != column.ids.size()) continue;
+        if (column.kind() != field->kind || column.scalarCount() != column.ids.size() * field->width) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const Object object = scene.find(column.ids[row]);
             if (!object || object.info().type != column.type || field->load(object) == column.value(row)) continue;

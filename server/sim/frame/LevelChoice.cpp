@@ -1,19 +1,20 @@
 #include "server/sim/frame/LevelChoice.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "common/cores/DistanceLOD.h"
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
-#include "common/wall/Detail.h"
+#include "common/scene/ServerNodes.h"
 
 namespace tessera {
 namespace {
 
 bool bearsLevels(const Aspect& scene, ObjectId id) {
     const Node* node = scene.get<Node>(id);
-    return node && scene.coreOf<DistanceLOD>(*node);
+    return node && scene.coreOf<DistanceLOD>(*node) && !standsInServersOwn(scene, id);
 }
 
 }  // namespace
@@ -28,18 +29,7 @@ std::size_t nextLevel(const DistanceLOD& lod, std::size_t level, double measure)
     return level;
 }
 
-LevelChoice::LevelChoice(const Wall& wall) : wall_(wall), screensOf_(wall.users.size()), lookers_(wall.users.size()) {
-    for (const Tile& tile : layoutTiles(wall)) {
-        const auto user = static_cast<std::size_t>(std::ranges::find(wall.users, tile.user, &User::name) - wall.users.begin());
-        const auto screen = static_cast<std::size_t>(std::ranges::find(wall.screens, tile.screen, &Screen::name) - wall.screens.begin());
-        if (user == wall.users.size() || screen == wall.screens.size()) continue;
-        if (std::ranges::find(screensOf_[user], screen) == screensOf_[user].end()) screensOf_[user].push_back(screen);
-    }
-    for (std::size_t user = 0; user < screensOf_.size(); ++user)
-        if (!screensOf_[user].empty()) usersOf_[user % kLevelUsers].push_back(user);
-    for (std::size_t byte = 0; byte < kLevelUsers; ++byte)
-        if (!usersOf_[byte].empty()) used_.push_back(byte);
-}
+LevelChoice::LevelChoice(const Wall& wall) : lookers_(wall) {}
 
 void LevelChoice::update(const Aspect& scene, const ChangeList* list) {
     if (!list) {
@@ -135,32 +125,14 @@ void LevelChoice::place(const Aspect& scene, ObjectId id, Bearer& bearer) {
     bearer.radius = lod.radius * world_T_node.linear().colwise().norm().maxCoeff();
 }
 
-/// Whether any head, or what it sees of screens, is another than before.
-bool LevelChoice::lookFrom(const View& view) {
-    bool moved = false;
-    for (std::size_t user = 0; user < lookers_.size(); ++user) {
-        if (screensOf_[user].empty()) continue;
-        const User* known = view.findUser(wall_.users[user].name);
-        Looker now{.coarser = detailStep(view.detail).coarser};
-        for (const std::size_t screen : screensOf_[user]) {
-            const ScreenCamera camera = screenCamera(wall_.screens[screen], known ? *known : wall_.users[user], Eye::kCenter, view);
-            now.head = camera.headWorld;
-            now.pixels = std::max({now.pixels, 0.5 * camera.clip_T_eye(0, 0) * camera.pixels.width, 0.5 * camera.clip_T_eye(1, 1) * camera.pixels.height});
-        }
-        moved = moved || now.head != lookers_[user].head || now.pixels != lookers_[user].pixels || now.coarser != lookers_[user].coarser;
-        lookers_[user] = now;
-    }
-    return moved;
-}
-
 ChangeList LevelChoice::choose(const Aspect& scene, const View& view) {
-    if (bearers_.empty() || used_.empty()) return {};
+    if (bearers_.empty() || lookers_.bytes().empty()) return {};
     for (const ObjectId id : stale_) {
         place(scene, id, bearers_.at(id));
         due_.insert(id);
     }
     stale_.clear();
-    if (lookFrom(view))
+    if (lookers_.lookFrom(view))
         for (const auto& [id, bearer] : bearers_) due_.insert(id);
     ChangeListBuilder builder;
     std::set<ObjectId> said;
@@ -181,10 +153,10 @@ ChangeList LevelChoice::choose(const Aspect& scene, const View& view) {
 std::int64_t LevelChoice::levelsOf(const DistanceLOD& lod, const Node& node, const Bearer& bearer) const {
     const bool size = lod.measure == DistanceLOD::kSize;
     std::array<std::uint64_t, kLevelUsers> chosen{};
-    for (const std::size_t byte : used_) {
+    for (const std::size_t byte : lookers_.bytes()) {
         double measure = size ? 0.0 : std::numeric_limits<double>::infinity();
-        for (const std::size_t user : usersOf_[byte]) {
-            const Looker& looker = lookers_[user];
+        for (const std::size_t user : lookers_.usersOf(byte)) {
+            const Lookers::Looker& looker = lookers_[user];
             const double away = (bearer.center - looker.head).norm(), distance = looker.coarser * away;
             const double across = away > bearer.radius ? 2 * bearer.radius * looker.pixels / distance : std::numeric_limits<double>::infinity();
             measure = size ? std::max(measure, across) : std::min(measure, distance);
@@ -196,7 +168,7 @@ std::int64_t LevelChoice::levelsOf(const DistanceLOD& lod, const Node& node, con
     }
     std::uint64_t levels = 0;
     for (std::size_t byte = 0; byte < kLevelUsers; ++byte)
-        levels |= chosen[usersOf_[byte].empty() ? used_[byte % used_.size()] : byte] << (8 * byte);
+        levels |= chosen[lookers_.byteFor(byte)] << (8 * byte);
     return static_cast<std::int64_t>(levels);
 }
 

@@ -1,7 +1,6 @@
 /// Which level of detail each user sees: chosen once for a wall, by the server, as a part of the scene.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <set>
 #include <unordered_map>
@@ -9,7 +8,7 @@
 #include <vector>
 
 #include "common/scene/ChildChoice.h"
-#include "common/wall/View.h"
+#include "server/sim/frame/Lookers.h"
 
 namespace tessera {
 
@@ -24,6 +23,8 @@ namespace tessera {
 /// Distances are from a head (between the eyes) to the core's center, in the world. Sizes are what the core's sphere has across on the finest
 /// of the user's screens, as if it stood straight before the eye; a head within it sees the finest level. Only users that tiles are drawn for
 /// count; of those that share a byte the one who sees most. A node that hangs nowhere is left as it is.
+///
+/// What the server itself hangs into the scene, handles of several sizes, it leaves alone.
 ///
 /// Follows the scene: watches the nodes that bear the core and those above them. A list that touches none of these costs a look-up per entry;
 /// a frame costs what has moved, all of them where a head has. Without such cores nothing. Not thread-safe.
@@ -50,25 +51,15 @@ private:
         Vec3d center = Vec3d::Zero();  ///< world
         double radius = 0;             ///< world
     };
-    struct Looker {
-        Vec3d head = Vec3d::Zero();  ///< world
-        double pixels = 0;           ///< of what is as large as it is far away
-        double coarser = 1;          ///< DetailStep::coarser
-    };
 
     [[nodiscard]] bool noteBearers(const Aspect& scene, const ChangeList& list);
     [[nodiscard]] bool concernsTree(const ChangeList& list) const;
     void watch(const Aspect& scene);
     void placeBelow(ObjectId node);
     void place(const Aspect& scene, ObjectId node, Bearer& bearer);
-    [[nodiscard]] bool lookFrom(const View& view);
     [[nodiscard]] std::int64_t levelsOf(const DistanceLOD& lod, const Node& node, const Bearer& bearer) const;
 
-    Wall wall_;
-    std::vector<std::vector<std::size_t>> screensOf_;                 ///< by user: those that tiles draw for them
-    std::array<std::vector<std::size_t>, kLevelUsers> usersOf_;       ///< by byte: those who count
-    std::vector<std::size_t> used_;                                   ///< bytes with users
-    std::vector<Looker> lookers_;                                     ///< by user
+    Lookers lookers_;
     std::unordered_map<ObjectId, Bearer> bearers_;
     std::unordered_map<ObjectId, std::vector<ObjectId>> watched_;     ///< bearers and all nodes above them → watched children
     std::unordered_map<ObjectId, std::vector<ObjectId>> nodesOfCore_;  ///< cores of watched nodes

@@ -18,7 +18,12 @@
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kKinds = 8;  // those that are no lights'
+/// Those that are no lights'.
+std::int64_t someKind(std::mt19937_64& random) {
+    constexpr std::array kKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kCenterball,
+                                Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox};
+    return kKinds[random() % kKinds.size()];
+}
 
 /// A target of either type below up to three uneven parents, so that its world matrix is sheared.
 void makeTarget(ManipulatorScene& stage, std::mt19937_64& random, bool component) {
@@ -40,7 +45,7 @@ void makeTarget(ManipulatorScene& stage, std::mt19937_64& random, bool component
 }
 
 /// A ray from outside to a point of one of the pieces: what it meets first may be another one. Not to a plane that it sees from its side: those are not met.
-Ray rayToPiece(const PlacedManipulator& placed, std::mt19937_64& random) {
+Ray rayToPiece(const HandleSight& placed, std::mt19937_64& random) {
     while (true) {
         const HandlePiece& piece = placed.handles.pieces[random() % placed.handles.pieces.size()];
         const MeshArrays& shape = handleShape(piece.shape);
@@ -70,7 +75,7 @@ double distanceToRay(const Ray& ray, const Vec3d& point) {
 }
 
 /// Each step of the two matrices there and back may lose a few units in the last place of the largest number met, times how much they stretch.
-double boundOf(const ManipulatorScene& stage, const PlacedManipulator& before, const Ray& ray) {
+double boundOf(const ManipulatorScene& stage, const HandleSight& before, const Ray& ray) {
     const Affine3d world = worldTransform(stage.scene, stage.target);
     const Mat3d a = before.frame.world_T_frame.linear(), b = world.linear();
     const double stretch = a.norm() * a.inverse().norm() + b.norm() * b.inverse().norm();
@@ -88,13 +93,23 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
     std::array<int, 9> judged{};
     forSeeds(1500, [&](std::mt19937_64& random) {
         ManipulatorScene stage;
-        const std::int64_t kind = static_cast<std::int64_t>(random() % kKinds);
+        const std::int64_t kind = someKind(random);
         makeTarget(stage, random, kind == Manipulator::kCenterball || random() % 2 == 0);
         stage.manipulate(kind, stage.target);
         if (kind == Manipulator::kMove && random() % 2 == 0) setField<&Manipulator::world>(stage.edit, stage.manipulator, true);
+        // Now and then of a size on the screen, of a few users: it is of the one whose ray it is.
+        std::vector<float> sizes(random() % 4 == 0 ? 1 + random() % 8 : 0);
+        for (float& size : sizes) size = static_cast<float>(uniform(random, 0.2, 4));
+        if (!sizes.empty()) stage.seenAs(sizes);
         stage.apply();
-        const PlacedManipulator before = stage.placed();
+        const PlacedManipulator all = stage.placed();
+        ASSERT_EQ(all.sights(), std::max<std::size_t>(sizes.size(), 1));
+        const std::size_t user = random() % all.sights();
+        const HandleSight& before = all.seenBy(user);
         const Ray first = rayToPiece(before, random);
+        std::vector<Vec3d> heads(all.sights());
+        for (std::size_t i = 0; i < heads.size(); ++i) heads[i] = i == user ? first.origin : Vec3d(first.origin + randomVector(random, 1).normalized());
+        stage.drags.headsAre(heads);
         const auto held = stage.drags.grab(stage.scene, stage.display, 1, first, {});
         ASSERT_TRUE(held) << held.error().message;
         ASSERT_TRUE(held->any) << "the ray was aimed at a piece";
@@ -193,7 +208,7 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
 TEST(Drag, ComingBackBringsEverythingBack) {
     forSeeds(300, [](std::mt19937_64& random) {
         ManipulatorScene stage;
-        const std::int64_t kind = static_cast<std::int64_t>(random() % kKinds);
+        const std::int64_t kind = someKind(random);
         makeTarget(stage, random, kind == Manipulator::kCenterball || random() % 2 == 0);
         stage.manipulate(kind, stage.target);
         stage.apply();
@@ -263,7 +278,7 @@ TEST(Drag, RaysThatSayNothingLeaveAllAsItIs) {
 TEST(Drag, NowhereIsNoEdit) {
     forSeeds(300, [](std::mt19937_64& random) {
         ManipulatorScene stage;
-        const std::int64_t kind = static_cast<std::int64_t>(random() % kKinds);
+        const std::int64_t kind = someKind(random);
         makeTarget(stage, random, kind == Manipulator::kCenterball);
         stage.manipulate(kind, stage.target);
         stage.apply();
@@ -287,7 +302,8 @@ TEST(Drag, NowhereIsNoEdit) {
 
 /// Seen along z the planes across x and y are seen from their sides: whoever means an arrow behind them has it, and a hand's width leads a hand's width.
 TEST(Drag, PlanesSeenFromTheirSideAreNotTaken) {
-    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer}) {
+    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer,
+                                    Manipulator::kHandleBox, Manipulator::kTransformBox}) {
         ManipulatorScene stage;
         stage.core = stage.transform({});
         stage.target = stage.node(stage.core);
@@ -357,6 +373,47 @@ TEST(Drag, ThingsThatSnapGoInWholeSteps) {
             for (int i = 0; i < 3; ++i)
                 if (now.scale[i] != 1) isWhole(now.scale[i]);
     });
+}
+
+/// A box of 2 about the origin, seen along -Z: what Open Inventor's boxes do, and what stays where it is.
+TEST(Drag, BoxesDoWhatTheirPartsSay) {
+    struct Case {
+        std::int64_t kind;
+        Vec3d from, to;       // where the hand is, both seen from (…, …, 9)
+        Vec3d stays, leads;   // a place of the box that stays, and one that goes with the hand
+        HandleDeed deed;
+    };
+    const Vec3d corner(1, 1, 1), opposite(-1, -1, -1), side(1.3 + 0.02, 0, 0), other(-1, 0, 0);
+    for (const Case& c : {Case{Manipulator::kHandleBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), opposite, corner, HandleDeed::kScaleAll},
+                          Case{Manipulator::kHandleBox, side, Vec3d(side + Vec3d(0.5, 0, 0)), other, Vec3d(1, 0, 0), HandleDeed::kScaleAxis},
+                          Case{Manipulator::kHandleBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(), Vec3d(1, 0, 0), HandleDeed::kMovePlane},
+                          Case{Manipulator::kTransformBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), Vec3d::Zero(), corner, HandleDeed::kScaleAll},
+                          Case{Manipulator::kTransformBox, Vec3d(1, 0.4, 0), Vec3d(1.5, 0.4, 0), Vec3d(0, 1, 0), Vec3d(1, 0, 1), HandleDeed::kTurnRing},
+                          Case{Manipulator::kTransformBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(), Vec3d(1, 0, 0), HandleDeed::kMovePlane}}) {
+        ManipulatorScene stage;
+        stage.core = stage.transform({});
+        stage.target = stage.node(stage.core);
+        stage.box(stage.target, Vec3d::Constant(2));
+        stage.manipulate(c.kind, stage.target);
+        stage.apply();
+        const auto held = stage.drags.grab(stage.scene, stage.display, 1, {Vec3d(c.from + Vec3d(0, 0, 9)), -Vec3d::UnitZ()}, {});
+        ASSERT_TRUE(held && held->any) << c.kind;
+        const Handle handle = stage.placed().handles.of[static_cast<std::size_t>(held->handle - 1)];
+        EXPECT_EQ(handle.deed, c.deed) << c.kind << ' ' << c.from.transpose();
+        const auto list = stage.drags.drag(stage.scene, 1, {Vec3d(c.to + Vec3d(0, 0, 9)), -Vec3d::UnitZ()}, {});
+        ASSERT_TRUE(list && !list->empty()) << c.kind;
+        stage.apply(*list);
+        const Affine3d world = worldTransform(stage.scene, stage.target);
+        const Vec3d led = world * c.leads - c.leads;
+        if (c.deed == HandleDeed::kMovePlane) {
+            EXPECT_LT((world * c.stays - (c.to - c.from)).norm(), 1e-9) << "all goes with the hand";
+            continue;
+        }
+        EXPECT_LT((world * c.stays - c.stays).norm(), 1e-9) << c.kind << ' ' << c.from.transpose();
+        EXPECT_GT(led.x(), 0.1) << c.kind << ' ' << c.from.transpose();
+        EXPECT_TRUE(c.deed != HandleDeed::kTurnRing || (world * Vec3d::UnitY() - Vec3d::UnitY()).norm() < 1e-12) << "about the edge's own direction";
+        EXPECT_TRUE(c.deed != HandleDeed::kScaleAxis || std::abs(world.linear()(1, 1) - 1) < 1e-12) << "along one axis";
+    }
 }
 
 TEST(Drag, LightsTurnAndOpen) {

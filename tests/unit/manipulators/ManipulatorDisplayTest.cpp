@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/drawable/SceneBounds.h"
+#include "common/scene/ChildChoice.h"
 #include "common/scene/Edits.h"
 #include "common/scene/ServerNodes.h"
 #include "tests/property/Seeds.h"
@@ -84,15 +85,22 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
         for (int i = 0; i < 20; ++i) {
             const ObjectId which = oneIn(random, 2) ? parentCore : stage.core;
             const Pose pose = randomPose(random);
-            switch (below(random, 6)) {
+            switch (below(random, 8)) {
                 case 0: setField<&Transform::translation>(stage.edit, which, pose.translation); break;
                 case 1: setField<&Transform::rotation>(stage.edit, which, pose.rotation); break;
                 case 2: setField<&Transform::scale>(stage.edit, which, pose.scale); break;
                 case 3: setField<&Manipulator::size>(stage.edit, stage.manipulator, oneIn(random, 2) ? 0.0 : uniform(random, 0.1, 4)); break;
                 case 4: setField<&Manipulator::world>(stage.edit, stage.manipulator, oneIn(random, 2)); break;
+                case 5: {
+                    std::vector<float> sizes(1 + below(random, 8));
+                    for (float& size : sizes) size = static_cast<float>(uniform(random, 0.1, 4));
+                    stage.seenAs(sizes);
+                    break;
+                }
+                case 6: setField<&Manipulator::pixels>(stage.edit, stage.manipulator, 0.0); break;
                 default: {
                     constexpr std::array kShownKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
-                                                Manipulator::kJack, Manipulator::kTransformer};
+                                                Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox};
                     setField<&Manipulator::kind>(stage.edit, stage.manipulator, kShownKinds[below(random, kShownKinds.size())]);
                 }
             }
@@ -110,6 +118,60 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
         const Box anew = boxOf();
         EXPECT_LT(Table::apart(followed, anew), 1e-6 * (1 + anew.size().norm() + anew.center().norm()));
     });
+}
+
+/// Of a size on the screen: each user sees a child, as Node::levels says it; whose boxes have knobs of that size.
+TEST(ManipulatorDisplay, EachUserSeesHandlesOfTheirOwnSize) {
+    Table table;
+    table.seenAs(std::array{0.5f, 2.0f, 1.0f});
+    table.apply();
+    table.frame();
+    const auto users = [&] {
+        const Node* at = table.scene.get<Node>(*table.top());
+        for (int i = 0; i < 4; ++i) at = table.scene.get<Node>(at->children[0]);
+        return at;
+    };
+    ASSERT_EQ(users()->children.size(), 3u);
+    EXPECT_EQ(static_cast<std::uint64_t>(users()->levels), 0x0100020100020100u);
+    const auto reachOf = [&](std::size_t user) { return sceneBounds(table.scene, users()->children[levelOf(*users(), user)]).upper.x(); };
+    EXPECT_NEAR(reachOf(0), 0.25, 1e-5) << "half of it each way";
+    EXPECT_NEAR(reachOf(1), 1, 1e-5);
+    EXPECT_NEAR(reachOf(2), 0.5, 1e-5);
+    EXPECT_NEAR(reachOf(3), 0.25, 1e-5) << "a user that the wall does not have";
+    const std::size_t objects = table.scene.objectCount();
+    table.seenAs(std::array{0.5f, 3.0f, 1.0f});
+    table.apply();
+    table.frame();
+    EXPECT_NEAR(reachOf(1), 1.5, 1e-5);
+    EXPECT_EQ(table.scene.objectCount(), objects) << "values alone travel";
+    EXPECT_TRUE(table.display.update(table.scene).empty()) << "nothing more to say";
+    // Of boxes knobs and edges, not the box.
+    for (const std::int64_t kind : {Manipulator::kTabBox, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
+        setField<&Manipulator::kind>(table.edit, table.manipulator, kind);
+        table.apply();
+        table.frame();
+        const PlacedManipulator placed = table.placed();
+        const Handles& small = placed.seenBy(0).handles;
+        const Handles& large = placed.seenBy(1).handles;
+        ASSERT_EQ(small.pieces.size(), large.pieces.size());
+        for (std::size_t i = 0; i < small.pieces.size(); ++i) {
+            if (small.pieces[i].shape == HandleShape::kRod) {
+                EXPECT_NEAR(large.pieces[i].pose.scale.x(), 6 * small.pieces[i].pose.scale.x(), 1e-9);
+            }
+            if (small.of[static_cast<std::size_t>(small.pieces[i].handle - 1)].deed != HandleDeed::kScaleAll) continue;
+            EXPECT_EQ(small.pieces[i].pose.translation.cwiseAbs(), Vec3d::Ones()) << "at the corners";
+            EXPECT_EQ(large.pieces[i].pose.translation, small.pieces[i].pose.translation);
+            EXPECT_NEAR(large.pieces[i].pose.scale.x(), 6 * small.pieces[i].pose.scale.x(), 1e-9);
+        }
+    }
+    // Where nobody has said yet how large, and where pixels are none, `size` counts.
+    setField<&Manipulator::kind>(table.edit, table.manipulator, Manipulator::kMove);
+    setField<&Manipulator::pixels>(table.edit, table.manipulator, 0.0);
+    setField<&Manipulator::size>(table.edit, table.manipulator, 3.0);
+    table.apply();
+    table.frame();
+    EXPECT_EQ(table.placed().sights(), 1u);
+    EXPECT_NEAR(table.seen().upper.x(), 1.5, 1e-5);
 }
 
 TEST(ManipulatorDisplay, WhatPeopleDoToHandlesIsMadeGood) {
@@ -139,7 +201,7 @@ TEST(ManipulatorDisplay, WhatPeopleDoToHandlesIsMadeGood) {
 /// Whoever takes hold and lets go leaves the scene as it was, ids included: hosts draw what lies upon each other in the order of ids.
 TEST(ManipulatorDisplay, HoldingAHandleChangesColoursAlone) {
     for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
-                                    Manipulator::kJack, Manipulator::kTransformer}) {
+                                    Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
         Table table(kind);
         table.frame();
         const StateHash before = table.scene.stateHash();

@@ -74,6 +74,23 @@ TEST(ManipulatorDrags, TheSecondIsToldWhoeverHoldsIt) {
     EXPECT_TRUE(bench.grab(kBert, 0, 0.4)->any);
 }
 
+/// Two users see arrows of half a unit and of two units: each takes hold of what they see.
+TEST(ManipulatorDrags, ARayTakesWhatTheNearestHeadSees) {
+    Workbench bench;
+    bench.seenAs(std::array{1.0f, 4.0f});
+    bench.apply();
+    const Vec3d anna(0, 0, 5), bert(9, 0, 5);
+    bench.drags.headsAre({anna, bert});
+    const auto takes = [&](const Vec3d& head, double height) {
+        const auto held = bench.drags.grab(bench.scene, bench.display, kAnna, {.origin = head, .direction = Vec3d(0, height, 0) - head}, bench.drivers);
+        return held && held->any;
+    };
+    EXPECT_TRUE(takes(anna, 0.4));
+    EXPECT_FALSE(takes(anna, 1.6)) << "there is nothing for her";
+    EXPECT_TRUE(takes(bert, 1.6));
+    EXPECT_TRUE(takes(bert + Vec3d(0.03, 0, 0), 1.6)) << "an eye";
+}
+
 TEST(ManipulatorDrags, WhatIsDrivenIsNotTakenAndNotKept) {
     Workbench bench;
     const ObjectId motion = bench.create(typeOf<Motion>());

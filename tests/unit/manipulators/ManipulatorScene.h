@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <random>
+#include <span>
 
 #include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
@@ -52,6 +53,14 @@ struct ManipulatorScene {
         setField<&Manipulator::kind>(edit, manipulator, kind);
         setField<&Manipulator::target>(edit, manipulator, what);
         manipulatorNode = node(manipulator, parent);
+    }
+    /// As the server says it to so many users; 1: to all.
+    void seenAs(std::span<const float> sizes) {
+        Vec4f first = Vec4f::Zero(), rest = Vec4f::Zero();
+        for (std::size_t i = 0; i < sizes.size(); ++i) (i < 4 ? first : rest)[static_cast<Eigen::Index>(i % 4)] = sizes[i];
+        setField<&Manipulator::pixels>(edit, manipulator, 100.0);
+        setField<&Manipulator::sizes>(edit, manipulator, first);
+        setField<&Manipulator::moreSizes>(edit, manipulator, rest);
     }
     /// Placeholders become ids, as the committer makes them.
     void apply(ChangeList list) {

@@ -203,6 +203,7 @@ TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
         {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); }, "the server alone says the problem of a SurfaceProgram"},
         {[&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); }, "the server alone says the problem of a Movie"},
         {[&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); }, "the server alone says the held of a Manipulator"},
+        {[&] { return saying(Manipulator(), fieldId<&Manipulator::sizes>, toValue(Vec4f(1, 2, 0, 0))); }, "the server alone says the sizes of a Manipulator"},
     };
     for (const auto& [list, message] : wrong) {
         EXPECT_NE(problemOf(list()).find(message), std::string::npos) << problemOf(list());
