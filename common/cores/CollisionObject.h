@@ -22,8 +22,9 @@ struct CollisionObject : CollisionWords {
     /// Distance field: the same surface, but its distances are approximate, wrong by `error` at most, and quick. Auto:
     /// balls for points, heights for a large grid, a distance field where an `error` is allowed, else the surface.
     /// Freeform: the smooth surface itself that a SubdivisionSurface or a NurbsSurface stands for, in place of the triangles
-    /// that are drawn of it: what it touches, where, and how far it is away, to `error`; motions stop at the triangles. Auto
-    /// takes it of what deforms where an `error` is allowed. Where a geometry is not what is asked for, or deforms and is
+    /// that are drawn of it: what it touches, where, and how far it is away, to `error`; motions stop at it, too. By the triangles
+    /// go all the same: what touches already as a motion begins, free bodies, times of mode dynamic, rollbacks, and what meets
+    /// points or a height field. Auto takes it of what deforms where an `error` is allowed. Where a geometry is not what is asked for, or deforms and is
     /// not freeform, it is taken as the surface that is drawn, and the report names it.
     std::int64_t shape = kTriangles;
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing

@@ -40,8 +40,11 @@ void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 [[nodiscard]] Expected<void> checkMd5Animation(std::string_view text);
 /// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite, become blanks; into
 /// `notes`: how many they are, and the first with its line. So do remarks behind faces, and numbers that begin with a point get a zero before it: assimp
-/// knows neither. Whether anything was changed.
+/// knows neither. Free-form statements, of which assimp takes some for others, become blanks, as noteOfFreeform says. Whether anything was changed.
 bool mendObj(Bytes& bytes, std::vector<std::string>& notes);
+/// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates, those of version 2.11, and curves of
+/// trims that no surface takes. Each by name, with how many and the first's line. Empty: all are read.
+[[nodiscard]] std::string noteOfFreeform(std::string_view text);
 
 /// The checks for each file that assimp opens for one model, by its ending.
 class BeforeAssimp {

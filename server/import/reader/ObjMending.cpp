@@ -1,10 +1,14 @@
 // Statements of an OBJ that assimp would refuse the whole file for.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -77,6 +81,20 @@ bool isFinite(std::string_view statement) {
     return true;
 }
 
+std::string_view keyOf(std::string_view statement) {
+    statement.remove_prefix(std::min(statement.find_first_not_of(" \t\v\f"), statement.size()));
+    return statement.substr(0, statement.find_first_of(" \t\v\f"));
+}
+
+/// Of them nothing is shown.
+constexpr std::array<std::string_view, 12> kUnread{"curv", "scrv", "sp", "con", "mg", "ctech", "stech", "bzp", "bsp", "cdc", "cdp", "res"};
+/// What else is of curves and surfaces.
+constexpr std::array<std::string_view, 11> kOfFreeform{"cstype", "deg", "bmat", "step", "vp", "surf", "curv2", "parm", "trim", "hole", "end"};
+
+bool isOfFreeform(std::string_view key) {
+    return std::ranges::find(kUnread, key) != kUnread.end() || std::ranges::find(kOfFreeform, key) != kOfFreeform.end();
+}
+
 class ObjMending {
 public:
     explicit ObjMending(Bytes& bytes) : bytes_(bytes), text_(asText(bytes)) {}
@@ -87,6 +105,9 @@ public:
             if (declares(s.statement(), "v")) finite_.push_back(isFinite(s.statement()));
             if (declares(s.statement(), "vt")) ++texcoords_;
         }
+        if (std::string note = noteOfFreeform(text_); !note.empty()) notes.push_back(std::move(note));
+        for (ObjStatements s(text_); s.next();)
+            if (isOfFreeform(keyOf(s.statement()))) blank(s.begin(), s.end());
         std::size_t seen = 0, seenTexcoords = 0, wrong = 0, all = 0;
         std::string first;
         std::vector<std::string_view> words;
@@ -167,6 +188,38 @@ private:
 };
 
 }  // namespace
+
+std::string noteOfFreeform(std::string_view text) {
+    struct Seen {
+        std::size_t count = 0, line = 0;
+        void add(std::size_t at) {
+            if (count++ == 0) line = at;
+        }
+    };
+    std::map<std::string_view, Seen> seen;
+    std::vector<std::size_t> curves;  // lines of curv2
+    std::set<std::size_t> taken;      // of these
+    std::vector<std::string_view> words;
+    for (ObjStatements s(text); s.next();) {
+        const std::string_view key = keyOf(s.statement());
+        if (key == "curv2") curves.push_back(s.line());
+        if (!isOfFreeform(key)) continue;
+        const std::string statement(s.statement());
+        TextLines(statement).next(words);
+        for (std::size_t i = 3; (key == "trim" || key == "hole") && i < words.size(); i += 3) {
+            std::int64_t number = 0;
+            if (!isNumber(words[i], number)) continue;
+            taken.insert(static_cast<std::size_t>(number > 0 ? number - 1 : static_cast<std::int64_t>(curves.size()) + number));
+        }
+        const bool none = key == "mg" && words.size() > 1 && (words[1] == "0" || words[1] == "off");
+        if (const auto unread = std::ranges::find(kUnread, key); unread != kUnread.end() && !none) seen[*unread].add(s.line());
+    }
+    for (std::size_t i = 0; i < curves.size(); ++i)
+        if (!taken.contains(i)) seen["curv2"].add(curves[i]);
+    std::vector<std::string> names;
+    for (const auto& [key, of] : seen) names.push_back(fmt::format("{} ({})", key, of.count == 1 ? fmt::format("line {}", of.line) : fmt::format("{}, the first in line {}", of.count, of.line)));
+    return names.empty() ? std::string() : fmt::format("free-form statements are left out: {}", fmt::join(names, ", "));
+}
 
 bool mendObj(Bytes& bytes, std::vector<std::string>& notes) {
     return ObjMending(bytes).mend(notes);

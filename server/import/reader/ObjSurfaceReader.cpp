@@ -15,6 +15,7 @@
 #include "common/freeform/nurbs/ObjSurfaces.h"
 #include "server/import/reader/AssimpFiles.h"
 #include "server/import/reader/AssimpMaterials.h"
+#include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
@@ -169,6 +170,7 @@ Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& 
         scene = std::move(*faces);
         scene.note("polygons beside free-form surfaces are read without materials, normals and texture coordinates");
     }
+    if (const std::string leftOut = noteOfFreeform(text); !leftOut.empty()) scene.note(leftOut);
     if (names.others) scene.note("lines and points beside free-form surfaces are left out");
     if (surfaces->size() > limits.maxNodes) return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits.maxNodes));
     // Seen from both sides: the format does not say which is the outside.

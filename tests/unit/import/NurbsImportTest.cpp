@@ -1,6 +1,8 @@
 // NURBS of texts and of OBJ's free-form statements: what comes into the scene, and what is refused by name.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/cores/Geometry.h"
 #include "common/cores/Material.h"
 #include "common/drawable/Drawable.h"
@@ -134,6 +136,32 @@ TEST(NurbsImport, AnObjMayHavePolygonsToo) {
     }
     EXPECT_EQ(surfaces, 2u);
     EXPECT_EQ(meshes, 1u);
+}
+
+TEST(NurbsImport, FreeFormStatementsOfAnObjThatNobodyReadsAreNamed) {
+    const auto noteOf = [](const std::string& text) {
+        Expected<ImportedScene> scene = importedSurfaces("plates.obj", text);
+        EXPECT_TRUE(scene) << messageOf(scene);
+        return scene && scene->notes.size() == 1 ? scene->notes.front() : std::to_string(scene ? scene->notes.size() : 0) + " notes";
+    };
+    const std::string curve = "cstype bezier\ndeg 1\ncurv 0 1 1 2\nparm u 0 1\nend\n";
+    const auto lines = static_cast<std::size_t>(std::ranges::count(std::string_view(kTwoSquares), '\n'));
+    EXPECT_NE(noteOf(kTwoSquares + curve).find("free-form statements are left out: curv (line " + std::to_string(lines + 3) + ")"), std::string::npos) << noteOf(kTwoSquares + curve);
+    EXPECT_NE(noteOf(kTwoSquares + curve + curve).find("curv (2, the first in line " + std::to_string(lines + 3) + ")"), std::string::npos);
+    // What joins and marks; a curve in a plane that no trim takes.
+    const std::string more = "vp 0 0\nvp 1 1\ncstype bezier\ndeg 1\ncurv2 -2 -1\nparm u 0 1\nend\ncon 1 0 1 1 2 0 1 1\nmg off\nmg 1 0.5\nctech cparm 4\nstech cparma 4 4\n";
+    const std::string note = noteOf(kTwoSquares + more);
+    for (const char* name : {"con (line", "mg (line", "ctech (line", "stech (line", "curv2 (line"}) EXPECT_NE(note.find(name), std::string::npos) << name << ": " << note;
+    EXPECT_EQ(note.find("curv ("), std::string::npos) << note;
+    // Without a surface the polygons come all the same, also beside statements of version 2.11.
+    const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (const std::string& extra : {curve, std::string("bzp 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1\n"), std::string("res 4 4\n")}) {
+        Expected<ImportedScene> scene = importedSurfaces("curve.obj", triangle + extra);
+        ASSERT_TRUE(scene) << extra << messageOf(scene);
+        EXPECT_TRUE(std::ranges::any_of(scene->notes, [&](const std::string& n) { return n.find("free-form statements are left out") != std::string::npos; })) << extra;
+        const ImportedAspect aspect(std::move(*scene));
+        EXPECT_TRUE(std::ranges::any_of(aspect->ids(), [&](ObjectId id) { return aspect->get<Geometry>(id) != nullptr; })) << extra;
+    }
 }
 
 TEST(NurbsImport, ASurfaceOfAnObjTakesTheMaterialInForce) {
