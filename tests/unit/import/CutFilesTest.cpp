@@ -303,11 +303,10 @@ TEST(CutFiles, AreToldFromWholeOnesAtEveryByte) {
         }
 }
 
-/// Real models, cut at many places: what is shown has fewer triangles only with a word about it, or all of them.
-TEST(CutFiles, OfRealModelsNoneIsShorterWithoutAWord) {
-    if (testData().empty()) GTEST_SKIP() << "no models beside the project";
-    for (const char* name : {"/cad/7_8ths_cube.stl", "/cad/ballA.off", "/cad/cycloidal.ply"}) {
-        const std::string path = testData() + name;
+/// Whole models, cut at many places: what is shown has fewer triangles only with a word about it, or all of them.
+void expectNoneShorterWithoutAWord(const std::string& folder, std::initializer_list<const char*> names) {
+    for (const char* name : names) {
+        const std::string path = folder + name;
         std::string bytes(std::filesystem::file_size(path), '\0');
         std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         const std::string called = path.substr(path.rfind('/') + 1);
@@ -318,6 +317,15 @@ TEST(CutFiles, OfRealModelsNoneIsShorterWithoutAWord) {
             EXPECT_LT(cut.triangles, all) << name;
         }
     }
+}
+
+TEST(CutFiles, OfModelsNoneIsShorterWithoutAWord) {
+    expectNoneShorterWithoutAWord(TESSERA_SOURCE_DIR "/tests/data/models", {"/rim.stl", "/shell.ply"});
+}
+
+TEST(CutFiles, OfRealModelsNoneIsShorterWithoutAWord) {
+    if (testData().empty()) GTEST_SKIP() << "no models beside the project";
+    expectNoneShorterWithoutAWord(testData(), {"/cad/7_8ths_cube.stl", "/cad/ballA.off", "/cad/cycloidal.ply"});
 }
 
 }  // namespace

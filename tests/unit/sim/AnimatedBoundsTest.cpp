@@ -251,7 +251,8 @@ TEST(AnimatedBounds, CostABoundedNumberOfPlacesHoweverLongAndLarge) {
 TEST(AnimatedBounds, HoldEveryVertexOfCharactersAndNotMuchMore) {
     const char* set = std::getenv("TESSERA_TEST_DATA");
     const std::string data = set ? set : std::string(TESSERA_SOURCE_DIR) + "/../shared/data", models = "/usr/share/assimp/models/";
-    std::vector<std::string> files = {models + "FBX/huesitos.fbx", models + "X/Testwuson.X", models + "BVH/01_01.bvh"};
+    std::vector<std::string> files = {models + "FBX/huesitos.fbx", models + "X/Testwuson.X", models + "BVH/01_01.bvh",
+                                      TESSERA_SOURCE_DIR "/tests/data/models/arm.glb"};
     for (const char* name : {"BoxAnimated.glb", "RiggedFigure.glb", "Fox.glb", "AnimatedMorphCube.glb"})
         if (std::filesystem::exists(data + "/gltf/" + name)) files.push_back(data + "/gltf/" + name);
     for (const std::string& path : files) {

@@ -278,6 +278,11 @@ void expectAsTheFileSays(const std::string& path, std::size_t skins) {
     EXPECT_GT(moved, 0u) << "or nothing was played";
 }
 
+/// Joints that turn, step, go along curves; targets of a mesh (tests/data/models/make-models.py).
+TEST(GltfCharacters, AreWhereAFileOfOursSaysInEveryFrame) {
+    expectAsTheFileSays(TESSERA_SOURCE_DIR "/tests/data/models/arm.glb", 2);
+}
+
 TEST(GltfCharacters, AreWhereTheirFilesSayInEveryFrame) {
     const std::string folder = modelsFolder() + "/gltf";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no folder of real models (TESSERA_TEST_DATA, or shared/data beside the project)";
