@@ -109,6 +109,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
         answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
                                    status->journalTrouble);
     for (const std::string& line : status->trackers) answer.text += fmt::format("tracker {}\n", line);
+    for (const std::string& line : status->programs) answer.text += fmt::format("program {}\n", line);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch.value},
                    {"frame", status->frame.value},
@@ -127,6 +128,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"steering", status->steering},
                    {"budget_ms", status->budgetMs},
                    {"detail", status->detail},
+                   {"programs", status->programs},
                    {"journal", status->journal},
                    {"journal_trouble", status->journalTrouble},
                    {"trackers", status->trackers}};

@@ -10,7 +10,7 @@
 
 namespace tessera {
 
-DepthQueries::DepthQueries(Surface& surface, const GlFunctions& gl, MeshBuffers& meshes, GLuint meshArray, int samples)
+DepthQueries::DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, GLuint meshArray, int samples)
     : surface_(surface), gl_(gl), meshes_(meshes), meshArray_(meshArray), mostSamples_(samples), samples_(samples) {
     gl_.CreateVertexArrays(1, &plateArray_);
     gl_.CreateVertexArrays(1, &emptyArray_);
@@ -43,6 +43,7 @@ std::vector<VisibilityDevice::Part> DepthQueries::partsOf(const ScreenCamera& sc
 
 Expected<void> DepthQueries::begin(const Part& part) {
     if (auto current = surface_.makeCurrent(); !current) return current;
+    gl_.restore();
     meshes_.beginDraw();
     const PixelRect& pixels = part.pixels;
     if (const int samples = std::min(mostSamples_, detailStep(part.camera.detail).mostSamples); std::exchange(samples_, samples) != samples) {
@@ -162,8 +163,6 @@ Expected<std::span<const float>> DepthQueries::farthest() {
     if (samples_ > 1)
         if (auto gathered = gatherSamples(); !gathered) return tl::unexpected(gathered.error());
     gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, samples_ > 1 ? farthestFramebuffer_ : depthFramebuffer_);
-    gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
     gl_.ReadPixels(pixels.x, pixels.y, pixels.width, pixels.height, samples_ > 1 ? GL_RED : GL_DEPTH_COMPONENT, GL_FLOAT,
                    read_.data());
     if (auto good = gl_.check("reading depths"); !good) return tl::unexpected(good.error());

@@ -19,7 +19,7 @@ namespace tessera {
 class DepthQueries : public VisibilityDevice {
 public:
     /// `meshArray`: the vertex array of `meshes`.
-    DepthQueries(Surface& surface, const GlFunctions& gl, MeshBuffers& meshes, GLuint meshArray, int samples);
+    DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, GLuint meshArray, int samples);
     ~DepthQueries() override;
 
     /// What items are looked up in, until the next call.
@@ -43,7 +43,7 @@ private:
     [[nodiscard]] Expected<void> gatherSamples();
 
     Surface& surface_;
-    const GlFunctions& gl_;
+    GlState& gl_;
     MeshBuffers& meshes_;
     GLuint meshArray_, plateArray_ = 0, emptyArray_ = 0;
     GLuint plateBuffer_ = 0, itemBuffer_ = 0, frameBuffer_ = 0;

@@ -15,7 +15,7 @@ constexpr std::size_t kKept = 3;
 
 }  // namespace
 
-EnvironmentTexture::EnvironmentTexture(const GlFunctions& gl) : gl_(gl) {
+EnvironmentTexture::EnvironmentTexture(GlState& gl) : gl_(gl) {
     // There from the start, and small: programs are compiled for the format that is bound, and for sides that are no powers of
     // two.
     makeTexture(3, 3);

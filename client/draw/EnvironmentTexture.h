@@ -7,7 +7,7 @@
 #include <string>
 
 #include "client/draw/EnvironmentLight.h"
-#include "client/draw/GlFunctions.h"
+#include "client/draw/GlState.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {
@@ -19,7 +19,7 @@ using SurroundingsBlock = std::array<std::array<float, 4>, 9>;
 /// Keeps what it made of the last pictures. Belongs to the surface's thread.
 class EnvironmentTexture {
 public:
-    explicit EnvironmentTexture(const GlFunctions& gl);
+    explicit EnvironmentTexture(GlState& gl);
     /// The surface is current, or gone.
     ~EnvironmentTexture();
     EnvironmentTexture(const EnvironmentTexture&) = delete;
@@ -46,7 +46,7 @@ private:
     [[nodiscard]] SurroundingsPicture decompressed(const Image& image) const;
     void makeTexture(int widthPx, int heightPx);
 
-    const GlFunctions& gl_;
+    GlState& gl_;
     GLuint texture_ = 0, sampler_ = 0;
     int widthPx_ = 0;  ///< of the texture
     std::deque<std::unique_ptr<Known>> known_;  ///< the last one used first

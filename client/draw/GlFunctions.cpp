@@ -30,6 +30,7 @@ Expected<GlFunctions> GlFunctions::load(const Surface& surface) {
     GlFunctions gl;
 #define TESSERA_GL_LOAD(name, upper) gl.name = reinterpret_cast<PFNGL##upper##PROC>(surface.procAddress("gl" #name));
     TESSERA_GL_FUNCTIONS(TESSERA_GL_LOAD)
+    TESSERA_GL_STATE_FUNCTIONS(TESSERA_GL_LOAD)
 #undef TESSERA_GL_LOAD
     // The address of a function says nothing about whether it works: the version does.
     if (!gl.GetIntegerv || !gl.GetError) return fail(ErrorCode::kUnsupported, "the surface has no OpenGL functions");
@@ -42,6 +43,7 @@ Expected<GlFunctions> GlFunctions::load(const Surface& surface) {
 #define TESSERA_GL_TEST(name, upper) \
     if (!gl.name) return fail(ErrorCode::kUnsupported, "the surface lacks gl" #name);
     TESSERA_GL_FUNCTIONS(TESSERA_GL_TEST)
+    TESSERA_GL_STATE_FUNCTIONS(TESSERA_GL_TEST)
 #undef TESSERA_GL_TEST
     return gl;
 }

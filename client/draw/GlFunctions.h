@@ -12,18 +12,9 @@ namespace tessera {
 #define TESSERA_GL_FUNCTIONS(X)                                                 \
     X(AttachShader, ATTACHSHADER)                                               \
     X(BeginQuery, BEGINQUERY)                                                   \
-    X(BindBufferBase, BINDBUFFERBASE)                                           \
-    X(BindBufferRange, BINDBUFFERRANGE)                                         \
-    X(BindFramebuffer, BINDFRAMEBUFFER)                                         \
-    X(BindSampler, BINDSAMPLER)                                                 \
-    X(BindTextureUnit, BINDTEXTUREUNIT)                                         \
-    X(BindVertexArray, BINDVERTEXARRAY)                                         \
-    X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                     \
     X(CheckNamedFramebufferStatus, CHECKNAMEDFRAMEBUFFERSTATUS)                 \
     X(ClearNamedFramebufferfv, CLEARNAMEDFRAMEBUFFERFV)                         \
     X(ClearNamedFramebufferuiv, CLEARNAMEDFRAMEBUFFERUIV)                       \
-    X(ClipControl, CLIPCONTROL)                                                 \
-    X(ColorMask, COLORMASK)                                                     \
     X(CompileShader, COMPILESHADER)                                             \
     X(CompressedTextureSubImage2D, COMPRESSEDTEXTURESUBIMAGE2D)                 \
     X(CompressedTextureSubImage3D, COMPRESSEDTEXTURESUBIMAGE3D)                 \
@@ -37,7 +28,6 @@ namespace tessera {
     X(CreateShader, CREATESHADER)                                               \
     X(CreateTextures, CREATETEXTURES)                                           \
     X(CreateVertexArrays, CREATEVERTEXARRAYS)                                   \
-    X(CullFace, CULLFACE)                                                       \
     X(DeleteBuffers, DELETEBUFFERS)                                             \
     X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                                   \
     X(DeleteProgram, DELETEPROGRAM)                                             \
@@ -47,16 +37,11 @@ namespace tessera {
     X(DeleteShader, DELETESHADER)                                               \
     X(DeleteTextures, DELETETEXTURES)                                           \
     X(DeleteVertexArrays, DELETEVERTEXARRAYS)                                   \
-    X(DepthFunc, DEPTHFUNC)                                                     \
-    X(DepthMask, DEPTHMASK)                                                     \
-    X(Disable, DISABLE)                                                         \
     X(DrawArrays, DRAWARRAYS)                                                   \
     X(DrawElementsInstancedBaseVertexBaseInstance, DRAWELEMENTSINSTANCEDBASEVERTEXBASEINSTANCE) \
-    X(Enable, ENABLE)                                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)                         \
     X(EndQuery, ENDQUERY)                                                       \
     X(Finish, FINISH)                                                           \
-    X(FrontFace, FRONTFACE)                                                     \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                             \
     X(GetError, GETERROR)                                                       \
     X(GetGraphicsResetStatus, GETGRAPHICSRESETSTATUS)                           \
@@ -72,16 +57,16 @@ namespace tessera {
     X(LinkProgram, LINKPROGRAM)                                                 \
     X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
+    X(MapNamedBufferRange, MAPNAMEDBUFFERRANGE)                                 \
+    X(NamedBufferStorage, NAMEDBUFFERSTORAGE)                                   \
     X(NamedFramebufferRenderbuffer, NAMEDFRAMEBUFFERRENDERBUFFER)               \
     X(MultiDrawElementsBaseVertex, MULTIDRAWELEMENTSBASEVERTEX)                 \
     X(NamedFramebufferDrawBuffers, NAMEDFRAMEBUFFERDRAWBUFFERS)                 \
     X(NamedFramebufferTexture, NAMEDFRAMEBUFFERTEXTURE)                         \
     X(NamedFramebufferTextureLayer, NAMEDFRAMEBUFFERTEXTURELAYER)               \
     X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE) \
-    X(PixelStorei, PIXELSTOREI)                                                 \
     X(ReadPixels, READPIXELS)                                                   \
     X(SamplerParameteri, SAMPLERPARAMETERI)                                     \
-    X(Scissor, SCISSOR)                                                         \
     X(ShaderSource, SHADERSOURCE)                                               \
     X(TextureBuffer, TEXTUREBUFFER)                                             \
     X(TextureParameteri, TEXTUREPARAMETERI)                                     \
@@ -94,26 +79,48 @@ namespace tessera {
     X(Uniform2fv, UNIFORM2FV)                                                   \
     X(Uniform3fv, UNIFORM3FV)                                                   \
     X(Uniform4fv, UNIFORM4FV)                                                   \
-    X(UseProgram, USEPROGRAM)                                                   \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                       \
     X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)                         \
     X(VertexArrayAttribIFormat, VERTEXARRAYATTRIBIFORMAT)                       \
     X(VertexArrayBindingDivisor, VERTEXARRAYBINDINGDIVISOR)                     \
     X(VertexArrayElementBuffer, VERTEXARRAYELEMENTBUFFER)                       \
-    X(VertexArrayVertexBuffer, VERTEXARRAYVERTEXBUFFER)                         \
+    X(VertexArrayVertexBuffer, VERTEXARRAYVERTEXBUFFER)
+
+/// Those that set what outlives them: GlState's alone.
+#define TESSERA_GL_STATE_FUNCTIONS(X)                                           \
+    X(BindBufferBase, BINDBUFFERBASE)                                           \
+    X(BindBufferRange, BINDBUFFERRANGE)                                         \
+    X(BindFramebuffer, BINDFRAMEBUFFER)                                         \
+    X(BindSampler, BINDSAMPLER)                                                 \
+    X(BindTextureUnit, BINDTEXTUREUNIT)                                         \
+    X(BindVertexArray, BINDVERTEXARRAY)                                         \
+    X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                     \
+    X(ClipControl, CLIPCONTROL)                                                 \
+    X(ColorMask, COLORMASK)                                                     \
+    X(DepthFunc, DEPTHFUNC)                                                     \
+    X(DepthMask, DEPTHMASK)                                                     \
+    X(Disable, DISABLE)                                                         \
+    X(Enable, ENABLE)                                                           \
+    X(FrontFace, FRONTFACE)                                                     \
+    X(PixelStorei, PIXELSTOREI)                                                 \
+    X(Scissor, SCISSOR)                                                         \
+    X(UseProgram, USEPROGRAM)                                                   \
     X(Viewport, VIEWPORT)
 
 /// `gl.Clear(…)` for glClear(…). Valid for the surface it was loaded from, on its thread.
 struct GlFunctions {
 #define TESSERA_GL_MEMBER(name, upper) PFNGL##upper##PROC name = nullptr;
     TESSERA_GL_FUNCTIONS(TESSERA_GL_MEMBER)
-#undef TESSERA_GL_MEMBER
 
     /// The surface must be current. kUnsupported: it gives less than OpenGL 4.5, and says what it gives.
     [[nodiscard]] static Expected<GlFunctions> load(const Surface& surface);
 
     /// The first error since the last call, in words. GL reports late: `what` is what was being done. kUnsupported: the GPU is gone.
     [[nodiscard]] Expected<void> check(std::string_view what) const;
+
+protected:
+    TESSERA_GL_STATE_FUNCTIONS(TESSERA_GL_MEMBER)
+#undef TESSERA_GL_MEMBER
 };
 
 }  // namespace tessera

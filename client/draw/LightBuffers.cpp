@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-LightBuffers::LightBuffers(const GlFunctions& gl) : gl_(gl) {
+LightBuffers::LightBuffers(GlState& gl) : gl_(gl) {
     for (GLuint* buffer : {&lightBuffer_, &listBuffer_}) gl_.CreateBuffers(1, buffer);
     for (GLuint* texture : {&lightTexture_, &listTexture_}) gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, texture);
     // Programs are compiled for the formats that are bound, before there is anything to list.

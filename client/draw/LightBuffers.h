@@ -1,7 +1,7 @@
 /// The lights of a frame and the lists of a cell, where shaders read them.
 #pragma once
 
-#include "client/draw/GlFunctions.h"
+#include "client/draw/GlState.h"
 #include "client/draw/LightClusters.h"
 #include "client/draw/Program.h"
 
@@ -10,7 +10,7 @@ namespace tessera {
 /// Belongs to the surface's thread.
 class LightBuffers {
 public:
-    explicit LightBuffers(const GlFunctions& gl);
+    explicit LightBuffers(GlState& gl);
     /// The surface is current, or gone.
     ~LightBuffers();
     LightBuffers(const LightBuffers&) = delete;
@@ -36,7 +36,7 @@ private:
     /// False: there are others, or more.
     [[nodiscard]] bool findSuns();
 
-    const GlFunctions& gl_;
+    GlState& gl_;
     LightClusters clusters_;
     std::array<Sun, kMostSuns> suns_{};
     bool scoped_ = false;

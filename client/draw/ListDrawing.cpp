@@ -61,18 +61,22 @@ double reachOf(const Box& box, const Vec3d& origin) {
 Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                      const PixelRect& rect) {
     if (auto good = checkRect(camera, rect); !good) return good;
-    if (auto current = surface.makeCurrent(); !current) return current;
     samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
     tile.useSamples(samples);
     scene = {.detail = list.detailed,
              .coated = list.coated,
              .glossy = list.glossy,
              .samples = samples};
+    calls.persons().beginDraw();
     const auto stale = shadows.begin(list.casters);
     if (!stale) return tl::unexpected(stale.error());
     for (const std::size_t view : *stale)
         if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
     collect(aspect, list, camera);
+    for (const std::uint32_t gone : calls.persons().forgetUnused()) {
+        std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
+        std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
+    }
     triangles = glCalls = states = pixels = 0;
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
@@ -91,10 +95,6 @@ void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const S
     volumes.upload(calls.volumes());
     // Images of what was drawn before may be gone.
     std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0; });
-    for (const std::uint32_t gone : calls.persons().forgetUnused()) {
-        std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
-        std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
-    }
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -292,11 +292,13 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, 0, sizeof(ItemRecord));
     gl.BindVertexArray(vertexArray);
     recordsFrom = 0;
+    if (auto compiledFirst = compileWatched(use); !compiledFirst) return compiledFirst;
     const auto oneRun = [this](std::uint32_t call) { return inCell[call].end - inCell[call].first == 1; };
     const DrawCall* before = nullptr;
     for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
         if (auto wanted = goOn(); !wanted) return wanted;
         const DrawCall& call = calls.calls()[inPass[i]];
+        if (auto watching = watchFor(kindOf(use, call)); !watching) return watching;
         if (auto set = setState(call, before, use); !set) return set;
         before = &call;
         next = i + 1;
@@ -312,7 +314,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         met(Pass::kBlend, kindNow, call.look);
         drawInstances(i, next - i);
     }
-    return {};
+    return watchNoMore();
 }
 
 Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {

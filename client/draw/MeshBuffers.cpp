@@ -19,7 +19,7 @@ MeshKey withoutRadius(MeshKey key) {
 
 }  // namespace
 
-MeshBuffers::MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes)
+MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes)
     : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {
     // As many texels as a texture has, and as vertices have numbers.
     GLint most = 0;

@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "client/draw/DrawForms.h"
-#include "client/draw/GlFunctions.h"
+#include "client/draw/GlState.h"
 #include "client/draw/RangeAllocator.h"
 #include "client/draw/UseClock.h"
 #include "common/drawable/Drawable.h"
@@ -31,7 +31,7 @@ struct MeshRange {
 /// draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours stand beside the budget.
 class MeshBuffers {
 public:
-    MeshBuffers(const GlFunctions& gl, GLuint vertexArray, std::size_t budgetBytes);
+    MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes);
     ~MeshBuffers();
     MeshBuffers(const MeshBuffers&) = delete;
     MeshBuffers& operator=(const MeshBuffers&) = delete;
@@ -100,7 +100,7 @@ private:
     [[nodiscard]] Buffer& buffer(MeshStore store) { return buffers_[static_cast<std::size_t>(store)]; }
     [[nodiscard]] const Buffer& buffer(MeshStore store) const { return buffers_[static_cast<std::size_t>(store)]; }
 
-    const GlFunctions& gl_;
+    GlState& gl_;
     GLuint vertexArray_;
     std::size_t budgetBytes_;
     std::array<Buffer, kMeshStores> buffers_;

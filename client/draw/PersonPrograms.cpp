@@ -4,6 +4,7 @@
 
 #include "common/cores/Material.h"
 #include "common/cores/SurfaceParts.h"
+#include "common/drawable/ProgramImages.h"
 
 namespace tessera {
 namespace {
@@ -35,8 +36,9 @@ bool PersonPrograms::isBad(const Aspect& aspect, const Material& material) {
 
 std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& material) {
     const SurfaceProgram* program = programOf(aspect, material);
-    if (!program || program->verdict == SurfaceProgram::kUntried) return kNone;
+    if (!program || program->verdict == SurfaceProgram::kUntried || program->verdict == SurfaceProgram::kHeavy) return kNone;
     if (program->verdict != SurfaceProgram::kGood) return kError;
+    if (uniformOfAnotherShape(aspect, material)) return kNone;
     const auto [it, isNew] = ids_.try_emplace({program->surface, program->vertex}, next_);
     if (isNew) {
         Known known;
@@ -49,8 +51,10 @@ std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& materia
         known_.emplace(next_++, std::move(known));
     }
     Known& known = known_.at(it->second);
-    known.used = true;
+    clock_.use(known.uses);
+    known.object = material.program;
     if (known.refused) return kError;
+    if (known.heldUpFor > Duration::zero()) return kNone;
     return known.text.surface.empty() && known.text.vertex.empty() ? kNone : it->second;
 }
 
@@ -82,14 +86,33 @@ void PersonPrograms::refused(std::uint32_t person, std::string problem) {
     trouble_ = "a program of a material: " + personProblem(problem);
 }
 
+void PersonPrograms::holdsUp(std::uint32_t person, Duration took) {
+    known_.at(person).heldUpFor = std::max(took, Duration(1));
+}
+
+std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
+    std::vector<HeldUpBy> all;
+    for (const auto& [texts, person] : ids_) {
+        Known& known = known_.at(person);
+        if (known.heldUpFor == Duration::zero()) continue;
+        const auto* program = aspect.get<SurfaceProgram>(known.object);
+        if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first || program->vertex != texts.second)
+            known.heldUpFor = {};
+        else
+            all.push_back({known.object, known.heldUpFor});
+    }
+    return all;
+}
+
 std::vector<std::uint32_t> PersonPrograms::forgetUnused() {
     std::vector<std::uint32_t> gone;
-    if (known_.size() > kKept)
-        for (const auto& [id, known] : known_)
-            if (!known.used && id != kError) gone.push_back(id);
+    if (known_.size() <= kKept) return gone;
+    for (const auto& candidate : clock_.lastNeededFirst(known_)) {
+        if (candidate.nextUse != UseClock::kNever || known_.size() - gone.size() <= kKept) break;
+        if (*candidate.key != kError) gone.push_back(*candidate.key);
+    }
     for (const std::uint32_t id : gone) known_.erase(id);
     if (!gone.empty()) std::erase_if(ids_, [this](const auto& entry) { return !known_.contains(entry.second); });
-    for (auto& [id, known] : known_) known.used = false;
     return gone;
 }
 

@@ -9,7 +9,9 @@
 
 #include "client/draw/GlFunctions.h"
 #include "client/draw/PersonText.h"
+#include "client/draw/Renderer.h"
 #include "client/draw/TextureCache.h"
+#include "client/draw/UseClock.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {
@@ -42,22 +44,34 @@ public:
     [[nodiscard]] const PersonText& textOf(std::uint32_t person) const { return known_.at(person).text; }
     /// This host's GL refuses it, though the server's did not: from here on it is drawn as what is wrong.
     void refused(std::uint32_t person, std::string problem);
+    /// It takes too long here: from here on it is drawn as the material says, until the server has said what it thinks of it, or it is another.
+    void holdsUp(std::uint32_t person, Duration took);
+    /// As Renderer::heldUpBy.
+    [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
     [[nodiscard]] bool isRefused(std::uint32_t person) const { return known_.at(person).refused; }
     /// Of the last that was refused; empty: none.
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
-    /// Once more than kKept are known, those that were not asked for since the last call: they are forgotten, and their numbers never come again.
+    /// As Renderer::beginFrame; a tile's, or a part's.
+    void beginFrame() { clock_.beginFrame(); }
+    void beginDraw() { clock_.beginDraw(); }
+    /// Of more than kKept those that were not asked for in this frame and the one before, the longest unused first: they are forgotten, and their
+    /// numbers never come again.
     [[nodiscard]] std::vector<std::uint32_t> forgetUnused();
-    static constexpr std::size_t kKept = 32;
+    static constexpr std::size_t kKept = 128;
 
 private:
     struct Known {
         PersonText text;
-        bool refused = false, used = true;
+        bool refused = false;
+        UseClock::Uses uses;
+        ObjectId object;         ///< the last one of this text
+        Duration heldUpFor{};    ///< 0: it does not
     };
     std::map<std::pair<std::string, std::string>, std::uint32_t> ids_;
     std::map<std::uint32_t, Known> known_;
     std::uint32_t next_ = kError + 1;
     std::string trouble_;
+    UseClock clock_;
 };
 
 }  // namespace tessera

@@ -100,7 +100,7 @@ public:
     }
 
     /// Uniforms come out of the text, loops get their end.
-    Expected<std::string> rewrite(std::vector<PersonUniform>& uniforms) {
+    Expected<std::string> rewrite(PersonText& text) {
         std::string out;
         std::size_t written = 0;
         const auto upTo = [&](const char* place) {
@@ -111,7 +111,7 @@ public:
         for (std::size_t i = 0; i < tokens_.size(); ++i) {
             const Token& token = tokens_[i];
             if (token.is("uniform")) {
-                if (auto good = takeUniform(i, uniforms); !good) return tl::unexpected(good.error());
+                if (auto good = takeUniform(i, text.uniforms); !good) return tl::unexpected(good.error());
                 upTo(token.text.data());
                 // Declared before both texts; the lines stay.
                 const std::size_t end = static_cast<std::size_t>(tokens_[i + 3].text.data() - text_.data()) + 1;
@@ -119,8 +119,10 @@ public:
                 written = end;
                 i += 3;
             } else if (token.is("while")) {
+                text.loops = true;
                 if (auto good = boundWhile(i, upTo, out); !good) return tl::unexpected(good.error());
             } else if (token.is("for")) {
+                text.loops = true;
                 if (auto good = boundFor(i, upTo, out); !good) return tl::unexpected(good.error());
             }
         }
@@ -230,7 +232,7 @@ private:
     std::vector<Token> tokens_;
 };
 
-Expected<std::string> prepare(std::string_view of, std::string_view text, std::vector<PersonUniform>& uniforms) {
+Expected<std::string> prepare(std::string_view of, std::string_view text, PersonText& out) {
     if (text.size() > kMostPersonBytes) return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, and {} may be", of, text.size(), kMostPersonBytes));
     const Expected<std::string> bare = withoutComments(text, of);
     if (!bare) return bare;
@@ -240,7 +242,7 @@ Expected<std::string> prepare(std::string_view of, std::string_view text, std::v
     if (!reader.defines(of))
         return fail(ErrorCode::kBadInput, of == "surface" ? "surface, line 1: there is no 'void surface(inout Surface s)'"
                                                           : "vertex, line 1: there is no 'void vertex(inout vec3 position, inout vec3 normal)'");
-    return reader.rewrite(uniforms);
+    return reader.rewrite(out);
 }
 
 }  // namespace
@@ -251,10 +253,10 @@ std::size_t PersonText::numbers() const {
 
 Expected<PersonText> preparePersonText(std::string_view surface, std::string_view vertex) {
     PersonText out;
-    auto prepared = prepare("surface", surface, out.uniforms);
+    auto prepared = prepare("surface", surface, out);
     if (!prepared) return tl::unexpected(prepared.error());
     out.surface = std::move(*prepared);
-    prepared = prepare("vertex", vertex, out.uniforms);
+    prepared = prepare("vertex", vertex, out);
     if (!prepared) return tl::unexpected(prepared.error());
     out.vertex = std::move(*prepared);
     std::ranges::stable_sort(out.uniforms, [](const PersonUniform& a, const PersonUniform& b) { return (a.width == 0) < (b.width == 0); });

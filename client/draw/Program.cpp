@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/draw/DrawForms.h"
+#include "client/draw/LoopWatch.h"
 #include "client/draw/PersonPrograms.h"
 #include "client/draw/ShaderText.h"
 #include "client/draw/VolumeTextures.h"
@@ -177,7 +178,8 @@ std::string beginningOf(const ProgramKind& kind, const PersonText* person, bool 
     if (fragment && readsSurface(kind)) text += shader_text::kSurfaceStruct;
     if (!person) return text;
     const std::string& own = fragment ? person->surface : person->vertex;
-    text += fmt::format("int tesseraRounds = {};\nuniform float tesseraReach;\nvec2 uv, uv1;\n", kMostPersonRounds);
+    if (person->loops) text += fmt::format("layout(std430, binding = {}) readonly buffer TesseraLoops {{ int tesseraMostRounds; }};\nint tesseraRounds = tesseraMostRounds;\n", LoopWatch::kBinding);
+    text += "uniform float tesseraReach;\nvec2 uv, uv1;\n";
     if (fragment) text += "vec3 nodePosition, eyePosition, worldPosition;\n";
     static constexpr std::array kTypes = {"sampler2D", "float", "vec2", "vec3", "vec4"};
     GLuint unit = kPersonUnit;

@@ -18,6 +18,7 @@ Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
             return program(instead);
         }
         if (!made) return tl::unexpected(made.error());
+        ++compiled;
         it = programs.emplace(kind, std::move(*made)).first;
     }
     return it->second.name();
@@ -27,6 +28,7 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
     const auto name = program(kind);
     if (!name) return tl::unexpected(name.error());
     gl.UseProgram(*name);
+    if (kind.person > PersonPrograms::kError && calls.persons().textOf(kind.person).loops) loops.bind();
     meshes->bindFor(kind.items);
     return {};
 }
@@ -78,10 +80,102 @@ void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
     }
 }
 
+namespace {
+
+Duration sumOf(const std::map<std::uint32_t, Duration>& times) {
+    Duration sum{};
+    for (const auto& [person, took] : times) sum += took;
+    return sum;
+}
+
+}  // namespace
+
+bool Renderer::Impl::isWatched(const ProgramKind& kind) const {
+    return kind.person > PersonPrograms::kError && options.programsMost.count() > 0 && calls.persons().textOf(kind.person).loops;
+}
+
+Expected<void> Renderer::Impl::compileWatched(ProgramKind::Use use) {
+    std::vector<ProgramKind> compiledNow;
+    const std::uint64_t statesBefore = states;
+    for (const std::uint32_t index : inPass) {
+        const DrawCall& call = calls.calls()[index];
+        const ProgramKind kind = kindOf(use, call);
+        if (!isWatched(kind) || std::ranges::find(compiledNow, kind) != compiledNow.end()) continue;
+        compiledNow.push_back(kind);
+        gl.Scissor(0, 0, 0, 0);
+        if (auto set = setState(call, nullptr, use); !set) return set;
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    if (compiledNow.empty()) return {};
+    states = statesBefore;
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    if (use == ProgramKind::Use::kBlend) gl.DepthFunc(GL_GREATER);
+    return {};
+}
+
+Expected<void> Renderer::Impl::watchFor(const ProgramKind& kind) {
+    const bool dear = isWatched(kind);
+    const bool known = std::ranges::find(watched, kind.person) != watched.end();
+    if (!watched.empty() && (known || (!watchesEach && !dear))) return {};
+    if (watchesEach)
+        if (auto ended = watchNoMore(); !ended) return ended;
+    if (!dear) return {};
+    if (watched.empty()) {
+        gl.Finish();
+        loops.begin(loopsMay - std::min(sumOf(loopsTook), loopsMay));
+    }
+    watched.push_back(kind.person);
+    return {};
+}
+
+Expected<void> Renderer::Impl::watchNoMore() {
+    if (watched.empty()) return {};
+    gl.Finish();
+    const Duration took = loops.end();
+    for (const std::uint32_t program : watched) loopsTook[program] += took / watched.size();
+    if (loops.stopped()) return fail(ErrorCode::kRefused, "a program of a material takes too long");
+    watched.clear();
+    return {};
+}
+
+/// The one that was drawn with when time was over; of several the dearest, once that is known.
+void Renderer::Impl::blame() {
+    if (watched.size() > 1 && !watchesEach) {
+        watchesEach = true;
+        return;
+    }
+    for (auto& [person, took] : loopsTook)
+        if (const auto before = loopsTookBefore.find(person); before != loopsTookBefore.end()) took += before->second;
+    const auto dearest = std::ranges::max_element(loopsTook, {}, [](const auto& entry) { return entry.second; });
+    calls.persons().holdsUp(dearest->first, dearest->second);
+}
+
+Expected<void> Renderer::Impl::drawInTime(const std::function<Expected<void>()>& once) {
+    if (!framesAreTold) loopsTookBefore.clear();
+    loopsMay = options.programsMost - std::min<Duration>(sumOf(loopsTookBefore), options.programsMost);
+    for (;;) {
+        watched.clear();
+        loopsTook.clear();
+        const Expected<void> drawn = once();
+        // What ended in between with another error.
+        if (!watched.empty() && !loops.stopped()) static_cast<void>(watchNoMore());
+        if (!loops.stopped()) {
+            for (const auto& [person, took] : loopsTook) loopsTookBefore[person] += took;
+            return drawn;
+        }
+        static_cast<void>(gl.check("what was ended"));
+        blame();
+        loops.letGo();
+        // Whoever looks on has waited for so long already.
+        loopsMay = options.programsMost / 4;
+    }
+}
+
 /// A software rasteriser compiles when it first draws with a state: here into an empty rectangle.
 Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uint32_t look) {
+    scissor = {};
+    setUp({.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx}, 0);
     if (auto entered = enter(pass); !entered) return entered;
-    gl.Scissor(0, 0, 0, 0);
     if (auto used = useProgram(kind); !used) return used;
     if (look < calls.looks().size()) bindLook(look, kind.maps, kind.layers);
     if (look < calls.looks().size() && kind.person == calls.looks()[look].person) say(kind, calls.looks()[look]);
@@ -93,6 +187,7 @@ Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uin
 bool Renderer::prepare() {
     Impl& d = *impl_;
     if (d.kin.empty() || !d.surface.makeCurrent()) return false;
+    const GlState::Call call(d.gl);
     const Impl::Kin next = d.kin.front();
     d.kin.erase(d.kin.begin());
     // What cannot be made is an error where it is needed.

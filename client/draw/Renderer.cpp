@@ -10,14 +10,10 @@
 #include "common/drawable/VolumeShapes.h"
 
 namespace tessera {
-namespace {
 
-constexpr GLenum kPackInvert = 0x8758;
-
-}  // namespace
-Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions o)
+Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o)
     : surface(onSurface),
-      gl(functions),
+      gl(state),
       options(o),
       textures(gl, o.textureBudgetBytes),
       volumes(gl, o.textureBudgetBytes, o.leaveOutEmpty),
@@ -25,7 +21,8 @@ Renderer::Impl::Impl(Surface& onSurface, GlFunctions functions, RendererOptions 
       ids(gl, 1),
       lights(gl),
       surroundings(gl),
-      shadows(gl) {
+      shadows(gl),
+      loops(gl, drawsOnProcessor(onSurface)) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
     for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
@@ -79,19 +76,16 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
     if (options.samples != 1 && options.samples != 4)
         return fail(ErrorCode::kUnsupported, fmt::format("{} samples per pixel; 1 and 4 can be had", options.samples));
     if (auto current = surface.makeCurrent(); !current) return tl::unexpected(current.error());
-    const auto gl = GlFunctions::load(surface);
-    if (!gl) return failWith(surface.description(), gl.error());
+    const auto functions = GlFunctions::load(surface);
+    if (!functions) return failWith(surface.description(), functions.error());
+    const GlState gl(*functions);
     GLint alignment = 0;
-    gl->GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
     if (alignment <= 0 || 256 % alignment != 0)
         return fail(ErrorCode::kUnsupported, fmt::format("the surface wants uniforms aligned to {} bytes", alignment));
     std::unique_ptr<Renderer> renderer(new Renderer);
-    renderer->impl_ = std::make_unique<Impl>(surface, *gl, options);
-    // Mesa can turn rows upside down while it copies them (GL_MESA_pack_invert). Who cannot says so by an error.
-    if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
-    gl->PixelStorei(kPackInvert, 0);
-    renderer->impl_->readsFromTop = gl->check("asking for rows from the top").has_value();
-    if (auto good = gl->check("setting up"); !good) return tl::unexpected(good.error());
+    renderer->impl_ = std::make_unique<Impl>(surface, gl, options);
+    if (auto good = gl.check("setting up"); !good) return tl::unexpected(good.error());
     return renderer;
 }
 
@@ -101,8 +95,7 @@ void Renderer::Impl::readBack(GLuint framebuffer, const CellPart& cell, const Pi
     const auto left = static_cast<std::size_t>(cell.onScreen.x - rect.x),
                below = static_cast<std::size_t>(cell.onScreen.y - rect.y);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.PixelStorei(GL_PACK_ROW_LENGTH, rect.width);
+    const GlState::Pixels layout(gl, {.packRowPx = rect.width});
     gl.ReadPixels(cell.inCell.x, cell.inCell.y, cell.inCell.width, cell.inCell.height, format, type,
                   static_cast<std::byte*>(rows) + bytesPerPixel * (below * width + left));
 }
@@ -113,11 +106,10 @@ void Renderer::Impl::readColors(const CellPart& cell, const PixelRect& rect, con
     std::uint8_t* const to =
         rows.rgbx + rows.pitchBytes * static_cast<std::size_t>(fromTop) + 4 * static_cast<std::size_t>(cell.onScreen.x - rect.x);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, tile.picture().value());
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.PixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(rows.pitchBytes / 4));
-    if (readsFromTop) gl.PixelStorei(kPackInvert, 1);
+    const bool invert = gl.packsUpsideDown();
+    const GlState::Pixels layout(gl, {.packRowPx = static_cast<int>(rows.pitchBytes / 4), .packUpsideDown = invert});
     gl.ReadPixels(from.x, from.y, from.width, from.height, GL_RGBA, GL_UNSIGNED_BYTE, to);
-    if (readsFromTop) return gl.PixelStorei(kPackInvert, 0);
+    if (invert) return;
     const auto row = [&](int y) { return to + rows.pitchBytes * static_cast<std::size_t>(y); };
     for (int y = 0; 2 * y < from.height - 1; ++y)
         std::swap_ranges(row(y), row(y) + 4 * static_cast<std::size_t>(from.width), row(from.height - 1 - y));
@@ -144,20 +136,29 @@ Expected<void> Renderer::Impl::drawCells(const DrawList& list, const ScreenCamer
 
 Expected<void> Renderer::drawInto(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                   const PixelRect& rect, const PixelRows& rows) {
-    if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return begun;
+    if (auto current = impl_->surface.makeCurrent(); !current) return current;
+    const GlState::Call call(impl_->gl);
     TESSERA_CHECK(rows.pitchBytes % 4 == 0 && rows.pitchBytes >= 4 * static_cast<std::size_t>(rect.width),
                   "rows have room for the rectangle");
-    return impl_->drawCells(list, camera, rect, rows);
+    return impl_->drawInTime([&]() -> Expected<void> {
+        if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return begun;
+        return impl_->drawCells(list, camera, rect, rows);
+    });
 }
 
 Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                  const PixelRect& rect) {
-    if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
-    const std::size_t pixels = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+    if (auto current = impl_->surface.makeCurrent(); !current) return tl::unexpected(current.error());
+    const GlState::Call call(impl_->gl);
+    std::size_t pixels = 0;
     std::vector<std::uint8_t>& rgbx = impl_->rgbx;
-    rgbx.resize(std::max(rgbx.size(), 4 * pixels));
-    const PixelRows rows{.rgbx = rgbx.data(), .pitchBytes = 4 * static_cast<std::size_t>(rect.width)};
-    if (auto drawn = impl_->drawCells(list, camera, rect, rows); !drawn) return tl::unexpected(drawn.error());
+    const auto drawn = impl_->drawInTime([&]() -> Expected<void> {
+        if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return begun;
+        pixels = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+        rgbx.resize(std::max(rgbx.size(), 4 * pixels));
+        return impl_->drawCells(list, camera, rect, {.rgbx = rgbx.data(), .pitchBytes = 4 * static_cast<std::size_t>(rect.width)});
+    });
+    if (!drawn) return tl::unexpected(drawn.error());
     Picture picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
     picture.rgb.resize(3 * pixels);
     dropAlpha(rgbx.data(), pixels, picture.rgb.data());
@@ -178,16 +179,23 @@ Expected<std::optional<Picture>> Renderer::drawWhileWanted(const Aspect& aspect,
 Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                            const ScreenCamera& camera, const PixelRect& rect) {
     Impl& d = *impl_;
-    if (auto begun = d.begin(aspect, list, camera, rect); !begun) return tl::unexpected(begun.error());
-    const auto width = static_cast<std::size_t>(rect.width);
-    const auto height = static_cast<std::size_t>(rect.height);
-    std::vector<std::uint32_t> words(2 * width * height);
-    for (const CellPart& cell : cellsOf(camera, rect)) {
-        if (auto begun = d.beginCell(list, camera, cell, d.ids); !begun) return tl::unexpected(begun.error());
-        if (auto drawn = d.issue(0, d.calls.calls().size(), ProgramKind::Use::kNodeIds); !drawn)
-            return tl::unexpected(drawn.error());
-        d.readBack(d.ids.surfaces(), cell, rect, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, words.data());
-    }
+    if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
+    const GlState::Call call(d.gl);
+    std::size_t width = 0, height = 0;
+    std::vector<std::uint32_t> words;
+    const auto drawn = d.drawInTime([&]() -> Expected<void> {
+        if (auto begun = d.begin(aspect, list, camera, rect); !begun) return begun;
+        width = static_cast<std::size_t>(rect.width);
+        height = static_cast<std::size_t>(rect.height);
+        words.resize(2 * width * height);
+        for (const CellPart& cell : cellsOf(camera, rect)) {
+            if (auto begun = d.beginCell(list, camera, cell, d.ids); !begun) return begun;
+            if (auto issued = d.issue(0, d.calls.calls().size(), ProgramKind::Use::kNodeIds); !issued) return issued;
+            d.readBack(d.ids.surfaces(), cell, rect, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, words.data());
+        }
+        return {};
+    });
+    if (!drawn) return tl::unexpected(drawn.error());
     if (auto good = d.gl.check("drawing node ids"); !good) return tl::unexpected(good.error());
     std::vector<std::uint64_t> nodes(width * height);
     for (std::size_t y = 0; y < height; ++y) {
@@ -197,6 +205,10 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
         }
     }
     return nodes;
+}
+
+std::vector<HeldUpBy> Renderer::heldUpBy(const Aspect& aspect) {
+    return impl_->calls.persons().heldUpBy(aspect);
 }
 
 VisibilityDevice& Renderer::visibility(const Aspect& aspect) {
@@ -223,6 +235,7 @@ DrawCounts Renderer::lastCounts() const {
     if (!counts.trouble.empty()) counts.trouble += "; sky and ground stand in";
     if (counts.trouble.empty()) counts.trouble = impl_->calls.persons().trouble();
     counts.programs = impl_->programs.size();
+    counts.compiled = impl_->compiled;
     counts.readBack = impl_->readBackTime;
     return counts;
 }
@@ -246,11 +259,15 @@ void Renderer::beginFrame() {
     impl_->meshes->beginFrame();
     impl_->textures.beginFrame();
     impl_->volumes.beginFrame();
+    impl_->calls.persons().beginFrame();
+    impl_->loopsTookBefore.clear();
+    impl_->framesAreTold = true;
 }
 
 Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, const Fineness& fineness) {
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
+    const GlState::Call call(d.gl);
     Prepared prepared;
     const auto add = [&](const std::optional<std::size_t>& uploaded) {
         prepared.bytes += uploaded.value_or(0);
@@ -278,6 +295,7 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
 
 Expected<void> Renderer::expectMeshes(const MeshSize& more) {
     if (auto current = impl_->surface.makeCurrent(); !current) return current;
+    const GlState::Call call(impl_->gl);
     impl_->meshes->expect(more);
     return impl_->gl.check("making room ahead");
 }

@@ -1,6 +1,7 @@
 /// Draws draw lists with OpenGL 4.5, in the coordinates of the whole wall, so that seams are exact.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -29,6 +30,16 @@ struct RendererOptions {
     /// False: every pixel goes through every pass, and rays through volumes sample what is empty too. The same picture, to the bit, and slow: what
     /// `ScreenBlocks` and `VolumeBricks` are tested against.
     bool leaveOutEmpty = true;
+    /// A picture is drawn anew without the dearest of persons' programs with loops once those have taken so long in its frame (LoopWatch.h). Never
+    /// with 0.
+    std::chrono::milliseconds programsMost{500};
+};
+
+/// A person's program that is not drawn with, as it took too long.
+struct HeldUpBy {
+    ObjectId program;  ///< a SurfaceProgram
+    Duration took{};   ///< of one picture, when it was ended
+    bool operator==(const HeldUpBy&) const = default;
 };
 
 /// What became of the last list drawn.
@@ -43,7 +54,8 @@ struct DrawCounts {
     std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
     std::uint64_t scopesLeftOut = 0;  ///< lights that shine on nothing (DrawList::scopesLeftOut)
     std::string trouble;              ///< why the surroundings' image is not used, or a person's program; empty: nothing of the kind
-    std::uint64_t programs = 0;       ///< compiled since the renderer was made
+    std::uint64_t programs = 0;       ///< that there are
+    std::uint64_t compiled = 0;       ///< since the renderer was made
     Duration readBack{};              ///< from GL's finished pictures to the one that `draw` returns
     std::uint64_t pixels = 0;         ///< in blocks that items may show in, in each cell: all others are surely background
 };
@@ -94,6 +106,9 @@ public:
     [[nodiscard]] Expected<std::uint64_t> pixelProbe();
     /// Of the last `draw` or `drawNodeIds`.
     [[nodiscard]] DrawCounts lastCounts() const;
+    /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are drawn without them. One whose
+    /// verdict or text becomes another is drawn with again.
+    [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;
     /// Of the framebuffers, which reach as far as a cell at most.

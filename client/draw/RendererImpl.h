@@ -13,6 +13,7 @@
 #include "client/draw/DepthQueries.h"
 #include "client/draw/DrawCalls.h"
 #include "client/draw/LightBuffers.h"
+#include "client/draw/LoopWatch.h"
 #include "client/draw/Renderer.h"
 #include "client/draw/ScreenBlocks.h"
 #include "client/draw/ScreenCells.h"
@@ -46,7 +47,7 @@ enum class Pass : std::uint8_t {
 };
 
 struct Renderer::Impl {
-    Impl(Surface& onSurface, GlFunctions functions, RendererOptions o);
+    Impl(Surface& onSurface, const GlState& state, RendererOptions o);
     ~Impl();
 
     [[nodiscard]] Expected<void> begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
@@ -96,14 +97,26 @@ struct Renderer::Impl {
     void expect(Pass pass, const ProgramKind& kind, std::uint32_t look);
     [[nodiscard]] Expected<void> make(Pass pass, const ProgramKind& kind, std::uint32_t look);
     void bindSurfaces();
+    /// Draws until no person's program holds it up (see RendererOptions::programsMost).
+    [[nodiscard]] Expected<void> drawInTime(const std::function<Expected<void>()>& once);
+    /// Whether what is drawn with it is watched.
+    [[nodiscard]] bool isWatched(const ProgramKind& kind) const;
+    /// Draws nothing with the programs of a pass that are watched: what a software rasteriser compiles then is no time of theirs.
+    [[nodiscard]] Expected<void> compileWatched(ProgramKind::Use use);
+    /// Before something is drawn with this program: what a person's loops take is measured, that of several together as long as nobody is to blame.
+    [[nodiscard]] Expected<void> watchFor(const ProgramKind& kind);
+    /// An error where it took too long.
+    [[nodiscard]] Expected<void> watchNoMore();
+    void blame();
 
     Surface& surface;
-    GlFunctions gl;
+    GlState gl;
     RendererOptions options;
     const std::function<bool()>* unwanted = nullptr;  ///< while something is drawn that may not be wanted to its end
     bool leftOff = false;                             ///< it was not
     int samples = 4;  ///< per pixel, of the list being drawn: the options', or fewer where the camera's detail says so
     std::map<ProgramKind, Program> programs;  ///< made when first needed
+    std::uint64_t compiled = 0;               ///< of them, those that are gone again included
     using Drawn = std::pair<Pass, ProgramKind>;
     std::set<Drawn> drawnWith;                ///< compiled to the last
     /// Not made yet, and for which of the list's looks.
@@ -124,6 +137,15 @@ struct Renderer::Impl {
     ShadowMaps shadows;
     std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
 
+    LoopWatch loops;
+    /// Each program by itself: once one of several was too slow, and from then on.
+    bool watchesEach = false;
+    std::vector<std::uint32_t> watched;            ///< those of now; none: nobody is watched
+    using ByProgram = std::map<std::uint32_t, Duration>;
+    ByProgram loopsTook, loopsTookBefore;          ///< in the picture so far; in the pictures of this frame before it
+    Duration loopsMay{};                           ///< in the picture
+    bool framesAreTold = false;                    ///< by beginFrame; else each picture is one
+
     // Of the list being drawn.
     DrawCalls calls;
     // Of the cell being drawn, by call: which runs of triangles it may show, of all that are.
@@ -141,7 +163,6 @@ struct Renderer::Impl {
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
-    bool readsFromTop = false;       ///< GL hands rows out from the top
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
     std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0, scopesLeftOut = 0;

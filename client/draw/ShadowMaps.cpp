@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-ShadowMaps::ShadowMaps(const GlFunctions& gl) : gl_(gl) {
+ShadowMaps::ShadowMaps(GlState& gl) : gl_(gl) {
     gl_.CreateSamplers(1, &sampler_);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})

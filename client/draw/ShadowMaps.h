@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "client/draw/GlFunctions.h"
+#include "client/draw/GlState.h"
 #include "client/draw/LightClusters.h"
 #include "client/render/ShadowCasters.h"
 
@@ -15,7 +15,7 @@ class ShadowMaps {
 public:
     static constexpr std::size_t kTexels = 18;
 
-    explicit ShadowMaps(const GlFunctions& gl);
+    explicit ShadowMaps(GlState& gl);
     /// The surface is current, or gone.
     ~ShadowMaps();
     ShadowMaps(const ShadowMaps&) = delete;
@@ -48,7 +48,7 @@ private:
     [[nodiscard]] Expected<void> reach(int layers);
     void addTexels(std::size_t view, const ScreenCamera& camera, std::vector<std::array<float, 4>>& texels) const;
 
-    const GlFunctions& gl_;
+    GlState& gl_;
     GLuint texture_ = 0, sampler_ = 0, framebuffer_ = 0;
     int layers_ = 0;
     std::vector<Place> places_;

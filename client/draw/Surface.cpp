@@ -37,6 +37,13 @@ void allocateInLargePages() {
 
 }  // namespace
 
+bool drawsOnProcessor(const Surface& surface) {
+    const std::string description = surface.description();
+    for (const char* software : {"llvmpipe", "softpipe", "swrast"})
+        if (description.find(software) != std::string::npos) return true;
+    return false;
+}
+
 std::string surfaceNames() {
     std::string names;
     for (const SurfaceKind& kind : kSurfaceKinds) names += (names.empty() ? "" : ", ") + std::string(kind.name);

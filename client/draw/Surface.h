@@ -21,6 +21,9 @@ public:
     [[nodiscard]] virtual std::string description() const = 0;
 };
 
+/// Whether that is Mesa's software.
+[[nodiscard]] bool drawsOnProcessor(const Surface& surface);
+
 struct SurfaceOptions {
     /// Of "egl": which of the machine's devices, counted from 0. Nothing: the first GPU, else Mesa's software.
     std::optional<int> device;

@@ -73,8 +73,6 @@ TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_
     gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &mostFlatPx_);
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostSolidPx_);
     gl_.GetIntegerv(GL_MAX_CUBE_MAP_TEXTURE_SIZE, &mostCubePx_);
-    // A cube's faces go on in one another.
-    gl_.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 
 bool TextureCache::isShown(const Image& image) const {

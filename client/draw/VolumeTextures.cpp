@@ -90,7 +90,7 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty)
+VolumeTextures::VolumeTextures(GlState& gl, std::size_t budgetBytes, bool leaveOutEmpty)
     : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
@@ -184,7 +184,7 @@ GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
         gl_.CreateTextures(GL_TEXTURE_3D, 1, &known->name);
         gl_.TextureStorage3D(known->name, 1, maximum ? GL_R32F : GL_R8UI, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz));
         for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl_.TextureParameteri(known->name, filter, GL_NEAREST);
-        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+        const GlState::Pixels bytes(gl_, {.unpackBytes = true});
         const auto tell = [&](GLenum format, GLenum type, const void* numbers) {
             gl_.TextureSubImage3D(known->name, 0, 0, 0, 0, static_cast<GLsizei>(nx), static_cast<GLsizei>(ny), static_cast<GLsizei>(nz), format, type, numbers);
         };
@@ -193,7 +193,6 @@ GLuint VolumeTextures::bricksOf(Texture& texture, const Volume& v) {
         else
             tell(GL_RED_INTEGER, GL_UNSIGNED_BYTE,
                  (leaveOutEmpty_ ? texture.bricks.emptySteps(v) : std::vector<std::uint8_t>(texture.bricks.greatest().size())).data());
-        gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     }
     known->lastDraw = clock_.draw();
     return known->name;
@@ -223,7 +222,7 @@ void VolumeTextures::write(GLuint texture, const Volume& v, std::int64_t first, 
     const auto texels = texelsOf(v.format);
     const std::size_t layer = layerBytes(v);
     std::vector<std::uint16_t> shifted;
-    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    const GlState::Pixels rows(gl_, {.unpackBytes = true});
     for (std::int64_t z = first; z < end; ++z) {
         ByteSpan bytes = v.voxels.bytes().subspan(static_cast<std::size_t>(z) * layer, layer);
         if (v.format == Volume::kInt16) {
@@ -235,7 +234,6 @@ void VolumeTextures::write(GLuint texture, const Volume& v, std::int64_t first, 
         gl_.TextureSubImage3D(texture, 0, 0, 0, static_cast<GLint>(z), static_cast<GLsizei>(v.sizeX), static_cast<GLsizei>(v.sizeY), 1, GL_RED, texels.type, bytes.data());
         uploadedBytes_ += layer;
     }
-    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
 }
 
 std::size_t VolumeTextures::addTransfer(const Volume& v) {

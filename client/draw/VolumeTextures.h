@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "client/draw/GlFunctions.h"
+#include "client/draw/GlState.h"
 #include "client/draw/UseClock.h"
 #include "client/draw/VolumeBricks.h"
 #include "client/render/DrawList.h"
@@ -55,7 +55,7 @@ static_assert(sizeof(VolumeBlock) == 1280 && sizeof(VolumeBlock) % 256 == 0);
 class VolumeTextures {
 public:
     /// The surface must be current. `leaveOutEmpty`: false, and rays sample everywhere.
-    VolumeTextures(const GlFunctions& gl, std::size_t budgetBytes, bool leaveOutEmpty);
+    VolumeTextures(GlState& gl, std::size_t budgetBytes, bool leaveOutEmpty);
     ~VolumeTextures();
     VolumeTextures(const VolumeTextures&) = delete;
     VolumeTextures& operator=(const VolumeTextures&) = delete;
@@ -119,7 +119,7 @@ private:
     /// One that edits of ranges have led from to this, unless this draw needs it as it was.
     [[nodiscard]] bool takeOver(const Key& key, const Volume& volume);
 
-    const GlFunctions& gl_;
+    GlState& gl_;
     std::size_t budgetBytes_, bytes_ = 0;
     bool leaveOutEmpty_;
     GLint mostPx_ = 0;

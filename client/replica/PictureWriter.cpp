@@ -1,30 +1,39 @@
 #include "client/replica/PictureWriter.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace tessera {
-namespace {
 
-constexpr std::size_t kMaxWaitingPictures = 8;
-
-}  // namespace
-
-PictureWriter::PictureWriter(Log& log) : log_(log), jobs_(kMaxWaitingPictures), thread_([this] { run(); }) {}
+PictureWriter::PictureWriter(Log& log) : log_(log), thread_([this] { run(); }) {}
 
 PictureWriter::~PictureWriter() {
     (void)finish();
 }
 
+PictureWriter::Job PictureWriter::jobOf(std::shared_ptr<const Picture> picture, std::uint64_t frame, Done done) {
+    Job job{.picture = std::move(picture), .frame = frame, .wanted = std::make_shared<Channel<Done>>(kMostAskers)};
+    (void)job.wanted->tryPush(std::move(done));
+    return job;
+}
+
 void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame) {
-    encodePng(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
+    jobs_.push(jobOf(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
         if (auto written = writeFile(path, *png); !written) {
             log_.error(written.error().message);
             allWritten_ = false;
         }
-    });
+    }));
 }
 
-void PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame,
-                              std::function<void(SharedBytes)> done) {
-    jobs_.push({.picture = std::move(picture), .frame = frame, .done = std::move(done)});
+bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done) {
+    std::erase_if(open_, [](const Job& job) { return job.wanted->closed(); });
+    const auto same = std::ranges::find_if(open_, [&](const Job& job) { return job.picture == picture && job.frame == frame; });
+    if (same != open_.end() && same->wanted->tryPush(done)) return true;
+    Job job = jobOf(std::move(picture), frame, std::move(done));
+    if (!jobs_.tryPush(job)) return false;
+    open_.push_back(std::move(job));
+    return true;
 }
 
 bool PictureWriter::finish() {
@@ -34,7 +43,12 @@ bool PictureWriter::finish() {
 }
 
 void PictureWriter::run() {
-    while (const auto job = jobs_.pop()) job->done(share(tessera::encodePng(*job->picture, job->frame)));
+    while (const auto job = jobs_.pop()) {
+        const SharedBytes png = share(tessera::encodePng(*job->picture, job->frame));
+        // Whoever asked meanwhile is told, too; whoever comes now has another one.
+        job->wanted->close();
+        while (const auto done = job->wanted->tryPop()) (*done)(png);
+    }
 }
 
 }  // namespace tessera

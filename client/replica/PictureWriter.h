@@ -1,6 +1,8 @@
 /// Encodes and writes pictures beside the drawing: a PNG takes as long as a frame.
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -12,31 +14,40 @@
 
 namespace tessera {
 
-/// Owns one thread. Few pictures wait at a time: who is ahead of the disk waits for it. Destruction finishes what is
-/// queued.
+/// Owns one thread, and belongs to another. Few pictures wait at a time. Destruction finishes what is queued.
 class PictureWriter {
 public:
+    static constexpr std::size_t kMostWaiting = 8;
+
     explicit PictureWriter(Log& log);
     ~PictureWriter();
+    PictureWriter(const PictureWriter&) = delete;
+    PictureWriter& operator=(const PictureWriter&) = delete;
 
-    /// Files that cannot be written are logged; the wall goes on.
+    /// Every picture that is asked for: who is ahead of the disk waits for it. Files that cannot be written are logged; the wall goes on.
     void writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame);
-    /// `done` is called on the writer's thread.
-    void encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
+    /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture while it is not done. False:
+    /// kMostWaiting others wait already, and `done` is never called.
+    [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
     /// Waits until all is written, then stops. Whether everything could be written.
     bool finish();
 
 private:
+    using Done = std::function<void(SharedBytes)>;
     struct Job {
         std::shared_ptr<const Picture> picture;
         std::uint64_t frame = 0;
-        std::function<void(SharedBytes)> done;
+        std::shared_ptr<Channel<Done>> wanted;  ///< who is told; closed once it is encoded
     };
+    /// As many as one answer can be wanted by.
+    static constexpr std::size_t kMostAskers = 1024;
 
     void run();
+    [[nodiscard]] static Job jobOf(std::shared_ptr<const Picture> picture, std::uint64_t frame, Done done);
 
     Log& log_;
-    Channel<Job> jobs_;
+    Channel<Job> jobs_{kMostWaiting};
+    std::deque<Job> open_;    ///< that others may join; the owner's
     bool allWritten_ = true;  ///< the writer's own until it is joined
     std::thread thread_;
 };

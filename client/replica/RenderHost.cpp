@@ -309,6 +309,13 @@ bool RenderHost::on(const work::Draw& draw) {
     if (trouble != troubleBefore_ && !trouble.empty())
         log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
     troubleBefore_ = trouble;
+    if (renderer_)
+        for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) {
+            stats.heldUp.push_back({held.program, toMilliseconds(held.took)});
+            if (heldUpBefore_.insert(held.program).second)
+                log_.warning(fmt::format("frame {}: SurfaceProgram #{} holds this host up ({:.0f} ms): drawn without it", frame.value, held.program.value, toMilliseconds(held.took)));
+        }
+    if (stats.heldUp.empty()) heldUpBefore_.clear();
     if (shares) options_.sharing->end();
     stats.workMs = toMilliseconds(clockNow() - begun);
     const ByteSlice encoded = encodeStats(stats);
@@ -416,8 +423,10 @@ Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, 
 }
 
 /// What the tile shows, with its pixels.
-std::shared_ptr<const Picture> RenderHost::shownBy(const TileState& state) {
-    return liesInFile(*state.shown) ? std::make_shared<const Picture>(state.seen->picture()) : state.shown;
+std::shared_ptr<const Picture> RenderHost::shownBy(TileState& state) {
+    if (!liesInFile(*state.shown)) return state.shown;
+    if (!state.copied) state.copied = std::make_shared<const Picture>(state.seen->picture());
+    return state.copied;
 }
 
 bool RenderHost::on(const work::Shown& shown) {
@@ -441,6 +450,7 @@ void RenderHost::noteShown(TileState& state) {
     state.shown = std::exchange(state.drawn, nullptr);
     state.shownFrame = state.drawnFrame;
     state.seen = std::exchange(state.ready, std::nullopt);
+    state.copied = nullptr;
 }
 
 bool RenderHost::on(const work::Describe& describe) {
@@ -458,8 +468,7 @@ bool RenderHost::on(const work::Describe& describe) {
 bool RenderHost::on(const work::SendImages& images) {
     constexpr std::size_t kMaxWaiting = 64;
     if (!surface_) {
-        for (const auto& state : tiles_)
-            tell(outcome::Image{{.request = images.request.request, .frame = images.request.frame, .tile = state->tile.name}});
+        for (const auto& state : tiles_) sendNoImage({attempt_, images.request}, *state);
         return true;
     }
     const WaitingImages asked{attempt_, images.request};
@@ -470,7 +479,13 @@ bool RenderHost::on(const work::SendImages& images) {
         sendImages(asked);
     else if (waitingImages_.size() < kMaxWaiting)
         waitingImages_.push_back(asked);
+    else
+        for (const auto& state : tiles_) sendNoImage(asked, *state);
     return true;
+}
+
+void RenderHost::sendNoImage(const WaitingImages& waiting, const TileState& state) {
+    report_({waiting.attempt, outcome::Image{{.request = waiting.request.request, .frame = waiting.request.frame, .tile = state.tile.name}}});
 }
 
 void RenderHost::sendImages(const WaitingImages& waiting) {
@@ -478,12 +493,15 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
         if (!state->shown) continue;
         message::TileImage image{
             .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
-        writer_->encodePng(
+        const bool taken = writer_->encodePng(
             shownBy(*state), state->shownFrame.value,
             [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
                 image.png = std::move(png);
                 report({attempt, outcome::Image{std::move(image)}});
             });
+        if (taken) continue;
+        log_.warning(fmt::format("frame {}: no picture of tile {} is sent: {} others are still being encoded", state->shownFrame.value, state->tile.name, PictureWriter::kMostWaiting));
+        sendNoImage(waiting, *state);
     }
 }
 

@@ -68,6 +68,7 @@ private:
         TilePainter painter;
         /// Without pixels (`liesInFile`) where those are in `file` alone.
         std::shared_ptr<const Picture> drawn, shown;
+        std::shared_ptr<const Picture> copied;  ///< of `shown` from the file, while somebody wants it
         FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
         std::optional<ReadyFrame> ready, seen;  ///< of `drawn` and `shown`, in that file
@@ -111,7 +112,7 @@ private:
     [[nodiscard]] Expected<void> openFile(TileState& state) const;
     [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
-    [[nodiscard]] static std::shared_ptr<const Picture> shownBy(const TileState& state);
+    [[nodiscard]] static std::shared_ptr<const Picture> shownBy(TileState& state);
     static void noteShown(TileState& state);
     [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats);
     void follow(const ChangeList* list);
@@ -126,6 +127,8 @@ private:
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
+    /// Of tiles that there is no picture of, or no room for: the server names them.
+    void sendNoImage(const WaitingImages& waiting, const TileState& state);
     [[nodiscard]] std::optional<Outcome> drawAgain(const Work& work, const message::Begin& begin);
     [[nodiscard]] std::optional<Outcome> shownAgain(const Work& work);
     bool broken(const Error& error);
@@ -160,6 +163,7 @@ private:
     std::unique_ptr<PictureWriter> writer_;
     std::string troubleBefore_;        ///< with the surroundings, in the frame before
     std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;     ///< lights left out in the frame before
+    std::set<ObjectId> heldUpBefore_;   ///< programs that take too long here, and have been said
     std::set<ObjectId> undrawnBefore_;  ///< RenderScene::undrawn, in the frame before: said once
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
 };

@@ -81,7 +81,7 @@ Expected<std::unique_ptr<ProgramTry>> ProgramTry::create() {
     auto surface = makeSurface("osmesa");
     if (!surface) return tl::unexpected(surface.error());
     made->surface_ = std::move(*surface);
-    auto renderer = Renderer::create(*made->surface_, {.samples = 1});
+    auto renderer = Renderer::create(*made->surface_, {.samples = 1, .programsMost = std::chrono::milliseconds(0)});
     if (!renderer) return tl::unexpected(renderer.error());
     made->renderer_ = std::move(*renderer);
     if (auto drawn = made->draw(nullptr, 0, false); !drawn) return tl::unexpected(drawn.error());

@@ -178,6 +178,7 @@ struct Status {
     std::vector<std::string> steering;  ///< who moves the wall now, or has in the last second: hosts and applications
     double budgetMs = 0;                ///< for a frame; 0: none
     unsigned detail = 0;                ///< step of kDetailSteps that the next frame is drawn at
+    std::vector<std::string> programs;  ///< a line for each SurfaceProgram that is bad or heavy
 };
 struct Loaded {
     static constexpr std::size_t kMostNotes = 100;

@@ -37,6 +37,7 @@ void putStatus(proto::application::Status& out, const answer::Status& a) {
     for (const std::string& name : a.steering) out.add_steering(name);
     out.set_budget_ms(a.budgetMs);
     out.set_detail(a.detail);
+    for (const std::string& line : a.programs) out.add_programs(line);
 }
 
 answer::Status readStatus(const proto::application::Status& head, ApplicationUnpacker& in) {
@@ -69,6 +70,7 @@ answer::Status readStatus(const proto::application::Status& head, ApplicationUnp
     out.steering = in.texts(head.steering(), in.limits().maxHosts);
     out.budgetMs = in.finite(head.budget_ms());
     out.detail = head.detail();
+    out.programs = in.texts(head.programs(), in.limits().maxHosts);
     return out;
 }
 

@@ -16,6 +16,7 @@ namespace {
 // Far above any wall, far below what would hurt.
 constexpr std::size_t kMaxUsers = 64;
 constexpr std::size_t kMaxTiles = 1024;
+constexpr std::size_t kMaxHeldUp = 1024;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr std::size_t kMaxFrameHeadBytes = std::size_t{512} << 10;
 
@@ -140,6 +141,11 @@ Bytes encodeStats(const HostStats& stats) {
     head.set_apply_queued_ms(stats.applyQueuedMs);
     head.set_helped_parts(stats.helpedParts);
     head.set_help_ms(stats.helpMs);
+    for (const HeldUp& held : stats.heldUp) {
+        proto::frame::HeldUp& to = *head.add_held_up();
+        to.set_program(held.program.value);
+        to.set_ms(held.ms);
+    }
     for (const TileStats& tile : stats.tiles) {
         proto::frame::TileStats& to = *head.add_tiles();
         to.set_tile(tile.tile);
@@ -181,6 +187,12 @@ Expected<HostStats> decodeStats(ByteSpan bytes) {
                     .applyQueuedMs = head.apply_queued_ms(),
                     .helpedParts = head.helped_parts(),
                     .helpMs = head.help_ms()};
+    if (static_cast<std::size_t>(head.held_up_size()) > kMaxHeldUp)
+        return badFrame(fmt::format("statistics: {} programs that hold it up", head.held_up_size()));
+    for (const proto::frame::HeldUp& from : head.held_up()) {
+        if (!areTimes({from.ms()})) return noTime();
+        stats.heldUp.push_back({ObjectId(from.program()), from.ms()});
+    }
     for (const proto::frame::TileStats& from : head.tiles()) {
         if (from.tile().size() > kMaxNameBytes)
             return badFrame(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));

@@ -6,6 +6,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "common/change/Value.h"
 #include "common/codec/Showing.h"
 #include "common/wall/View.h"
 
@@ -45,6 +46,12 @@ struct TileStats {
     std::uint64_t parts = 0, partsHelped = 0, partsTwice = 0;
     bool operator==(const TileStats&) const = default;
 };
+/// A program of a material that a host draws without, as it took too long; said with each frame until the server has made it heavy.
+struct HeldUp {
+    ObjectId program;
+    double ms = 0;  ///< of a picture, when it was ended
+    bool operator==(const HeldUp&) const = default;
+};
 /// One host's work on one frame, all on its draw thread. Durations by its own clock: hosts' clocks differ.
 struct HostStats {
     std::vector<TileStats> tiles;
@@ -52,6 +59,7 @@ struct HostStats {
     double applyMs = 0, applyQueuedMs = 0;  ///< the list applied to the replica; of that, as above
     std::uint64_t helpedParts = 0;  ///< of neighbours' pictures, drawn here after the frame before
     double helpMs = 0;              ///< that took; no part of `workMs`
+    std::vector<HeldUp> heldUp = {};
     bool operator==(const HostStats&) const = default;
 };
 [[nodiscard]] Bytes encodeStats(const HostStats& stats);

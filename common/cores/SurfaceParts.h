@@ -37,13 +37,13 @@ inline constexpr auto kSaid<TextureLayer> = []<typename T>(Describing<T>) {
 /// GLSL of a person. The server tries it in a process of its own before any host compiles it.
 struct SurfaceProgram {
     static constexpr ObjectType kType{33};
-    static constexpr std::int64_t kUntried = 0, kGood = 1, kBad = 2;
+    static constexpr std::int64_t kUntried = 0, kGood = 1, kBad = 2, kHeavy = 3;
     std::string surface;  ///< `void surface(inout Surface s)`, after what the material's fields and images say; empty: nothing
     std::string vertex;   ///< `void vertex(inout vec3 position, inout vec3 normal)`, in the node's coordinates; empty: nothing
     double reach = 0;     ///< how far, at most, `vertex` moves a position, in the node's coordinates: boxes are grown by it
-    // Written by the server.
+    // Written by the server. kHeavy: it is good, and has held a host up; materials are drawn without it, until a text of it is said again.
     std::int64_t verdict = kUntried;
-    std::string problem;  ///< of kBad: which line, and what is wrong with it
+    std::string problem;  ///< of kBad: which line, and what is wrong with it; of kHeavy: which host, and for how long
 };
 template <>
 inline constexpr auto kSaid<SurfaceProgram> = []<typename T>(Describing<T>) {
@@ -51,7 +51,7 @@ inline constexpr auto kSaid<SurfaceProgram> = []<typename T>(Describing<T>) {
              field<&T::vertex>(2, "vertex").affects(Effect::kLook | Effect::kTime),
              field<&T::reach>(3, "reach").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kLook),
              field<&T::verdict>(4, "verdict")
-                 .oneOf({{SurfaceProgram::kUntried, "untried"}, {SurfaceProgram::kGood, "good"}, {SurfaceProgram::kBad, "bad"}})
+                 .oneOf({{SurfaceProgram::kUntried, "untried"}, {SurfaceProgram::kGood, "good"}, {SurfaceProgram::kBad, "bad"}, {SurfaceProgram::kHeavy, "heavy"}})
                  .affects(Effect::kLook),
              field<&T::problem>(5, "problem").affects(Effect::kTime))
         .notACore();

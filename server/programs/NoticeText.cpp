@@ -87,9 +87,9 @@ std::u32string_view takeLine(std::u32string_view& letters) {
 
 }  // namespace
 
-NoticeText noticeText(std::string_view path, ObjectId program, std::string_view problem) {
+NoticeText noticeText(std::string_view path, ObjectId object, std::string_view problem, std::string_view type) {
     std::u32string head = lettersOf(path);
-    const std::u32string number = lettersOf(fmt::format(": SurfaceProgram #{}", program.value));
+    const std::u32string number = lettersOf(fmt::format(": {} #{}", type, object.value));
     // Of a long path the end says more.
     if (const std::size_t room = NoticeText::kColumns - number.size(); head.size() > room) {
         std::u32string end(1, U'…');
@@ -105,7 +105,7 @@ NoticeText noticeText(std::string_view path, ObjectId program, std::string_view 
     if (columnsOf(rest) <= NoticeText::kColumns) {
         if (!rest.empty()) lines.emplace_back(rest);
     } else {
-        lines.push_back(lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), program.value)));
+        lines.push_back(lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), object.value)));
     }
     NoticeText notice{.text = {}, .lines = lines.size(), .columns = 0};
     for (const std::u32string& line : lines) {

@@ -15,6 +15,7 @@
 #include "common/cores/SurfaceParts.h"
 #include "common/cores/Text.h"
 #include "common/cores/Transform.h"
+#include "common/drawable/ProgramImages.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
@@ -217,14 +218,18 @@ bool isLast(const Aspect& scene, ObjectId top) {
     return true;
 }
 
-/// Bad programs that a material is drawn with, its passes and what stands for it where it is small.
+/// Bad programs that a material is drawn with, its passes and what stands for it where it is small; and those of them that are bad themselves.
 void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad, std::vector<ObjectId>& found) {
     for (int i = 0; i < 8 && material; ++i) {
         const Material* one = scene.get<Material>(material);
         if (!one) return;
-        if (bad.contains(one->program)) found.push_back(one->program);
+        const auto append = [&](ObjectId id, const Material& of) {
+            if (bad.contains(of.program)) found.push_back(of.program);
+            if (bad.contains(id)) found.push_back(id);
+        };
+        append(material, *one);
         for (std::size_t pass = 0; pass < one->passes.size(); ++pass)
-            if (const auto* over = scene.get<Material>(one->passes[pass]); over && bad.contains(over->program)) found.push_back(over->program);
+            if (const auto* over = scene.get<Material>(one->passes[pass])) append(one->passes[pass], *over);
         material = one->coarser;
     }
 }
@@ -235,16 +240,43 @@ ProgramNotices::ProgramNotices(const Wall& wall) : wall_(wall) {
     const auto ofTwo = [](const TileAssignment& tile) { return tile.eye != Eye::kCenter; };
     for (const WallHost& host : wall_.hosts)
         if (std::ranges::any_of(host.tiles, ofTwo)) beforeEye_ = kBeforeTwoEyesMetres;
+    beforeEye_ = std::max(beforeEye_, 1.2 * wall_.nearMetres);
+}
+
+void ProgramNotices::setBad(ObjectId id, bool isBad) {
+    const bool changed = isBad ? bad_.insert(id).second : bad_.erase(id) > 0;
+    if (!changed) return;
+    lookDue_ = true;
+    sinceLook_ = kPatience;
+}
+
+void ProgramNotices::lookAtMaterials(const Aspect& scene) {
+    for (const ObjectId id : withPrograms_) setBad(id, uniformOfAnotherShape(scene, *scene.get<Material>(id)).has_value());
+}
+
+NoticeText ProgramNotices::wordsOf(const Aspect& scene, const Place& place) {
+    const std::string path = pathOf(scene, place.node);
+    if (const auto* program = scene.get<SurfaceProgram>(place.program)) return noticeText(path, place.program, program->problem);
+    const auto* material = scene.get<Material>(place.program);
+    const auto* uniform = material ? scene.get<Uniform>(uniformOfAnotherShape(scene, *material).value_or(ObjectId())) : nullptr;
+    if (!uniform) return noticeText(path, place.program, "");
+    const bool cube = scene.get<Image>(uniform->image)->shape == Image::kCube;
+    return noticeText(path, place.program, fmt::format("its program is left out: the uniform \"{}\" has an image that is a {}, and programs read flat images alone", uniform->name, cube ? "cube" : "solid"),
+                      "Material");
 }
 
 void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     const auto lookAtProgram = [&](ObjectId id) {
         const auto* program = scene.get<SurfaceProgram>(id);
-        const bool isBad = program && program->verdict == SurfaceProgram::kBad;
-        const bool changed = isBad ? bad_.insert(id).second : bad_.erase(id) > 0;
-        if (!changed) return;
-        lookDue_ = true;
-        sinceLook_ = kPatience;
+        setBad(id, program && (program->verdict == SurfaceProgram::kBad || program->verdict == SurfaceProgram::kHeavy));
+    };
+    const auto lookAtMaterial = [&](ObjectId id) {
+        const auto* material = scene.get<Material>(id);
+        if (material && material->program) {
+            withPrograms_.insert(id);
+        } else if (withPrograms_.erase(id) > 0) {
+            setBad(id, false);
+        }
     };
     const auto lookAtName = [&](ObjectId id) {
         const Node* node = scene.get<Node>(id);
@@ -252,16 +284,23 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     };
     if (!list) {
         bad_.clear();
+        withPrograms_.clear();
         named_.clear();
         places_.clear();
         for (const ObjectId id : scene.ids()) {
             lookAtProgram(id);
+            lookAtMaterial(id);
             lookAtName(id);
         }
+        lookAtMaterials(scene);
         return;
     }
-    bool tree = !list->placements.empty();
+    bool tree = !list->placements.empty(), says = false;
     for (const FieldColumn& column : list->columns) {
+        if (column.type == typeOf<Material>() && column.field == fieldId<&Material::program>)
+            for (const ObjectId id : column.ids) lookAtMaterial(id);
+        says = says || (column.type == typeOf<Material>() && (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
+               (column.type == typeOf<Uniform>() && column.field == fieldId<&Uniform::image>) || (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
         if (column.type == typeOf<SurfaceProgram>())
             for (const ObjectId id : column.ids) lookAtProgram(id);
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::name>)
@@ -271,8 +310,10 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     }
     for (const ObjectId id : list->destructions) {
         lookAtProgram(id);
+        lookAtMaterial(id);
         named_.erase(id);
     }
+    if (says || !list->destructions.empty()) lookAtMaterials(scene);
     if (bad_.empty() || !tree) return;
     lookDue_ = true;
     // What is gone is seen to be gone at once.
@@ -493,13 +534,12 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
     follow(scene);
     std::vector<WantedNotice> wanted;
     for (const Place& place : places_) {
-        const auto* program = scene.get<SurfaceProgram>(place.program);
-        if (!program || !bad_.contains(place.program) || !scene.get<Node>(place.node) || place.world.empty()) continue;
+        if (!bad_.contains(place.program) || !scene.get<Node>(place.node) || place.world.empty()) continue;
         if (!place.world.lower.allFinite() || !place.world.upper.allFinite()) continue;
         const Stand stand = standOf(place, view);
         const Vec3d at = place.world.center() + stand.away * stand.towards;
         if (!at.allFinite() || !(stand.em > 1e-12 && stand.em < 1e12)) continue;
-        NoticeText words = noticeText(pathOf(scene, place.node), place.program, program->problem);
+        NoticeText words = wordsOf(scene, place);
         wanted.push_back({.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
     }
     if (bad_.size() > kMost && !wanted.empty()) {

@@ -16,7 +16,8 @@
 
 namespace tessera {
 
-/// Keeps one node, "program-problems", last below the root but for contacts, as long as a SurfaceProgram is bad and something that is seen has it:
+/// Keeps one node, "program-problems", last below the root but for contacts, as long as a SurfaceProgram is bad or heavy, or a material says to its
+/// program what that cannot read (common/drawable/ProgramImages.h), and something that is seen has it:
 ///
 ///     program-problems   CollisionObject without layers: nobody's obstacle
 ///       notice           Transform: where, and how large an em is
@@ -31,14 +32,14 @@ namespace tessera {
 ///
 /// What reaches the first screen has its notice there: where its middle is seen, else in the screen's middle. Whoever is nearer to a thing than twice its
 /// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye, straight towards the
-/// screen's plane, and farther where screens are for two eyes, which could hardly see it as one. What is still nearer hides it; screens for one eye draw
-/// nothing of what is nearer than 0.05 m. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
+/// screen's plane, and farther where screens are for two eyes, which could hardly see it as one. What is still nearer hides it; screens draw
+/// nothing of what is nearer than the wall says (Wall::nearMetres), and no notice is. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
 /// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
 ///
 /// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: their
 /// top says what it is (Node::ofServer). Files leave them out (common/scene/ServerNodes.h).
 ///
-/// Costs nothing while no program is bad. While one is, each frame looks at what is shown; what is shown is found anew at most every kPatience frames,
+/// Costs nothing while nothing is wrong, but a look at materials with programs when one of their images or uniforms changes. While one is, each frame looks at what is shown; what is shown is found anew at most every kPatience frames,
 /// by a walk over kMostVisited nodes. Not thread-safe.
 class ProgramNotices {
 public:
@@ -63,7 +64,7 @@ public:
     struct WantedNotice;
 
 private:
-    /// What a program is of.
+    /// What a program is of, or a material.
     struct Place {
         ObjectId program, node;
         MeshKey key;  ///< of what `local` is of; nothing of a group
@@ -90,6 +91,11 @@ private:
     [[nodiscard]] Vec3d headOf(const View& view) const;
     /// How high the first screen is at a distance of 1 from the eye.
     [[nodiscard]] double screenHeightFrom(const Vec3d& head) const;
+    void setBad(ObjectId id, bool isBad);
+    /// Of `withPrograms_`, those that say to their program what it cannot read.
+    void lookAtMaterials(const Aspect& scene);
+    /// Of a program or a material, why it has a notice.
+    [[nodiscard]] static NoticeText wordsOf(const Aspect& scene, const Place& place);
     void look(const Aspect& scene);
     void follow(const Aspect& scene);
     [[nodiscard]] Stand standOf(const Place& place, const View& view);
@@ -97,10 +103,11 @@ private:
 
     Wall wall_;
     double beforeEye_ = kBeforeEyeMetres;
-    std::set<ObjectId> bad_;
+    std::set<ObjectId> bad_;           ///< programs, and materials
+    std::set<ObjectId> withPrograms_;  ///< materials
     std::set<ObjectId> named_;  ///< nodes of the name that is ours
     std::vector<Place> places_;
-    std::map<ObjectId, Stand> stands_;  ///< by program
+    std::map<ObjectId, Stand> stands_;  ///< by program or material
     Sight eye_;
     std::size_t laidFor_ = 0;   ///< so many stands
     bool standsMoved_ = false;  ///< since then

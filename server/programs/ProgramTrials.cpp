@@ -44,19 +44,58 @@ void ProgramTrials::update(const Aspect& scene, const ChangeList* list) {
     const auto look = [&](ObjectId id) {
         const auto* program = scene.get<SurfaceProgram>(id);
         const bool untried = program && program->verdict == SurfaceProgram::kUntried && !(program->surface.empty() && program->vertex.empty());
+        const bool wrong = program && (program->verdict == SurfaceProgram::kBad || program->verdict == SurfaceProgram::kHeavy);
         untried ? (void)due_.insert(id) : (void)due_.erase(id);
+        wrong ? (void)wrong_.insert(id) : (void)wrong_.erase(id);
+        program ? (void)all_.insert(id) : (void)all_.erase(id);
         news_ = news_ || untried;
     };
     if (!list) {
         due_.clear();
+        all_.clear();
+        wrong_.clear();
         for (const ObjectId id : scene.ids()) look(id);
         return;
     }
     for (const FieldColumn& column : list->columns)
         if (isProgramColumn(column))
             for (const ObjectId id : column.ids) look(id);
-    if (due_.empty()) return;
-    for (const ObjectId id : list->destructions) due_.erase(id);
+    if (all_.empty()) return;
+    for (const ObjectId id : list->destructions)
+        for (std::set<ObjectId>* programs : {&due_, &all_, &wrong_}) programs->erase(id);
+}
+
+void ProgramTrials::heldUp(ObjectId program, std::string_view host, double milliseconds) {
+    if (!all_.contains(program)) return;
+    heavy_.try_emplace(program, fmt::format("it held up host {} for {:.0f} ms, with what its uniforms say now: drawn without it until its text is said again", host, milliseconds));
+}
+
+std::vector<std::string> ProgramTrials::troubles(const Aspect& scene) const {
+    std::vector<std::string> lines;
+    for (const ObjectId id : wrong_) {
+        if (lines.size() == kMostTold) {
+            lines.push_back(fmt::format("and {} more", wrong_.size() - kMostTold));
+            break;
+        }
+        if (const auto* program = scene.get<SurfaceProgram>(id))
+            lines.push_back(fmt::format("SurfaceProgram #{} is {}: {}", id.value, program->verdict == SurfaceProgram::kHeavy ? "heavy" : "bad", program->problem));
+    }
+    return lines;
+}
+
+void ProgramTrials::addHeavy(const Aspect& scene, ChangeListBuilder& builder) {
+    std::set<ObjectId> said;
+    for (const auto& [named, problem] : std::exchange(heavy_, {})) {
+        const auto* program = scene.get<SurfaceProgram>(named);
+        if (!program || program->verdict != SurfaceProgram::kGood) continue;
+        for (const ObjectId id : all_) {
+            const auto* other = scene.get<SurfaceProgram>(id);
+            if (!other || other->verdict != SurfaceProgram::kGood || other->surface != program->surface || other->vertex != program->vertex || !said.insert(id).second) continue;
+            builder.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kHeavy));
+            builder.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(problem));
+            remarks_.push_back(fmt::format("SurfaceProgram #{}: {}", id.value, problem));
+        }
+    }
 }
 
 void ProgramTrials::startNext(const Aspect& scene, TimePoint now) {
@@ -80,6 +119,7 @@ void ProgramTrials::startNext(const Aspect& scene, TimePoint now) {
 
 ChangeList ProgramTrials::verdicts(const Aspect& scene, TimePoint now, Duration patience) {
     ChangeListBuilder builder;
+    addHeavy(scene, builder);
     const TimePoint until = now + patience;
     while (running_ || (!due_.empty() && !cannot_)) {
         startNext(scene, now);

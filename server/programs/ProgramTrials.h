@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,12 @@ public:
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
     void update(const Aspect& scene, const ChangeList* list);
+    /// A host was held up by a program: it becomes heavy, with all others of its texts, if it is good still. `host`: its name; `milliseconds`: of one
+    /// picture, when it gave up.
+    void heldUp(ObjectId program, std::string_view host, double milliseconds);
+    /// What is bad or heavy, for a person: a line each, at most kMostTold of them.
+    [[nodiscard]] std::vector<std::string> troubles(const Aspect& scene) const;
+    static constexpr std::size_t kMostTold = 16;
     /// What has come out since, of programs as they are now. Starts what is next. Waits as long as `patience` for what is to be tried, where there is something.
     [[nodiscard]] ChangeList verdicts(const Aspect& scene, TimePoint now, Duration patience = {});
     /// Of bad ones, for a person, since the last call.
@@ -45,7 +52,11 @@ private:
     void startNext(const Aspect& scene, TimePoint now);
 
     std::string program_;
+    void addHeavy(const Aspect& scene, ChangeListBuilder& builder);
     std::set<ObjectId> due_;
+    std::set<ObjectId> all_;    ///< programs with a text
+    std::set<ObjectId> wrong_;  ///< of them, bad or heavy
+    std::map<ObjectId, std::string> heavy_;  ///< with what is wrong: to be said
     std::map<Texts, TrialVerdict> known_;
     std::deque<Texts> order_;  ///< of `known_`, oldest first
     std::optional<ProgramTrial> running_;

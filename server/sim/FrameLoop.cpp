@@ -201,6 +201,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .editsRefused = [this] { return trouble(); },
             .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
             .describeTrackers = [this] { return describeTrackers(); },
+            .describePrograms = [this] { return programs.troubles(simulation.scene()); },
             .filmLength = [this](ObjectId movie) { return movies.lengthOf(movie); },
             .poses = [this] { return poses; },
             .showing = &options.showing,
@@ -215,6 +216,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .simulation = simulation,
                .report = report,
                .budget = budget,
+               .programs = programs,
                .log = log,
                .onReleased = [this](std::uint64_t frames) {
                    if (options.onProgress) options.onProgress(frames, options.frames);

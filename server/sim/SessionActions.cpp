@@ -57,6 +57,7 @@ ServerActions SessionActions::on(const server_action::FrameStats& stats) {
     if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
         around_.report.stats(stats, *decoded);
         around_.budget.drawn(*decoded);
+        for (const HeldUp& held : decoded->heldUp) around_.programs.heldUp(held.program, stats.host, held.ms);
     }
     return {};
 }

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "common/base/Log.h"
+#include "server/programs/ProgramTrials.h"
 #include "server/sim/FramePacing.h"
 #include "server/sim/Peers.h"
 #include "server/sim/Report.h"
@@ -28,6 +29,7 @@ public:
         const Simulation& simulation;
         Report& report;
         FrameBudget& budget;
+        ProgramTrials& programs;
         Log& log;
         const std::function<void(std::uint64_t framesReleased)> onReleased;
         /// What the desk says to a request passes through it on its way out; may be empty.

@@ -7,7 +7,6 @@
 #include <set>
 #include <vector>
 
-#include "common/cores/Animation.h"
 #include "server/manipulators/ManipulatorDisplay.h"
 #include "tests/golden/PictureDifference.h"
 #include "tests/golden/ShippedScene.h"
@@ -24,19 +23,6 @@ std::vector<std::string> rooms() {
         if (entry.path().extension() == ".tsct") names.push_back(entry.path().stem().string());
     std::ranges::sort(names);
     return names;
-}
-
-/// Where the tour stands in a room: the values of its key frames come in pairs, coming and going.
-View viewOfRoom(const Aspect& scene, std::size_t room) {
-    View view = cameraOfScene(scene);
-    for (const ObjectId id : scene.ids()) {
-        const auto* frames = scene.get<KeyFrames>(id);
-        const auto tour = findNode(scene, "/tour");
-        if (!frames || !tour || frames->target != scene.get<Node>(*tour)->core) continue;
-        const std::span<const double> places = frames->values.as<double>();
-        if (6 * room + 2 < places.size()) view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
-    }
-    return view;
 }
 
 /// With the handles that a server makes for manipulators.

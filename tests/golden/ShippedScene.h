@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "common/cores/Animation.h"
 #include "common/cores/Camera.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/scene/Action.h"
@@ -63,6 +64,19 @@ inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
         return Descend::kInto;
     });
     search.run(aspect);
+    return view;
+}
+
+/// Where the tour stands in a room of the gallery: the values of its key frames come in pairs, coming and going.
+[[nodiscard]] inline View viewOfRoom(const Aspect& scene, std::size_t room) {
+    View view = cameraOfScene(scene);
+    for (const ObjectId id : scene.ids()) {
+        const auto* frames = scene.get<KeyFrames>(id);
+        const auto tour = findNode(scene, "/tour");
+        if (!frames || !tour || frames->target != scene.get<Node>(*tour)->core) continue;
+        const std::span<const double> places = frames->values.as<double>();
+        if (6 * room + 2 < places.size()) view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
+    }
     return view;
 }
 

@@ -154,6 +154,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
     status.journal = around_.journal;
     if (const std::optional<Error> why = editsRefused()) status.journalTrouble = why->message;
     if (around_.describeWaits) around_.describeWaits(status);
+    if (around_.describePrograms) status.programs = around_.describePrograms();
     if (around_.budget) {
         status.budgetMs = around_.budget->milliseconds();
         status.detail = around_.budget->step();

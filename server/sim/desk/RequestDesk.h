@@ -58,6 +58,7 @@ public:
         /// Fills in which tiles the wall waits for; empty: nobody knows.
         std::function<void(answer::Status&)> describeWaits = {};
         std::function<answer::Trackers()> describeTrackers = {};  ///< empty: there are none
+        std::function<std::vector<std::string>()> describePrograms = {};  ///< those of materials that are bad or heavy; empty: nobody knows
         std::function<double(ObjectId)> filmLength = {};  ///< of a Movie, s; 0: not known. Empty: of none
         std::function<notice::Poses()> poses = {};                ///< of the newest frame; empty: nobody is tracked
         Showing* showing = nullptr;  ///< of the frames to come; null: it is not to be changed

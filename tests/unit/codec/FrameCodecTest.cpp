@@ -72,7 +72,7 @@ TEST(FrameCodec, RefusesEveryTruncation) {
 }
 
 TEST(FrameCodec, CarriesStatistics) {
-    const HostStats stats{{{"front-0-1", 0.25, 12.5, 100, 80, 75'730, 7, 3, 900, 0.5, 0.125, 4, 8, 3, 1}, {"floor-0-0"}}, 20, 1.5, 0.75, 5, 9.5};
+    const HostStats stats{{{"front-0-1", 0.25, 12.5, 100, 80, 75'730, 7, 3, 900, 0.5, 0.125, 4, 8, 3, 1}, {"floor-0-0"}}, 20, 1.5, 0.75, 5, 9.5, {{ObjectId(17), 501.5}}};
     EXPECT_EQ(decodeStats(encodeStats(stats)).value(), stats);
     EXPECT_EQ(decodeStats(encodeStats({})).value(), HostStats());
 }
@@ -93,6 +93,9 @@ TEST(FrameCodec, RefusesStatisticsThatWouldSpoilAReport) {
     }
     EXPECT_FALSE(decodeStats(encodeStats({{{std::string(300, 't')}}})));
     EXPECT_FALSE(decodeStats(encodeStats({std::vector<TileStats>(2000)})));
+    HostStats tooMany;
+    tooMany.heldUp.resize(2000);
+    EXPECT_FALSE(decodeStats(encodeStats(tooMany)));
     EXPECT_FALSE(decodeStats({}));
 }
 

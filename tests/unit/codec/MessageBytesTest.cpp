@@ -55,7 +55,7 @@ KeptBytes bytesNow() {
     for (const auto& value : test::everyNotice()) keep("notice", value.index(), encodeNotice(value));
     keep("list", 0, encodeChangeList(test::richList(test::blobOf(1))));
     keep("frame", 0, encodeFrame(test::someFrame()));
-    keep("stats", 0, encodeStats({{{"front-0-0", 0.5, 1.5, 3, 4, 5, 6, 7, 8, 2.5, 3.5, 4.5, 9, 10, 11}}, 5.5, 6.5, 7.5, 12, 8.5}));
+    keep("stats", 0, encodeStats({{{"front-0-0", 0.5, 1.5, 3, 4, 5, 6, 7, 8, 2.5, 3.5, 4.5, 9, 10, 11}}, 5.5, 6.5, 7.5, 12, 8.5, {{ObjectId(13), 510.5}}}));
     return now;
 }
 

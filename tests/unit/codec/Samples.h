@@ -209,6 +209,7 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.steering = {"lower-left", "application 7"};
     status.budgetMs = 16.5;
     status.detail = 3;
+    status.programs = {"SurfaceProgram #12 is heavy: it held up"};
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "tests/unit/draw/RendererStage.h"
+#include "tests/unit/draw/ShadedSurface.h"
 
 namespace tessera {
 namespace {
@@ -34,42 +35,6 @@ double linearOf(int srgb) {
     const double s = srgb / 255.0;
     return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
-
-/// A surface of glTF's metallic-roughness model under one light, as appendix B.3 of its specification has it.
-struct Shaded {
-    Vec3d base = Vec3d::Constant(0.5);
-    double metallic = 0, roughness = 1;
-    double clearcoat = 0, clearcoatRoughness = 0;
-
-    /// Unit vectors. Of a light that gives 1 to a white surface straight below it.
-    [[nodiscard]] Vec3d reflected(const Vec3d& n, const Vec3d& l, const Vec3d& v) const {
-        const double nl = n.dot(l), nv = n.dot(v);
-        if (nl <= 0) return Vec3d::Zero();
-        const Vec3d h = (l + v).normalized();
-        const Vec3d f0 = (1 - metallic) * Vec3d::Constant(0.04) + metallic * base;
-        const Vec3d fresnel = schlick(f0, v.dot(h));
-        const Vec3d diffuse = ((Vec3d::Ones() - fresnel).array() * ((1 - metallic) * base).array()).matrix();
-        Vec3d c = nl * (diffuse + fresnel * lobe(roughness, n.dot(h), nl, nv));
-        if (clearcoat > 0) {
-            const double below = 1 - clearcoat * schlick(Vec3d::Constant(0.04), nv).x();
-            c = c * below + clearcoat * nl * schlick(Vec3d::Constant(0.04), v.dot(h)) *
-                                lobe(clearcoatRoughness, n.dot(h), nl, nv);
-        }
-        return c;
-    }
-
-private:
-    [[nodiscard]] static Vec3d schlick(const Vec3d& f0, double cosine) {
-        return f0 + (Vec3d::Ones() - f0) * std::pow(1 - std::abs(cosine), 5);
-    }
-    /// pi times distribution and visibility; a light of one has pi in it.
-    [[nodiscard]] static double lobe(double roughness, double nh, double nl, double nv) {
-        const double alpha2 = std::pow(roughness, 4);
-        const double d = alpha2 / std::pow(nh * nh * (alpha2 - 1) + 1, 2);
-        const auto root = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
-        return d * 0.5 / (nl * root(nv) + nv * root(nl));  // Smith, height-correlated
-    }
-};
 
 class MaterialTest : public RendererTest {
 protected:
@@ -548,6 +513,42 @@ TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
     EXPECT_NEAR(behind(0.5f, {1, 1, 1}, 0).g, 0.5 * green.g, 2);
     EXPECT_NEAR(behind(1, {0, 0, 0}, 0).g, 0, 1) << "black glass";
     EXPECT_NEAR(behind(1, {1, 1, 1}, 1).g, 0, 1) << "metals let nothing through";
+}
+
+/// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through (KHR_materials_transmission) takes nothing of what is
+/// reflected.
+TEST_F(MaterialTest, AlphaWeakensAllOfASurfaceAndTransmissionLeavesItsHighlights) {
+    const Vec3d light = Vec3d(0.1, 0.3, 0.9).normalized();
+    const Vec3f behind(0.05f, 0.2f, 0.4f);
+    const Rgb background = expectedOf(behind);
+    const auto shown = [&](double metallic, float alpha, float transmission) {
+        TestScene scene;
+        scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), behind);
+        scene.addDirectionalLight(-light, Vec3f::Ones(), 0.5f);
+        Material material = of({0.8, 0.5, 0.2});
+        material.metallic = static_cast<float>(metallic);
+        material.roughness = 0.5f;
+        material.alphaMode = Material::kBlend;
+        material.baseColor.w() = alpha;
+        material.transmission = transmission;
+        return middleOf(scene, material);
+    };
+    const auto over = [&](const Rgb& c, float alpha) {
+        const auto mixed = [alpha](int front, int back) { return static_cast<int>(std::lround(alpha * static_cast<float>(front) + (1 - alpha) * static_cast<float>(back))); };
+        return Rgb{mixed(c.r, background.r), mixed(c.g, background.g), mixed(c.b, background.b)};
+    };
+    const auto expectWithin2 = [](const Rgb& is, const Rgb& should, double metallic, float alpha) {
+        for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) EXPECT_LE(std::abs(off), 2) << is << " for " << should << ", metallic " << metallic << ", alpha " << alpha;
+    };
+    for (const double metallic : {0.0, 0.5, 1.0}) {
+        const Shaded surface{.base = {0.8, 0.5, 0.2}, .metallic = metallic, .roughness = 0.5};
+        const Rgb solid = expectedOf((0.5 * surface.reflected(Vec3d::UnitZ(), light, towardsEye())).cast<float>());
+        EXPECT_GT(solid.r, background.r + 40) << "something to be weakened";
+        for (const float alpha : {0.0f, 0.1f, 0.5f, 0.9f}) expectWithin2(shown(metallic, alpha, 0), over(solid, alpha), metallic, alpha);
+    }
+    const Rgb clear = shown(0, 0.999f, 1);
+    EXPECT_GT(clear.r, background.r + 5) << "a highlight on glass";
+    for (const float alpha : {0.0f, 0.5f}) expectWithin2(shown(0, alpha, 1), over(clear, alpha), 0, alpha);
 }
 
 TEST_F(MaterialTest, AnImageThatIsNotThereIsWhiteAndCounted) {

@@ -1,4 +1,5 @@
 // Programs of persons, in every pass that draws a surface.
+#include "common/scene/Edits.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {
@@ -235,6 +236,154 @@ TEST_F(PersonProgramTest, TilesAreCutFromOnePicture) {
                 }
             EXPECT_EQ(differ, 0) << samples << " samples, " << rect.x << "," << rect.y;
         }
+    }
+}
+
+// Tiles that show other things than their neighbours, and shadows of some of them: no program is made twice.
+TEST_F(PersonProgramTest, EachTextOfAFrameIsCompiledOnce) {
+    for (const int count : {40, 100}) {
+        restart({.samples = 1});
+        TestScene scene;
+        scene.setDark();
+        scene.addDirectionalLight({0.1, -0.3, -1}, Vec3f::Ones(), 1, true);
+        for (int i = 0; i < count; ++i) {
+            Material material;
+            material.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = vec3(" + std::to_string(i) + ".0 / 100.0, 1.0, 0.0); }", .verdict = SurfaceProgram::kGood});
+            scene.place(scene.add(makeSheet(0.2, 0.2), scene.add(material)), {-1.4 + 0.3 * (i % 10), -1.4 + 0.28 * (i / 10), 0});
+        }
+        const Aspect aspect = scene.take();
+        const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+        RenderScene renderScene;
+        renderScene.update(aspect, nullptr);
+        std::vector<std::uint64_t> compiled;
+        for (int frame = 0; frame < 3; ++frame) {
+            renderer_->beginFrame();
+            for (const int x : {0, kSidePx / 2})
+                for (const int y : {0, kSidePx / 2}) {
+                    const PixelRect rect{.x = x, .y = y, .width = kSidePx / 2, .height = kSidePx / 2};
+                    RenderAction action(CullerKind::kFrustum);
+                    ASSERT_TRUE(renderer_->draw(aspect, action.run(renderScene, camera, rect, nullptr), camera, rect));
+                }
+            compiled.push_back(renderer_->lastCounts().compiled);
+        }
+        EXPECT_GE(compiled[0], static_cast<std::uint64_t>(count));
+        EXPECT_EQ(compiled[1], compiled[0]) << count << " programs";
+        EXPECT_EQ(compiled[2], compiled[0]) << count << " programs";
+    }
+}
+
+/// Nothing at 0 and 1, without an end at 2: drawn as the material says, and named. Solid, blended, and by its vertices.
+TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
+    const std::string dear = "uniform float rounds;\nfloat spin(float n) { for (int i = 0; i < 1000 && float(i) < (rounds - 1.0) * 1000.0; ++i) {"
+                             " n = fract(sin(n * 12.9898 + float(i)) * 43758.5453 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + atan(n, 2.0) + inversesqrt(1.0 + n));"
+                             " n = fract(sin(n * 3.1 + 0.3) * 4375.5453 + pow(abs(cos(n)), 1.3) + exp(-n) + log(2.5 + n * n) + atan(n, 3.0) + inversesqrt(2.0 + n)); } return n; }\n";
+    for (const bool byVertex : {false, true})
+        for (const std::int64_t alpha : {Material::kOpaque, Material::kBlend}) {
+            restart({.samples = 1, .programsMost = std::chrono::milliseconds(100)});
+            Programmed p;
+            p.material.baseColor = {0.2f, 0.6f, 0.3f, 1};
+            p.material.alphaMode = alpha;
+            p.program.verdict = SurfaceProgram::kGood;
+            const std::string surface = "void surface(inout Surface s) { s.base.rgb = vec3(0.9, 0.1, 0.1); }";
+            if (byVertex) {
+                p.program.surface = surface;
+                p.program.vertex = dear + kVertexHead + "position.z += 1e-3 * spin(position.x); }";
+            } else {
+                p.program.surface = dear + "void surface(inout Surface s) { s.base.rgb = vec3(0.9, 0.1 + 1e-3 * spin(uv.x), 0.1); }";
+            }
+            const ObjectId program = p.scene.add(p.program), harmless = p.scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { for (int i = 0; i < 3; ++i) s.base.rgb = vec3(0.0, 0.0, 0.5); }", .verdict = SurfaceProgram::kGood});
+            const ObjectId rounds = p.scene.add(Uniform{.name = "rounds", .value = Vec4f(1, 0, 0, 0)});
+            p.material.program = program;
+            p.material.uniforms.push_back(rounds);
+            Material other = p.material;
+            other.program = harmless;
+            other.uniforms.clear();
+            p.scene.setDark();
+            // As many vertices as take long.
+            MeshData fine;
+            const int side = byVertex ? 120 : 1;
+            for (int y = 0; y <= side; ++y)
+                for (int x = 0; x <= side; ++x) {
+                    fine.positions.insert(fine.positions.end(), {static_cast<float>(2.0 * x / side - 1), static_cast<float>(2.0 * y / side - 1), 0});
+                    fine.normals.insert(fine.normals.end(), {0, 0, 1});
+                    fine.texcoords.insert(fine.texcoords.end(), {static_cast<float>(x) / static_cast<float>(side), static_cast<float>(y) / static_cast<float>(side)});
+                    if (x == side || y == side) continue;
+                    const auto corner = static_cast<std::uint32_t>(y * (side + 1) + x), above = corner + static_cast<std::uint32_t>(side) + 1;
+                    fine.indices.insert(fine.indices.end(), {corner, corner + 1, above + 1, corner, above + 1, above});
+                }
+            p.scene.place(p.scene.add(fine, p.scene.add(p.material)), Vec3d::Zero());
+            p.scene.place(p.scene.add(makeSheet(0.4, 0.4), p.scene.add(other)), {1.3, 0, 0.1});
+            Aspect aspect = p.scene.take();
+            const ScreenCamera camera = cameraOf(400, 300);
+            const auto middle = [](const Picture& picture) { return pixel(picture, 200, 150); };
+            EXPECT_GT(middle(draw(aspect, camera)).r, 200) << "cheap";
+            EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+            const auto edit = [&](auto&& say) {
+                ChangeListBuilder list;
+                say(list);
+                ASSERT_TRUE(aspect.apply(list.take()));
+            };
+            edit([&](ChangeListBuilder& list) { setField<&Uniform::value>(list, rounds, Vec4f(2, 0, 0, 0)); });
+            const Picture held = draw(aspect, camera);
+            expectNear(middle(held), expectedOf({0.2f, 0.6f, 0.3f}));
+            expectNear(pixel(held, 362, 150), expectedOf({0, 0, 0.5f}));
+            ASSERT_EQ(renderer_->heldUpBy(aspect).size(), 1u);
+            EXPECT_EQ(renderer_->heldUpBy(aspect)[0].program, program);
+            EXPECT_EQ(draw(aspect, camera).rgb, held.rgb);
+            // The server says so, to all; then the text is said again, with something harmless.
+            edit([&](ChangeListBuilder& list) { setField<&SurfaceProgram::verdict>(list, program, SurfaceProgram::kHeavy); });
+            EXPECT_EQ(draw(aspect, camera).rgb, held.rgb);
+            EXPECT_TRUE(renderer_->heldUpBy(aspect).empty()) << "it is known";
+            edit([&](ChangeListBuilder& list) {
+                setField<&SurfaceProgram::verdict>(list, program, SurfaceProgram::kGood);
+                setField<&Uniform::value>(list, rounds, Vec4f(1, 0, 0, 0));
+            });
+            EXPECT_GT(middle(draw(aspect, camera)).r, 200) << "again";
+            EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+        }
+}
+
+/// Where one of several was too slow nobody else is named.
+TEST_F(PersonProgramTest, AmongManyTheOneThatTakesLongIsNamed) {
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(200)});
+    TestScene scene;
+    scene.setDark();
+    std::vector<ObjectId> programs;
+    for (int i = 0; i < 5; ++i) {
+        Material material;
+        material.unlit = true;
+        material.baseColor = {0, 1, 0, 1};
+        const std::string rounds = i == 2 ? "1000" : "1";
+        programs.push_back(scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " + rounds + "; ++i) for (int k = 0; k < " + rounds +
+                                                               "; ++k) { n = fract(sin(n * 12.9898 + " + std::to_string(i) + ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0) + "
+                                                               "log(2.0 + n)); n = fract(pow(n + 0.1, 1.3) + sin(n * 7.0)); } s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
+                                                    .verdict = SurfaceProgram::kGood}));
+        material.program = programs.back();
+        scene.place(scene.add(makeSheet(0.5, 1.6), scene.add(material)), {-1.2 + 0.6 * i, 0, 0});
+    }
+    const Aspect aspect = scene.take();
+    const ScreenCamera camera = cameraOf(400, 400);
+    const Picture picture = draw(aspect, camera);
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(pixel(picture, 50 + 75 * i, 200).g > 200, i == 2) << i;
+    ASSERT_EQ(renderer_->heldUpBy(aspect).size(), 1u);
+    EXPECT_EQ(renderer_->heldUpBy(aspect)[0].program, programs[2]);
+}
+
+/// Programs read flat images alone. What is none is not looked up: it would show what was drawn before, on each tile another thing.
+TEST_F(PersonProgramTest, WithACubeOrASolidTheMaterialIsPlain) {
+    for (const std::int64_t shape : {Image::kFlat, Image::kLine, Image::kCube, Image::kSolid}) {
+        Programmed p;
+        p.material.baseColor = {0.2f, 0.6f, 0.3f, 1};
+        p.program.surface = "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }";
+        std::vector<std::uint8_t> red;
+        for (int i = 0; i < 6; ++i) red.insert(red.end(), {255, 0, 0, 255});
+        Image image{.pixels = Blob::of(std::span<const std::uint8_t>(red)), .widthPx = 1, .heightPx = 1, .shape = shape};
+        if (shape == Image::kFlat) image.heightPx = 6;
+        if (shape == Image::kLine) image.widthPx = 6;
+        if (shape == Image::kSolid) image.depthPx = 6;
+        p.uniforms = {{.name = "map", .image = p.scene.add(image)}};
+        const bool read = shape == Image::kFlat || shape == Image::kLine;
+        expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), read ? Rgb{255, 0, 0} : expectedOf({0.2f, 0.6f, 0.3f}));
     }
 }
 

@@ -226,7 +226,7 @@ TEST_F(PointTest, ThatAreSaidToBeSomethingElseAreLeftOutAndCounted) {
 // GL fetches from a texture of so many texels and no more: what has no room is left out and said, and the rest is drawn.
 TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
     ASSERT_TRUE(surface_->makeCurrent());
-    GlFunctions gl = GlFunctions::load(*surface_).value();
+    GlState gl(GlFunctions::load(*surface_).value());
     gl.GetIntegerv = [](GLenum, GLint* value) { *value = 10'000; };
     GLuint array = 0;
     gl.CreateVertexArrays(1, &array);

@@ -51,7 +51,7 @@ protected:
     void SetUp() override {
         RendererTest::SetUp();
         ASSERT_TRUE(surface_->makeCurrent());
-        gl_ = GlFunctions::load(*surface_).value();
+        gl_ = GlState(GlFunctions::load(*surface_).value());
     }
     /// What GL decodes of a level, all slices and faces.
     std::vector<std::uint8_t> read(GLuint texture, GLint level, std::size_t pixels) {
@@ -68,7 +68,7 @@ protected:
         scene.place(scene.add(makeSheet(4, 4, 1), scene.add(with)), Vec3d::Zero());
         return center(draw(scene));
     }
-    GlFunctions gl_;
+    GlState gl_;
 };
 
 unsigned seedOf() {

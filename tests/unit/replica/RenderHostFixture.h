@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <future>
+#include <set>
 #include <optional>
 
 #include "client/draw/Surface.h"
@@ -43,7 +45,10 @@ protected:
         host_.reset();
         surface_ = makeSurface("osmesa").value();
         host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_,
-                                             [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
+                                             [this](Outcome outcome) {
+                                                 if (onOutcome_) onOutcome_(outcome);
+                                                 outcomes_.push(std::move(outcome));
+                                             });
         ASSERT_TRUE(host_->probe());
         configure(oneTileEach());
     }
@@ -119,7 +124,8 @@ protected:
     Log log_{"test"};
     BlobStore store_;
     std::vector<Blob> kept_;
-    Channel<Outcome> outcomes_{64};
+    Channel<Outcome> outcomes_{256};
+    std::function<void(const Outcome&)> onOutcome_;  ///< on the thread that tells it
     std::unique_ptr<Surface> surface_;
     std::unique_ptr<RenderHost> host_;
 };

@@ -404,6 +404,40 @@ TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
     EXPECT_TRUE(next<outcome::Broken>());
 }
 
+/// Whoever is told of the first one holds the writer up: the draw thread is asked for more all the same, and never waits.
+TEST_F(RenderHostTest, ManyWhoWantPicturesKeepNobodyWaiting) {
+    start({.output = folder_.path()});
+    Aspect ball = makeBall();
+    ASSERT_TRUE(applied(ball));
+    drawAndShow(5_frame);
+    std::promise<void> gate;
+    onOutcome_ = [opened = gate.get_future().share()](const Outcome& outcome) {
+        const auto* image = std::get_if<outcome::Image>(&outcome.what);
+        if (image && !image->image.png.empty()) opened.wait();
+    };
+    for (std::uint64_t i = 0; i < 64; ++i) ASSERT_TRUE(perform(work::SendImages{{.request = 100 + i, .frame = 5_frame}}));
+    // Other pictures: as many as there is room for, the others are none at once.
+    for (std::uint64_t i = 0; i < 20; ++i) {
+        ASSERT_TRUE(perform(work::Draw{beginOf(FrameNumber(6 + i))}));
+        const auto drawn = next<outcome::Drawn>();
+        ASSERT_TRUE(drawn);
+        show(*drawn);
+        ASSERT_TRUE(perform(work::Shown{FrameNumber(6 + i)}));
+        ASSERT_TRUE(perform(work::SendImages{{.request = 200 + i, .frame = FrameNumber(6 + i)}}));
+        while (auto none = outcomes_.tryPop()) EXPECT_TRUE(std::get<outcome::Image>(none->what).image.png.empty());
+    }
+    gate.set_value();
+    std::set<const std::byte*> encoded;
+    for (int i = 0; i < 64; ++i) {
+        const auto image = next<outcome::Image>();
+        ASSERT_TRUE(image);
+        ASSERT_FALSE(image->image.png.empty());
+        EXPECT_EQ(image->image.request, 100u + static_cast<unsigned>(i));
+        encoded.insert(image->image.png.bytes().data());
+    }
+    EXPECT_LE(encoded.size(), 2u) << "one for the first, one for those who came while that was told";
+}
+
 TEST_F(RenderHostTest, KeepsItsImageThroughANewConnection) {
     start();
     drawAndShow(8_frame);

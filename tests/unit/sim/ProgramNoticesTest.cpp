@@ -208,6 +208,54 @@ TEST(ProgramNotices, ComeAndGoWithVerdicts) {
     EXPECT_EQ(shop.simulation.history().undoDepth(), 0u);
 }
 
+TEST(ProgramNotices, SayWhatIsHeavyToo) {
+    Shop shop(2);
+    shop.frames();
+    shop.verdict(1, SurfaceProgram::kHeavy, "it held up host left");
+    ASSERT_EQ(shop.texts().size(), 1u);
+    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nit held up host left");
+    shop.verdict(1, SurfaceProgram::kGood);
+    EXPECT_FALSE(shop.top());
+}
+
+/// A cube comes, and goes: by the uniform, by the image's shape, with the program.
+TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
+    Shop shop(2);
+    shop.frames();
+    const auto edit = [&](ChangeListBuilder& list) {
+        shop.frame(test::one(list.take()));
+        shop.frames();
+    };
+    const auto box = findNode(shop.scene(), "/thing1/box").value();
+    const ObjectId material = shop.scene().coreOf<Geometry>(*shop.scene().get<Node>(box))->material;
+    ListMaker make;
+    const ObjectId image = make.create<Image>(), uniform = make.create<Uniform>();
+    setField<&Image::shape>(make.builder, image, Image::kCube);
+    setField<&Uniform::name>(make.builder, uniform, std::string("sky"));
+    setField<&Uniform::image>(make.builder, uniform, image);
+    setField<&Material::uniforms>(make.builder, material, RefList{uniform});
+    edit(make.builder);
+    ASSERT_EQ(shop.texts().size(), 1u);
+    const std::string said = shop.texts()[0].text;
+    EXPECT_TRUE(said.starts_with("/thing1/box: Material #" + std::to_string(material.value))) << said;
+    EXPECT_NE(said.find("\"sky\""), std::string::npos) << said;
+    EXPECT_NE(said.find("cube"), std::string::npos) << said;
+    ObjectId shown;
+    for (const ObjectId id : shop.scene().ids())
+        if (shop.scene().get<Image>(id)) shown = id;
+    ChangeListBuilder list;
+    setField<&Image::shape>(list, shown, Image::kFlat);
+    edit(list);
+    EXPECT_FALSE(shop.top()) << "a flat one";
+    setField<&Image::shape>(list, shown, Image::kSolid);
+    edit(list);
+    ASSERT_EQ(shop.texts().size(), 1u);
+    EXPECT_NE(shop.texts()[0].text.find("solid"), std::string::npos) << shop.texts()[0].text;
+    setField<&Material::program>(list, material, ObjectId());
+    edit(list);
+    EXPECT_FALSE(shop.top()) << "nobody reads it";
+}
+
 TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
     Shop shop;
     shop.verdict(0, SurfaceProgram::kBad, "no");

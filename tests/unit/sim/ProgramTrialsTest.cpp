@@ -233,6 +233,74 @@ TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {
     }
 }
 
+TEST(ProgramVerdicts, AMaterialIsNoPassOfItself) {
+    Simulation simulation;
+    const auto problemOf = [&](ChangeList list) {
+        std::vector<Edit> edits;
+        edits.push_back({.ticket = 1, .list = std::move(list)});
+        const FrameResult result = simulation.step(false, std::move(edits));
+        return result.outcomes[0].result ? std::string() : result.outcomes[0].result.error().message;
+    };
+    ChangeListBuilder made;
+    made.create(ObjectId(kFirstPlaceholder), typeOf<Material>());
+    Material own;
+    own.passes.push_back(ObjectId(kFirstPlaceholder));
+    setAllFields(made, ObjectId(kFirstPlaceholder), Object::of(own));
+    EXPECT_NE(problemOf(made.take()).find("it is among its own passes"), std::string::npos);
+    for (const bool itself : {true, false}) {
+        ChangeListBuilder list;
+        Material material;
+        for (std::uint64_t i = 0; i < 2; ++i) list.create(ObjectId(kFirstPlaceholder + i), typeOf<Material>());
+        material.passes.push_back(ObjectId(kFirstPlaceholder + (itself ? 1 : 0)));
+        setAllFields(list, ObjectId(kFirstPlaceholder + 1), Object::of(material));
+        EXPECT_EQ(problemOf(list.take()).empty(), !itself);
+    }
+}
+
+/// What a host says of a program that holds it up goes for all of its text, until that is said again. The child is not asked: it has said that the text is good.
+TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
+    Aspect scene = sceneOf({.surface = "a text"});
+    constexpr ObjectId kTwin{3}, kOther{4};
+    ASSERT_TRUE(scene.apply(creating({.surface = "a text"}, kTwin)));
+    ASSERT_TRUE(scene.apply(creating({.surface = "another"}, kOther)));
+    ProgramTrials trials(script("cat > /dev/null; printf good"));
+    trials.update(scene, nullptr);
+    const auto apply = [&](ChangeList list) {
+        EXPECT_TRUE(scene.apply(list));
+        trials.update(scene, &list);
+    };
+    const auto verdicts = [&] { apply(trials.verdicts(scene, clockNow(), std::chrono::seconds(30))); };
+    const auto verdictOf = [&](ObjectId id) { return scene.get<SurfaceProgram>(id)->verdict; };
+    verdicts();
+    ASSERT_EQ(verdictOf(kTwin), SurfaceProgram::kGood);
+    EXPECT_TRUE(trials.troubles(scene).empty());
+    trials.heldUp(kProgram, "left", 500.4);
+    trials.heldUp(kTwin, "right", 600);
+    trials.heldUp(ObjectId(77), "left", 500);
+    verdicts();
+    EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
+    EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy);
+    EXPECT_EQ(verdictOf(kOther), SurfaceProgram::kGood);
+    EXPECT_NE(scene.get<SurfaceProgram>(kProgram)->problem.find("held up host left for 500 ms"), std::string::npos) << scene.get<SurfaceProgram>(kProgram)->problem;
+    EXPECT_EQ(trials.takeRemarks().size(), 2u) << "said once each";
+    ASSERT_EQ(trials.troubles(scene).size(), 2u);
+    EXPECT_NE(trials.troubles(scene)[0].find("SurfaceProgram #2 is heavy: it held up"), std::string::npos) << trials.troubles(scene)[0];
+    // Hosts that have not heard of it yet say it again.
+    trials.heldUp(kProgram, "right", 500);
+    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    // The same text once more.
+    ChangeListBuilder again;
+    again.set(kProgram, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::surface>, toValue(std::string("a text")));
+    ChangeList list = again.take();
+    resetVerdicts(list, scene);
+    apply(std::move(list));
+    EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kUntried);
+    verdicts();
+    EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kGood);
+    EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy) << "of that nobody has said anything";
+    EXPECT_EQ(timesTried(), 2) << "each text once";
+}
+
 /// With the program that the server starts: what is good, what does not compile, what never ends, what eats all.
 TEST(ProgramTrialsForReal, TellGoodFromBad) {
     const auto verdictOf = [](const std::string& surface) {
