@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <limits>
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
@@ -42,7 +43,7 @@ Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<voi
     : session_(session),
       blobs_(blobs),
       deliver_(std::move(deliver)),
-      orders_(kMostOrders),
+      orders_(std::numeric_limits<std::size_t>::max()),
       thread_([this] { work(); }) {}
 
 Snapshots::~Snapshots() {
@@ -66,12 +67,13 @@ void Snapshots::work() {
         } else {
             deliver_(snapshotOf(scene, sequence));
         }
+        --ordersUnderWay_;
     }
 }
 
 void Snapshots::follow(const CommittedFrame& committed) {
     forgetLast();
-    pump();
+    pump(Room::kAsThereIs);
     if (!committed.list) return;
     fresh_.push_back(committed);
     freshBytes_ += memoryOf(*committed.list);
@@ -88,17 +90,15 @@ void Snapshots::handOver() {
     waitingBytes_ += lists.bytes() - before;
     fresh_.clear();
     freshBytes_ = 0;
-    pump();
+    pump(Room::kAsThereIs);
 }
 
-void Snapshots::put(Order order) {
-    late_.push_back(std::move(order));
-    pump();
-}
-
-void Snapshots::pump() {
+void Snapshots::pump(Room room) {
     // What has gone over is the thread's alone.
-    while (!late_.empty() && orders_.tryPush(late_.front())) late_.pop_front();
+    for (; !late_.empty() && (room == Room::kForAll || ordersUnderWay_ < kMostOrders); late_.pop_front()) {
+        ++ordersUnderWay_;
+        orders_.push(std::move(late_.front()));
+    }
 }
 
 void Snapshots::sceneReady() {
@@ -116,7 +116,8 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
 void Snapshots::order() {
     if (std::exchange(ordered_, true)) return;
     handOver();
-    put(Make{});
+    late_.emplace_back(Make{});
+    pump(Room::kForAll);  // one at a time, and whoever waits for it may be who frames wait for
 }
 
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
