@@ -34,9 +34,9 @@ Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placi
     // Lists say nothing of what is as it is by default: there may be no row, and no column.
     const auto rewrite = [&](FieldId field, const Vec3d& value) {
         const auto before = [&](const FieldColumn& column) { return std::pair(column.type, column.field) < std::pair(Transform::kType, field); };
-        const auto at = std::ranges::partition_point(scene.list.columns, before);
-        const bool isThere = at != scene.list.columns.end() && at->type == Transform::kType && at->field == field;
-        FieldColumn& column = isThere ? *at : *scene.list.columns.insert(at, FieldColumn::ofShape(Transform::kType, field, FieldKind::kDouble, 3));
+        const auto place = std::ranges::partition_point(scene.list.columns, before);
+        const bool isThere = place != scene.list.columns.end() && place->type == Transform::kType && place->field == field;
+        FieldColumn& column = isThere ? *place : *scene.list.columns.insert(place, FieldColumn::ofShape(Transform::kType, field, FieldKind::kDouble, 3));
         const Doubles numbers{{value.x(), value.y(), value.z()}, 3};
         if (const auto row = std::ranges::find(column.ids, scene.place); row != column.ids.end())
             column.assign(static_cast<std::size_t>(row - column.ids.begin()), numbers);

@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <limits>
+
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
 #include "server/sim/commit/EditHistory.h"
@@ -81,7 +83,7 @@ Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<voi
     : session_(session),
       blobs_(blobs),
       deliver_(std::move(deliver)),
-      orders_(kMostOrders),
+      orders_(std::numeric_limits<std::size_t>::max()),
       thread_([this] { work(); }) {}
 
 Snapshots::~Snapshots() {
@@ -103,12 +105,13 @@ void Snapshots::work() {
             follower.catchUp();
             deliver_(snapshotOf(follower.scene(), follower.sequence()));
         }
+        --ordersUnderWay_;
     }
 }
 
 void Snapshots::follow(const CommittedFrame& committed) {
     forgetLast();
-    pump();
+    pump(Room::kAsThereIs);
     if (!committed.list) return;
     fresh_.push_back(committed);
     freshBytes_ += memoryOf(*committed.list);
@@ -125,17 +128,15 @@ void Snapshots::handOver() {
     waitingBytes_ += lists.bytes() - before;
     fresh_.clear();
     freshBytes_ = 0;
-    pump();
+    pump(Room::kAsThereIs);
 }
 
-void Snapshots::put(Order order) {
-    late_.push_back(std::move(order));
-    pump();
-}
-
-void Snapshots::pump() {
+void Snapshots::pump(Room room) {
     // What has gone over is the thread's alone.
-    while (!late_.empty() && orders_.tryPush(late_.front())) late_.pop_front();
+    for (; !late_.empty() && (room == Room::kForAll || ordersUnderWay_ < kMostOrders); late_.pop_front()) {
+        ++ordersUnderWay_;
+        orders_.push(std::move(late_.front()));
+    }
 }
 
 void Snapshots::sceneReady() {
@@ -152,13 +153,15 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
 
 void Snapshots::look(std::optional<Sequence> sequence, Look look) {
     handOver();
-    put(LookAt{sequence, std::move(look)});
+    late_.emplace_back(LookAt{sequence, std::move(look)});
+    pump(Room::kForAll);
 }
 
 void Snapshots::order() {
     if (std::exchange(ordered_, true)) return;
     handOver();
-    put(Make{});
+    late_.emplace_back(Make{});
+    pump(Room::kForAll);  // one at a time, and whoever waits for it may be who frames wait for
 }
 
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {

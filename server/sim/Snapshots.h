@@ -72,9 +72,9 @@ private:
     using Order = std::variant<Apply, Make, LookAt>;
 
     void work();
-    /// Behind those before it; never waits for room.
-    void put(Order order);
-    void pump();
+    /// Hands over what waits, while there is room, or all of it.
+    enum class Room : bool { kAsThereIs, kForAll };
+    void pump(Room room);
     void handOver();
     void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
@@ -86,6 +86,7 @@ private:
     std::vector<CommittedFrame> fresh_;  ///< not handed over yet
     std::size_t freshBytes_ = 0;
     std::atomic<std::size_t> waitingBytes_{0};
+    std::atomic<std::size_t> ordersUnderWay_{0};
     std::deque<Order> late_;  ///< for which there was no room: they go with a later frame, lists merged meanwhile
     std::uint64_t looks_ = 0;
     std::vector<ConnectionId> waiting_;
