@@ -129,10 +129,10 @@ int runConvert(const std::vector<std::string>& words) {
         if (arguments.optimise) {
             if (!file->imported.later.empty())
                 return fail(ErrorCode::kRefused, arguments.in + ": a newer version saved more in it than this one knows, which may name what would go; it can be converted, not optimised");
-            const Expected<OptimiseCounts> done = optimiseScene(file->scene, *arguments.optimise);
-            if (!done) return failWith(arguments.in, done.error());
-            sayCounts(*done);
-            counts = *done;
+            const Expected<OptimiseCounts> optimised = optimiseScene(file->scene, *arguments.optimise);
+            if (!optimised) return failWith(arguments.in, optimised.error());
+            sayCounts(*optimised);
+            counts = *optimised;
         }
         if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later); !saved) return saved;
         fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, counts.nodesAfter, counts.objectsAfter - counts.nodesAfter,
