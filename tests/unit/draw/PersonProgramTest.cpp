@@ -345,7 +345,7 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
 
 /// Where one of several was too slow nobody else is named.
 TEST_F(PersonProgramTest, AmongManyTheOneThatTakesLongIsNamed) {
-    restart({.samples = 1, .programsMost = std::chrono::milliseconds(200)});
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(40)});
     TestScene scene;
     scene.setDark();
     std::vector<ObjectId> programs;
