@@ -124,10 +124,7 @@ void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint 
                       false);
     }
     if (host->connection) return refuseTaken(peer, *host, now);
-    // Epochs are nanoseconds since 1970, or follow such: what is beyond nobody has seen, and there must be room to go
-    // on.
-    constexpr Epoch kBeyond{std::uint64_t{1} << 63};
-    if (hello.seenEpoch > config.epoch && hello.seenEpoch > kBeyond)
+    if (hello.seenEpoch > config.epoch && hello.seenEpoch > config.furthestSeen)
         return refuse(
             peer, ErrorCode::kRefused,
             fmt::format("host '{}' says that it has seen epoch {}, which no server of this wall can have had; "

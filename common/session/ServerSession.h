@@ -40,6 +40,9 @@ struct ServerSessionConfig {
     std::vector<std::string> hosts;  ///< every host of the wall
     SyncPolicy sync;
     Epoch epoch{1};
+    /// Nobody can have seen a later one: hosts that say so raise nothing and are refused. Servers of a wall that start later allow
+    /// more (`furthestEpoch`), or their hosts could be refused for what a stranger has raised here.
+    Epoch furthestSeen{std::uint64_t{1} << 63};
     FrameNumber firstFrame;  ///< a server that goes on from another one's frames begins with a later one
     std::uint64_t schema = 0;
     ByteSlice configuration;  ///< handed out in Welcome

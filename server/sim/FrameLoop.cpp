@@ -294,9 +294,10 @@ ImportOptions FrameLoop::Impl::importOptions() const {
 }
 
 ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
-    if (!journal()) return sessionConfigOf(options.wall, nextEpoch({}, std::chrono::system_clock::now()));
-    ServerSessionConfig config = sessionConfigOf(options.wall, journal()->epoch());
-    config.firstFrame = opened->state.nextFrame;
+    const auto now = std::chrono::system_clock::now();
+    ServerSessionConfig config = sessionConfigOf(options.wall, journal() ? journal()->epoch() : nextEpoch({}, now));
+    config.furthestSeen = furthestEpoch(now);
+    if (journal()) config.firstFrame = opened->state.nextFrame;
     return config;
 }
 

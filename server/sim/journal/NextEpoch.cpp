@@ -11,4 +11,9 @@ Epoch nextEpoch(Epoch last, std::chrono::system_clock::time_point now) {
     return std::max(last.next(), Epoch(static_cast<std::uint64_t>(std::max<std::int64_t>(sinceThen, 1))));
 }
 
+Epoch furthestEpoch(std::chrono::system_clock::time_point now) {
+    constexpr std::uint64_t kAhead = std::uint64_t{1} << 61;  // nanoseconds
+    return Epoch(nextEpoch({}, now).value + kAhead);
+}
+
 }  // namespace tessera

@@ -68,6 +68,26 @@ TEST(Epochs, WhatNoClockGivesRaisesNothing) {
     }
 }
 
+/// A stranger says a host's name before any host has come.
+TEST(Epochs, WhoeverRaisesItAsFarAsItGoesShutsNoHostOutOfTheNextServer) {
+    Epoch seen;
+    for (std::uint64_t start = 7; start < 12; ++start) {
+        ServerSessionConfig config = at(Epoch(start));
+        config.furthestSeen = Epoch(start + 1000);
+        ServerFixture s(config);
+        if (seen) EXPECT_FALSE(s.closed(helloAfter(s, "b", seen))) << "it was welcomed by the server before";
+        const ConnectionId beyond = helloAfter(s, "a", config.furthestSeen.next());
+        EXPECT_EQ(s.closed(beyond), config.furthestSeen.next() > s.session.epoch());
+        if (!s.closed(beyond)) s.drop(beyond);
+        const ConnectionId stranger = helloAfter(s, "a", config.furthestSeen);
+        EXPECT_FALSE(s.closed(stranger));
+        s.drop(stranger);
+        const ConnectionId a = s.hello("a");
+        seen = s.sent<message::Welcome>(a).back().epoch;
+        EXPECT_GT(seen, config.furthestSeen);
+    }
+}
+
 TEST(Epochs, AServerWhoseClockWentBackGoesAboveWhatItsHostsHaveSeen) {
     ServerFixture s(at(7_epoch));
     const ConnectionId a = helloAfter(s, "a", 100_epoch);

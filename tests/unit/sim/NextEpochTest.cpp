@@ -26,5 +26,12 @@ TEST(NextEpoch, IsNeverNone) {
     EXPECT_TRUE(nextEpoch({}, Instant(-5s)));
 }
 
+TEST(NextEpoch, TheFurthestThatIsBelievedGrowsWithTheClockAndReachesOverOneThatFellBack) {
+    const Instant today = Instant(std::chrono::years(56));
+    EXPECT_GT(furthestEpoch(today + 1ns), furthestEpoch(today));
+    EXPECT_GT(furthestEpoch(Instant(0s)), nextEpoch({}, today));
+    EXPECT_TRUE(furthestEpoch(Instant(std::chrono::years(200))).next());
+}
+
 }  // namespace
 }  // namespace tessera
