@@ -132,6 +132,7 @@ Expected<void> Renderer::Impl::watchNoMore() {
     if (watched.empty()) return {};
     gl.Finish();
     const Duration took = loops.end();
+    shared = shared || watched.size() > 1;
     for (const std::uint32_t program : watched) loopsTook[program] += took / watched.size();
     if (loops.stopped()) return fail(ErrorCode::kRefused, "a program of a material takes too long");
     watched.clear();
@@ -140,14 +141,17 @@ Expected<void> Renderer::Impl::watchNoMore() {
 
 /// The one that was drawn with when time was over; of several the dearest, once that is known.
 void Renderer::Impl::blame() {
-    if (watched.size() > 1 && !watchesEach) {
+    if (!watchesEach && (shared || watched.size() > 1)) {
         watchesEach = true;
+        shared = false;
+        loopsTookBefore.clear();  // shares, and not what each of them took
         return;
     }
     for (auto& [person, took] : loopsTook)
         if (const auto before = loopsTookBefore.find(person); before != loopsTookBefore.end()) took += before->second;
     const auto dearest = std::ranges::max_element(loopsTook, {}, [](const auto& entry) { return entry.second; });
     calls.persons().holdsUp(dearest->first, dearest->second);
+    loopsTookBefore.erase(dearest->first);
 }
 
 Expected<void> Renderer::Impl::drawInTime(const std::function<Expected<void>()>& once) {
@@ -166,8 +170,8 @@ Expected<void> Renderer::Impl::drawInTime(const std::function<Expected<void>()>&
         static_cast<void>(gl.check("what was ended"));
         blame();
         loops.letGo();
-        // Whoever looks on has waited for so long already.
-        loopsMay = options.programsMost / 4;
+        // Less would condemn who took its time, and not too much of it.
+        loopsMay = options.programsMost;
     }
 }
 

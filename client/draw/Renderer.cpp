@@ -261,6 +261,7 @@ void Renderer::beginFrame() {
     impl_->volumes.beginFrame();
     impl_->calls.persons().beginFrame();
     impl_->loopsTookBefore.clear();
+    impl_->shared = false;
     impl_->framesAreTold = true;
 }
 

@@ -140,6 +140,7 @@ struct Renderer::Impl {
     LoopWatch loops;
     /// Each program by itself: once one of several was too slow, and from then on.
     bool watchesEach = false;
+    bool shared = false;  ///< a time of this frame is that of several together
     std::vector<std::uint32_t> watched;            ///< those of now; none: nobody is watched
     using ByProgram = std::map<std::uint32_t, Duration>;
     ByProgram loopsTook, loopsTookBefore;          ///< in the picture so far; in the pictures of this frame before it

@@ -18,12 +18,14 @@ PictureWriter::Job PictureWriter::jobOf(std::shared_ptr<const Picture> picture, 
 }
 
 void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame) {
-    jobs_.push(jobOf(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
+    std::erase_if(open_, [](const Job& job) { return job.wanted->closed(); });
+    open_.push_back(jobOf(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
         if (auto written = writeFile(path, *png); !written) {
             log_.error(written.error().message);
             allWritten_ = false;
         }
     }));
+    jobs_.push(open_.back());
 }
 
 bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done) {

@@ -17,7 +17,7 @@ namespace tessera {
 /// Owns one thread, and belongs to another. Few pictures wait at a time. Destruction finishes what is queued.
 class PictureWriter {
 public:
-    static constexpr std::size_t kMostWaiting = 8;
+    static constexpr std::size_t kMostWaiting = 16;  ///< one request asks for all tiles of a host
 
     explicit PictureWriter(Log& log);
     ~PictureWriter();

@@ -20,7 +20,7 @@ enum class HostState : std::uint8_t {
     kJoining,  ///< said hello; its snapshot is being made
     kSyncing,  ///< fetching blobs, applying the snapshot and the lists since
     kLive,     ///< in the barrier
-    kLate,     ///< held back this frame (policies hold and drop)
+    kLate,     ///< held back this frame (policies hold and drop, and under any who proves itself: SwapBarrier)
     kLost,     ///< disconnected, silent, stalled, or it does not show what it was told to
 };
 [[nodiscard]] std::string_view nameOf(HostState state);

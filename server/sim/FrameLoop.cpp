@@ -302,11 +302,16 @@ ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
 }
 
 Expected<void> FrameLoop::Impl::run() {
-    if (Expected<void> begun = begin(); !begun) return begun;
+    // An end by an error is one in order for the journal: the next start goes on with the very next numbers.
+    const auto failed = [&](Expected<void> why) {
+        if (journal()) journal()->ends(peers.session().nextFrame());
+        return why;
+    };
+    if (Expected<void> begun = begin(); !begun) return failed(std::move(begun));
     while (!(stopping && !pacing.frameOpen()) && !allFramesShown())
         if (Expected<void> turned = turn(); !turned) {
             actions.carryOut(peers.session().finish(turned.error().message));
-            return turned;
+            return failed(std::move(turned));
         }
     sayGoodbye();
     return end();
@@ -337,6 +342,7 @@ Expected<void> FrameLoop::Impl::begin() {
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
+    startScene.idsFrom(opened->nextId);
     // Whoever joins stands where the lists that come go on, though nothing is there yet.
     snapshots.follow({.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
                       .list = std::make_shared<const ChangeList>()});
@@ -491,7 +497,8 @@ void FrameLoop::Impl::orderSurvey() {
 Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
     surveying = false;
     view.surveyed(survey.bounds);
-    actions.carryOut(desk.surveyed(survey.bounds, survey.at));
+    ServerActions told = desk.surveyed(survey.bounds, survey.at);
+    actions.carryOut(journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : std::move(told));
     return {};
 }
 

@@ -167,6 +167,7 @@ void Snapshots::order() {
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
     ordered_ = false;
     if (!snapshot.content.empty()) snapshot.content = blobs_.add(std::move(snapshot.content));
+    if (last_) freeLast();
     last_ = std::make_shared<const SnapshotMade>(std::move(snapshot));
     ServerActions actions;
     // Where too much has happened meanwhile the session asks again, and a newer one is made.
@@ -177,7 +178,12 @@ ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
 /// Nobody asks at a wall at rest: it goes all the same.
 void Snapshots::forgetLast() {
     constexpr std::uint64_t kEvery = 64;  // the session goes through the lists since then
-    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) last_.reset();
+    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) freeLast();
+}
+
+/// By the thread: of a large scene it takes longer than a frame.
+void Snapshots::freeLast() {
+    look(std::nullopt, [gone = std::exchange(last_, nullptr)](const Aspect*) {});
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {

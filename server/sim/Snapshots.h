@@ -79,6 +79,7 @@ private:
     void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
     void forgetLast();
+    void freeLast();
 
     ServerSession& session_;
     BlobStore& blobs_;

@@ -46,6 +46,7 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished f
         if (std::ranges::none_of(lists_, [&](const ChangeList& list) { return std::ranges::any_of(list.creations, loads); }))
             return std::exchange(lists_, {});
         draft_ = std::make_unique<Draft>();
+        draft_->committer.skipIds(ObjectId(firstId_));
         // Whoever loads the lists says what is wrong with one.
         for (const ChangeList& list : lists_)
             if (!draft_->take(list)) return std::exchange(lists_, {});

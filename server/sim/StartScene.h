@@ -26,6 +26,8 @@ public:
     /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot have is in its state.
     [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(LoadFinished finished, Loader& loader, Log& log);
     [[nodiscard]] bool empty() const { return paths_.empty(); }
+    /// Where the lists' ids will begin, if others have been taken before: lists of Inlines' states name them.
+    void idsFrom(std::uint64_t first) { firstId_ = first; }
 
 private:
     struct Draft;
@@ -36,6 +38,7 @@ private:
     std::vector<ChangeList> lists_;
     std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
     std::size_t inlines_ = 0;
+    std::uint64_t firstId_ = 0;
 };
 
 }  // namespace tessera

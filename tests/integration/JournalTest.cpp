@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <map>
 #include <thread>
 
@@ -343,6 +344,21 @@ TEST(Journal, AWallThatWasKilledWhileItWasEmptyIsJoinedAgain) {
         ASSERT_TRUE(committed) << committed.error().message;
         EXPECT_TRUE(findNode(mover->scene(), "/first"));
     }
+}
+
+/// Its ids begin far on then, and lists name what an Inline is to hold by them.
+TEST(Journal, AFirstStartThatEndsBeforeItsSceneIsThereSpoilsNoLaterOne) {
+    KeptWall wall;
+    (void)wall.folder.write("part.tsct", "node { name: \"part\" transform {} }\n");
+    wall.scene = wall.folder.write("whole.tsct", "node { name: \"first\" transform {} }\nnode { name: \"inline\" inline { file: \"part.tsct\" load: AT_ONCE } }\n");
+    wall.launch();
+    for (int i = 0; i < 2000 && !std::filesystem::exists(wall.journal() + "/last"); ++i) std::this_thread::sleep_for(1ms);
+    wall.kill();
+    ASSERT_TRUE(wall.start()) << wall.server->output();
+    const auto mover = wall.connect("mover");
+    ASSERT_TRUE(mover) << wall.server->output();
+    for (int i = 0; i < 1000 && !findNode(mover->scene(), "/inline/part"); ++i) ASSERT_TRUE(mover->poll(10ms)) << wall.server->output();
+    EXPECT_TRUE(findNode(mover->scene(), "/inline/part")) << wall.server->output();
 }
 
 /// Parts come one in a frame, 50 ms apart: the kill is between two of them.

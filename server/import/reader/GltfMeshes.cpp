@@ -105,7 +105,7 @@ void GltfReader::countLeftOut(int mesh) {
 
 void GltfReader::noteLeftOut() {
     if (withoutPositions_ > 0)
-        scene_.note(fmt::format("{} parts of meshes without positions are left out", withoutPositions_));
+        scene_.noteMissing(fmt::format("{} parts of meshes without positions are left out", withoutPositions_));
 }
 
 void GltfReader::noteAttributes(const tinygltf::Primitive& primitive) {
@@ -209,7 +209,7 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
             std::vector<std::uint32_t> there;
             for (const std::uint32_t& index : *order)
                 if (missing.keeps(std::span(&index, 1), vertices, [](std::uint32_t) { return true; })) there.push_back(index);
-            if (!missing.text().empty()) scene_.note(missing.text());
+            if (!missing.text().empty()) scene_.noteMissing(missing.text());
             data = pickedVertices(data, there);
         }
         data.primitive = Primitive::kPoints;

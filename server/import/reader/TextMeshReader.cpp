@@ -248,8 +248,9 @@ Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
     bool ended = true;
     while (lines.next(words)) {
         // Behind a solid's name a triangle may begin, and all may stand in one line.
-        const bool isNamed = words[0] == "solid" || words[0] == "endsolid";
+        const bool isNamed = words[0] == "solid";
         ended = words[0] == "endsolid";
+        if (ended) continue;  // with a name, whatever that is
         for (auto word = isNamed ? std::ranges::find(words, "facet") : words.begin(); word != words.end(); ++word) {
             ended = *word == "endsolid";
             if (ended) break;

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-std::uint64_t memoryOf(const ChangeList& list) {
+std::uint64_t memoryWithoutArrays(const ChangeList& list) {
     std::uint64_t bytes = sizeof(ChangeList) + list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
                           list.destructions.size() * sizeof(ObjectId) + list.ranges.size() * sizeof(RangeEdit);
     for (const FieldColumn& column : list.columns) {
@@ -27,6 +27,11 @@ std::uint64_t memoryOf(const ChangeList& list) {
             },
             column.values);
     }
+    return bytes;
+}
+
+std::uint64_t memoryOf(const ChangeList& list) {
+    std::uint64_t bytes = memoryWithoutArrays(list);
     for (const Blob& array : blobsOf(list))
         if (array.resident()) bytes += array.sizeBytes();
     return bytes;

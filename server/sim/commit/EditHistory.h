@@ -223,5 +223,6 @@ private:
 
 /// Bytes of memory that a list holds, those of the arrays that it names included.
 [[nodiscard]] std::uint64_t memoryOf(const ChangeList& list);
+[[nodiscard]] std::uint64_t memoryWithoutArrays(const ChangeList& list);
 
 }  // namespace tessera

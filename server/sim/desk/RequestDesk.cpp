@@ -111,9 +111,11 @@ void RequestDesk::uploading(const server_action::UploadReceived& received) {
 ServerActions RequestDesk::uploaded(UploadFinished finished, TimePoint now) {
     around_.uploads->handedOver(finished.upload);
     auto awaiting = awaiting_.extract(finished.upload);
-    if (!awaiting) return {};
-    const auto open = open_.find(awaiting.mapped().ticket);
-    if (open == open_.end()) return {};
+    const auto open = awaiting ? open_.find(awaiting.mapped().ticket) : open_.end();
+    if (open == open_.end()) {
+        if (finished.blobs) around_.uploads->letGo(std::move(*finished.blobs));
+        return {};
+    }
     if (!finished.blobs) {
         ServerActions actions = tell(open->second, failWith("proposal", finished.blobs.error()));
         open_.erase(open);
@@ -315,7 +317,8 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, Ti
         const std::uint64_t ticket = nextTicket_++;
         options.maxChanges = limits_.maxProposalChanges;
         open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}};
-        around_.orderCopy({.ticket = ticket, .node = wish.node, .options = std::move(options)});
+        copies_.push_back({.ticket = ticket, .node = wish.node, .options = std::move(options)});
+        orderCopy();
         return {};
     }
     if (!clone) return refuse(asker, clone.error());
@@ -325,9 +328,22 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, Ti
     return queueEdit(ticket, std::move(named), now);
 }
 
+/// One at a time: who joins, and what else that thread does, comes in between.
+void RequestDesk::orderCopy() {
+    while (!copies_.empty() && !open_.contains(copies_.front().ticket)) copies_.pop_front();
+    if (copies_.empty() || std::exchange(copying_, true)) return;
+    around_.orderCopy(std::move(copies_.front()));
+    copies_.pop_front();
+}
+
 ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
+    copying_ = false;
+    orderCopy();
     const auto found = open_.find(made.ticket);
-    if (found == open_.end()) return {};
+    if (found == open_.end()) {
+        std::ranges::move(made.parts.lists, std::back_inserter(dropped_));
+        return {};
+    }
     Open& open = found->second;
     if (!made.node) {
         ServerActions actions = tell(open, tl::unexpected(made.node.error()));

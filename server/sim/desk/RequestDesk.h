@@ -190,6 +190,9 @@ private:
     std::map<std::uint64_t, Awaiting> awaiting_;  ///< proposals whose arrays are being put together, by upload
     std::vector<std::uint64_t> ready_;    ///< tickets whose edits go into the next frame
     std::deque<std::uint64_t> loading_;   ///< tickets whose parts do, one at a time, those of the first one first
+    void orderCopy();
+    std::deque<CopyOrder> copies_;  ///< that wait for the one that is made
+    bool copying_ = false;
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;

@@ -31,12 +31,13 @@ std::optional<Error> Uploads::tooMuch(const Coming& coming, const message::Uploa
         if (blob.sizeBytes > limits_.maxBytes) return Error{ErrorCode::kLimit, fmt::format("an array of {} bytes; a proposal may bring {} MiB", blob.sizeBytes, limits_.maxBytes >> 20)};
         more += blob.sizeBytes;
     }
+    if (coming.sent + piece.bytes.size() > coming.bytes + more) return Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
     if (coming.bytes + more > limits_.maxBytes)
         return Error{ErrorCode::kLimit, fmt::format("arrays of more than {} MiB; a proposal may bring that many", limits_.maxBytes >> 20)};
     if (coming.blobs + piece.blobs.size() > limits_.maxBlobs)
         return Error{ErrorCode::kLimit, fmt::format("more than {} arrays; a proposal may bring that many", limits_.maxBlobs)};
-    if (claimedBytes_ + more > limits_.maxBytesOfAll)
-        return Error{ErrorCode::kLimit, fmt::format("applications send arrays of {} MiB already; try again later", claimedBytes_ >> 20)};
+    if (claimedBytes_ + more > limits_.maxBytesOfAll || held_ + piece.bytes.size() > limits_.maxBytesOfAll)
+        return Error{ErrorCode::kLimit, fmt::format("applications send arrays of {} MiB already; try again later", std::max<std::uint64_t>(claimedBytes_, held_) >> 20)};
     return std::nullopt;
 }
 
@@ -50,6 +51,8 @@ void Uploads::take(ConnectionId connection, const message::Upload& piece) {
         coming.refused = Error{ErrorCode::kLimit, "arrays came in too many pieces at once; try again later"};
     if (coming.refused) return;
     ++waiting_;
+    held_ += piece.bytes.size();
+    coming.sent += piece.bytes.size();
     (void)orders_.tryPush(Piece{coming.upload, piece});
     for (const BlobInfo& blob : piece.blobs) coming.bytes += blob.sizeBytes;
     coming.blobs += piece.blobs.size();
@@ -99,13 +102,20 @@ void Uploads::run() {
     while (std::optional<Order> order = orders_.pop()) {
         if (const auto* piece = std::get_if<Piece>(&*order)) {
             --waiting_;
-            add(assemblies[piece->upload], piece->what);
+            Assembly& assembly = assemblies[piece->upload];
+            assembly.held += piece->what.bytes.size();
+            add(assembly, piece->what);
+            if (assembly.error) held_ -= std::exchange(assembly.held, 0);  // it has thrown all away
             continue;
         }
         if (std::holds_alternative<std::vector<Blob>>(*order)) continue;
         const End& end = std::get<End>(*order);
         auto assembly = assemblies.extract(end.upload);
-        if (end.wanted && assembly) onFinished_({end.upload, finish(std::move(assembly.mapped()))});
+        if (!assembly) continue;
+        const std::uint64_t held = assembly.mapped().held;
+        if (end.wanted) onFinished_({end.upload, finish(std::move(assembly.mapped()))});
+        assembly = {};
+        held_ -= held;
     }
 }
 
@@ -127,7 +137,7 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
         assembly.expected.pop_front();
     }
     if (!rest.empty() && !assembly.error) assembly.error = Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
-    if (assembly.error) assembly = {.expected = {}, .first = {}, .whole = {}, .error = std::move(assembly.error)};
+    if (assembly.error) assembly = {.expected = {}, .first = {}, .whole = {}, .held = assembly.held, .error = std::move(assembly.error)};
 }
 
 Expected<std::vector<Blob>> Uploads::finish(Assembly assembly) {

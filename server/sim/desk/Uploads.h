@@ -31,9 +31,9 @@ public:
     struct Limits {
         std::uint64_t maxBytes = limits::kMaxUploadBytes;  ///< of one proposal
         std::size_t maxBlobs = 65'536;                     ///< likewise
-        /// Of all applications together, not yet handed over.
+        /// Of all applications together: announced and not yet handed over; and come and not yet handed over or thrown away.
         std::uint64_t maxBytesOfAll = 4 * std::uint64_t{limits::kMaxUploadBytes};
-        /// Pieces that wait for the thread. Good ones are so large that their bytes are bounded before.
+        /// Pieces that wait for the thread.
         std::size_t maxPieces = 65'536;
     };
     Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits);
@@ -69,6 +69,7 @@ private:
         std::deque<BlobInfo> expected;  ///< the first is being put together
         Bytes first;
         std::vector<Blob> whole;
+        std::uint64_t held = 0;  ///< bytes that have come and are here
         std::optional<Error> error;
     };
     void run();
@@ -77,7 +78,7 @@ private:
 
     /// The frame thread's: what comes of an application now.
     struct Coming {
-        std::uint64_t upload = 0, bytes = 0;
+        std::uint64_t upload = 0, bytes = 0, sent = 0;
         std::size_t blobs = 0;
         std::optional<Error> refused;  ///< what follows is thrown away
     };
@@ -88,7 +89,8 @@ private:
     std::map<ConnectionId, Coming> coming_;
     std::unordered_map<std::uint64_t, std::uint64_t> claimed_;  ///< bytes, by upload
     std::uint64_t claimedBytes_ = 0, lastUpload_ = 0;
-    std::atomic<std::size_t> waiting_{0};  ///< pieces
+    std::atomic<std::size_t> waiting_{0};    ///< pieces
+    std::atomic<std::uint64_t> held_{0};     ///< bytes of these, and of what is being put together
     Channel<Order> orders_;
     std::thread thread_;
 };

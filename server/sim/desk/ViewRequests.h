@@ -37,7 +37,7 @@ private:
         request::SetView wish;
         Sequence asked;
     };
-    [[nodiscard]] bool needsSurvey(const request::SetView& wish) const { return survey_ && wish.reset && !view_.hasCamera(); }
+    [[nodiscard]] bool needsSurvey(const request::SetView& wish) const { return survey_ && wish.reset && !view_.hasCamera() && view_.framesScene(); }
     [[nodiscard]] ServerActions set(const Asker& asker, const request::SetView& wish, const Box* bounds);
     /// As far as what is known goes.
     [[nodiscard]] ServerActions goOn();

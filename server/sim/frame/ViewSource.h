@@ -55,6 +55,8 @@ public:
     /// when the next view is.
     [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish, const Box* bounds = nullptr);
     /// The scene's camera counts unless somebody has moved the wall: no default one is needed.
+    /// Without a camera all of the scene is to be seen: else the wall stands in its own place.
+    [[nodiscard]] bool framesScene() const { return firstView_ == FirstView::kOfScene; }
     [[nodiscard]] bool hasCamera() const { return !camera_ || camera_->has_value(); }
 
     /// From now on the bounds of the scene are found elsewhere where a view needs them after the first one: `order` is called, and

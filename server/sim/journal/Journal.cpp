@@ -162,7 +162,7 @@ void Journal::frameDone(FrameNumber frame, const FrameResult& result, const Cont
     std::uint64_t bytes = item.sent->encoded.size();
     if (item.frame.list) bytes += memoryOf(*item.frame.list);
     for (const HistoryEvent& event : item.frame.history)
-        if (event.inverse) bytes += memoryOf(*event.inverse);
+        if (event.inverse) bytes += memoryWithoutArrays(*event.inverse);  // what it leads back to was in the scene
     hand({std::move(item), bytes});
 }
 

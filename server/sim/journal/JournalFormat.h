@@ -30,7 +30,7 @@ struct JournalLimits {
     std::uint64_t compactBytes = std::uint64_t{64} << 20;
     std::size_t maxLogs = 16;  ///< or more than this
     /// Not yet written. Beyond it the disk is too slow, and the journal ends. One proposal may bring 1 GiB at once.
-    std::uint64_t maxQueuedBytes = std::uint64_t{1536} << 20;
+    std::uint64_t maxQueuedBytes = std::uint64_t{5} << 30;
     std::uint64_t maxRecordBytes = std::uint64_t{16} << 30;
     std::size_t maxListChanges = std::size_t{1} << 28;
     std::size_t maxEvents = 65'536;  ///< of a frame

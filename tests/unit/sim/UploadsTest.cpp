@@ -171,7 +171,9 @@ TEST(Uploads, ThatAreNotWhatTheySayAreRefusedInWords) {
     desk.send(kOne, {blob.id(), 6000}, blob.slice(), 1000);
     said("1000 bytes of array");
     desk.send(kOne, {blob.id(), 4000}, blob.slice(), 5000);
-    said("came damaged");
+    said("belong to no array");
+    desk.uploads.take(kOne, {.blobs = {}, .bytes = blob.slice()});
+    said("belong to no array");
     desk.send(kOne, blob);
     desk.uploads.take(kOne, {.blobs = {}, .bytes = blob.slice()});
     said("belong to no array");
@@ -196,6 +198,10 @@ TEST(Uploads, BeyondALimitAreRefusedAndTakeNoRoom) {
     desk.send(kTwo, Blob(someBytes(1, 2)));
     EXPECT_NE(desk.end(kTwo).error().message.find("try again later"), std::string::npos) << "all together";
     desk.uploads.drop(kOne);
+    // The thread throws it away before it comes to another's.
+    constexpr ConnectionId kThree{3};
+    desk.send(kThree, Blob(Bytes()));
+    EXPECT_TRUE(desk.end(kThree));
     for (int i = 0; i < 2; ++i) desk.send(kTwo, blob);
     EXPECT_EQ(desk.end(kTwo)->size(), 2u) << "who has gone needs no room";
 }
