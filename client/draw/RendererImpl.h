@@ -108,6 +108,7 @@ struct Renderer::Impl {
     /// An error where it took too long.
     [[nodiscard]] Expected<void> watchNoMore();
     void blame();
+    void blameAll();
 
     Surface& surface;
     GlState gl;

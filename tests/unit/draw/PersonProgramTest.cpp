@@ -369,6 +369,27 @@ TEST_F(PersonProgramTest, AmongManyTheOneThatTakesLongIsNamed) {
     EXPECT_EQ(renderer_->heldUpBy(aspect)[0].program, programs[2]);
 }
 
+/// A frame has an end, however many there are: then all that have loops are left away, and say so.
+TEST_F(PersonProgramTest, WhereManyTakeLongAllWithLoopsAreHeldUpAfterAFewTries) {
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(20)});
+    TestScene scene;
+    scene.setDark();
+    for (int i = 0; i < 10; ++i) {
+        Material material;
+        material.unlit = true;
+        material.baseColor = {0, 1, 0, 1};
+        material.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 2000; ++i) for (int k = 0; k < 2000; ++k) "
+                                                               "{ n = fract(sin(n * 12.9898 + " + std::to_string(i) + ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0)); } "
+                                                               "s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
+                                                    .verdict = SurfaceProgram::kGood});
+        scene.place(scene.add(makeSheet(0.25, 1.6), scene.add(material)), {-1.35 + 0.3 * i, 0, 0});
+    }
+    const Aspect aspect = scene.take();
+    const Picture picture = draw(aspect, cameraOf(400, 400));
+    EXPECT_EQ(renderer_->heldUpBy(aspect).size(), 10u);
+    EXPECT_GT(pixel(picture, 181, 200).g, 200);
+}
+
 /// Programs read flat images alone. What is none is not looked up: it would show what was drawn before, on each tile another thing.
 TEST_F(PersonProgramTest, WithACubeOrASolidTheMaterialIsPlain) {
     for (const std::int64_t shape : {Image::kFlat, Image::kLine, Image::kCube, Image::kSolid}) {
