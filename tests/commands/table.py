@@ -228,7 +228,7 @@ ROWS = {
 # Of benchmarks in --real: as little as they can, where the line does not say how much.
 LITTLE = {
     **{name: "--quick" for name in ("collision", "realignment", "spherical", "deforming", "freeform", "neighbours", "ray", "pipeline", "scene")},
-    "cull": "--frames 1", "drawing": "--frames 1", "sorting": "--frames 1", "screen": "--frames 4", "load": "--nodes 10000", "follow": "--edits 4", "rules": "--edits 4",
+    "cull": "--frames 1", "drawing": "--frames 1", "sorting": "--frames 1", "screen": "--frames 4", "load": "--quick --nodes 10000", "follow": "--edits 4", "rules": "--edits 4",
 }
 
 # What no document shows as a line: what was installed, and the options of `./deploy/run-wall --help` that no line above uses. Together they use each once.
