@@ -65,7 +65,7 @@ ROWS = {
     "./deploy/run-bench compile": Row("Benches", "run_bench compile --only tessera_rays_kernels", slow=True),
     './deploy/run-bench compile --cores "Material Camera"': Row("", elsewhere="as without --cores, and once more for each"),
     "./deploy/run-bench compile --all": Row("", elsewhere="as without --all, and half an hour more"),
-    "./deploy/run-bench lock --runs 5 --size 640x360": Row("Benches", "run_bench lock --runs 1 --size 64x36 --frames 20 --walls nothing --cases idle"),
+    "./deploy/run-bench lock --runs 5 --size 640x360": Row("Benches", "run_bench lock --runs 1 --size 64x36 --frames 20 --walls nothing --cases idle --privileges with"),
     "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
     "./deploy/run-wall --gallery": Row("Gallery", "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall 1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms", leaves=("out/gallery.png",)),
     "./deploy/run-wall --scene ANY.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),
