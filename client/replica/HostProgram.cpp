@@ -116,7 +116,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
     std::unique_ptr<DiskCache> cache;
     if (!options.cache.empty()) {
         cache = std::make_unique<DiskCache>(options.cache, options.name, options.cacheBudgetBytes, log);
-        cache->load([&](Blob blob) { shelf.put(arrays ? arrays->share(std::move(blob)) : std::move(blob)); });
+        cache->load([&](Blob blob) { shelf.put((arrays ? arrays->share(std::move(blob)) : std::move(blob)).paged()); });
     }
     link = std::make_unique<ServerLink>(ServerLinkOptions{.server = options.server,
                                                           .name = options.name,

@@ -218,7 +218,8 @@ void ServerLink::carryOut(client_action::Configured&& configured) {
 }
 
 void ServerLink::carryOut(client_action::StoreBlob&& stored) {
-    const Blob blob = arrays_ ? arrays_->share(std::move(stored.blob)) : std::move(stored.blob);
+    // In memory that an edit of a few bytes does not copy, wherever it lies.
+    const Blob blob = (arrays_ ? arrays_->share(std::move(stored.blob)) : std::move(stored.blob)).paged();
     blobs_.put(blob);
     if (cache_) cache_->store(blob);
 }

@@ -298,7 +298,8 @@ Blob SharedArrays::keep(int file, const BlobInfo& info, const Blob* known) {
     kept->memory = ::mmap(nullptr, kept->bytes, PROT_READ, MAP_SHARED, file, 0);
     if (kept->memory == MAP_FAILED) return {};
     const ByteSpan bytes(static_cast<const std::byte*>(kept->memory), kept->bytes);
-    Blob blob = known ? known->movedTo(kept, bytes) : Blob(kept, bytes);
+    constexpr auto kPlace = Blob::Place::kSharedMapping;
+    Blob blob = known ? known->movedTo(kept, bytes, kPlace) : Blob(kept, bytes, kPlace);
     if (blob.id() != info.id) return {};
     const std::optional<std::size_t> place = own_->place();
     if (!place) return {};

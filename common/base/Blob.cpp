@@ -17,39 +17,102 @@ std::vector<Hash128> leavesOf(ByteSpan bytes) {
 }
 
 /// The size goes in: a blob that happens to hold the hashes of another's leaves is not that other.
-BlobId idFrom(ByteSpan bytes, const std::vector<Hash128>& leaves) {
-    if (leaves.empty()) return hash128(bytes);
-    std::vector<Hash128> all = leaves;
-    all.push_back({bytes.size(), kBlobLeafBytes});
+BlobId idFrom(std::uint64_t sizeBytes, const std::vector<Hash128>& leaves) {
+    std::vector<Hash128> all;
+    all.reserve(leaves.size() + 1);
+    all = leaves;
+    all.push_back({sizeBytes, kBlobLeafBytes});
     return hash128(std::as_bytes(std::span(all)));
+}
+
+BlobId idOf(ByteSpan bytes, const std::vector<Hash128>& leaves) {
+    return leaves.empty() ? hash128(bytes) : idFrom(bytes.size(), leaves);
 }
 
 }  // namespace
 
 BlobId blobIdOf(ByteSpan bytes) {
-    return idFrom(bytes, leavesOf(bytes));
+    return idOf(bytes, leavesOf(bytes));
 }
 
 Blob::Blob(Bytes bytes) : Blob(std::make_shared<const Content>(contentOf(std::move(bytes)))) {}
 
-Blob::Blob(std::shared_ptr<const void> owner, ByteSpan bytes)
-    : Blob(std::make_shared<const Content>(contentOf(ByteSlice(std::move(owner), bytes)))) {}
+Blob::Blob(std::shared_ptr<const PagedBytes> bytes) {
+    Content content;
+    content.sizeBytes = bytes->sizeBytes();
+    content.resident = true;
+    Bytes room;  // leaf after leaf: nobody may ever ask for all of them in one piece
+    for (std::size_t at = 0; at < content.sizeBytes; at += kBlobLeafBytes) {
+        room.resize(std::min<std::size_t>(kBlobLeafBytes, content.sizeBytes - at));
+        bytes->read(at, room);
+        content.leaves.push_back(hash128(room));
+    }
+    content.id = content.leaves.size() == 1 ? content.leaves.front() : idFrom(content.sizeBytes, content.leaves);
+    if (content.leaves.size() == 1) content.leaves.clear();
+    content.paged = std::move(bytes);
+    content_ = std::make_shared<const Content>(std::move(content));
+}
+
+Blob::Blob(std::shared_ptr<const void> owner, ByteSpan bytes, Place place) {
+    Content content = contentOf(ByteSlice(owner, bytes));
+    lay(content, std::move(owner), bytes, place);
+    content_ = std::make_shared<const Content>(std::move(content));
+}
+
+void Blob::lay(Content& content, std::shared_ptr<const void> owner, ByteSpan bytes, Place place) {
+    content.paged = place == Place::kSharedMapping && bytes.size() >= kPagedBytes ? PagedBytes::over(owner, bytes) : nullptr;
+    content.bytes = content.paged ? ByteSlice() : ByteSlice(std::move(owner), bytes);
+}
 
 Blob::Content Blob::contentOf(ByteSlice bytes) {
     Content content;
     content.sizeBytes = bytes.size();
     content.resident = true;
     content.leaves = leavesOf(bytes);
-    content.id = idFrom(bytes, content.leaves);
+    content.id = idOf(bytes, content.leaves);
     content.bytes = std::move(bytes);
     return content;
 }
 
-Blob Blob::movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes) const {
+Blob Blob::movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes, Place place) const {
     TESSERA_CHECK(resident() && sameBytes.size() == sizeBytes(), "a blob that moves takes its bytes along");
     auto content = std::make_shared<Content>(*content_);
-    content->bytes = ByteSlice(std::move(owner), sameBytes);
+    lay(*content, std::move(owner), sameBytes, place);
     return Blob(std::shared_ptr<const Content>(std::move(content)));
+}
+
+Blob Blob::paged() const {
+    if (!resident() || sizeBytes() < kPagedBytes || content_->paged) return *this;
+    std::shared_ptr<const PagedBytes> paged = PagedBytes::copyOf(bytes());
+    if (!paged) return *this;
+    auto content = std::make_shared<Content>(*content_);
+    content->paged = std::move(paged);
+    content->bytes = {};
+    return Blob(std::shared_ptr<const Content>(std::move(content)));
+}
+
+/// The bytes of `content`, which is a copy of ours but for them, and the hashes of its leaves.
+void Blob::setRange(Content& content, std::uint64_t offset, ByteSpan bytes) const {
+    content.bytes = {};
+    content.paged = sizeBytes() >= kPagedBytes ? paged().content_->paged : nullptr;
+    if (content.paged) content.paged = content.paged->withRange(offset, bytes);
+    if (!content.paged) {  // small, or there is no such memory
+        Bytes changed(this->bytes().begin(), this->bytes().end());
+        std::memcpy(changed.data() + offset, bytes.data(), bytes.size());
+        content.bytes = std::move(changed);
+    }
+    if (content.leaves.empty()) return;
+    Bytes room;
+    for (std::size_t leaf = offset / kBlobLeafBytes; leaf * kBlobLeafBytes < offset + bytes.size(); ++leaf) {
+        const std::size_t at = leaf * kBlobLeafBytes, size = std::min<std::size_t>(kBlobLeafBytes, sizeBytes() - at);
+        if (!content.paged) {
+            content.leaves[leaf] = hash128(content.bytes.bytes().subspan(at, size));
+            continue;
+        }
+        room.resize(size);
+        content.paged->read(at, room);
+        content.leaves[leaf] = hash128(room);
+    }
 }
 
 Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
@@ -58,16 +121,8 @@ Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
         return fail(ErrorCode::kBadInput, "the range [" + std::to_string(offset) + ", +" + std::to_string(bytes.size()) +
                                               ") does not lie in an array of " + std::to_string(sizeBytes()) + " bytes");
     auto content = std::make_shared<Content>(*content_);
-    Bytes changed(this->bytes().begin(), this->bytes().end());
-    std::memcpy(changed.data() + offset, bytes.data(), bytes.size());
-    content->bytes = std::move(changed);
-    const ByteSpan all = content->bytes;
-    if (!content->leaves.empty())
-        for (std::size_t leaf = offset / kBlobLeafBytes; leaf * kBlobLeafBytes < offset + bytes.size(); ++leaf) {
-            const std::size_t at = leaf * kBlobLeafBytes;
-            content->leaves[leaf] = hash128(all.subspan(at, std::min(kBlobLeafBytes, all.size() - at)));
-        }
-    content->id = idFrom(all, content->leaves);
+    setRange(*content, offset, bytes);
+    content->id = content->leaves.empty() ? hash128(content->all()) : idFrom(sizeBytes(), content->leaves);
     content->origins.assign(1, {id(), offset, offset + bytes.size()});
     for (const Origin& earlier : content_->origins) {
         if (content->origins.size() == kOrigins) break;
@@ -75,6 +130,15 @@ Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
                                     std::max<std::uint64_t>(earlier.end, offset + bytes.size())});
     }
     return Blob(std::shared_ptr<const Content>(std::move(content)));
+}
+
+void Blob::read(std::uint64_t offset, std::span<std::byte> to) const {
+    TESSERA_CHECK(resident() && offset <= sizeBytes() && to.size() <= sizeBytes() - offset, "what is read lies inside");
+    if (to.empty()) return;
+    if (content_->paged)
+        content_->paged->read(offset, to);
+    else
+        std::memcpy(to.data(), content_->bytes.data() + offset, to.size());
 }
 
 Blob Blob::absent(BlobId id, std::uint64_t sizeBytes) {

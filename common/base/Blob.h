@@ -13,6 +13,7 @@
 #include "common/base/ByteSlice.h"
 #include "common/base/Error.h"
 #include "common/base/Hash.h"
+#include "common/base/PagedBytes.h"
 
 namespace tessera {
 
@@ -24,6 +25,8 @@ inline constexpr std::size_t kBlobLeafBytes = 65536;
 
 /// A handle on a blob; copying it shares the bytes. Thread-safe because the bytes never change.
 ///
+/// Large ones share pages with those that `withRange` makes of them (PagedBytes.h), and yet lie in one piece for who reads them.
+///
 /// A handle may be *absent*: its id and size are known, its bytes are not here (an application that follows the scene
 /// without its bulk data). The default handle is *empty*: no blob at all.
 class Blob {
@@ -31,6 +34,7 @@ public:
     Blob() = default;
     /// Takes the bytes and hashes them.
     explicit Blob(Bytes bytes);
+    explicit Blob(std::shared_ptr<const PagedBytes> bytes);
     /// A blob of plain values, e.g. `Blob::of(std::span<const float>{…})`.
     template <typename T>
     requires std::is_trivially_copyable_v<T>
@@ -39,14 +43,21 @@ public:
         if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
         return Blob(std::move(bytes));
     }
+    /// Where bytes lie that somebody else has put there: in a shared mapping, from its beginning on, versions can share its pages.
+    enum class Place : std::uint8_t { kAnywhere, kSharedMapping };
     /// Bytes that lie where somebody else has put them, which never change while `owner` lives. Hashes them.
-    Blob(std::shared_ptr<const void> owner, ByteSpan bytes);
+    Blob(std::shared_ptr<const void> owner, ByteSpan bytes, Place place = Place::kAnywhere);
     /// The same blob with its bytes, which the caller has copied there, in another place. Hashes nothing.
-    [[nodiscard]] Blob movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes) const;
+    [[nodiscard]] Blob movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes, Place place = Place::kAnywhere) const;
     [[nodiscard]] static Blob absent(BlobId id, std::uint64_t sizeBytes);
-    /// The same with other bytes from `offset` on. Copies all of them, hashes the leaves that change. Refused where the range
-    /// does not lie inside, or the bytes are not here.
+    /// The same with other bytes from `offset` on. Hashes the leaves that change. One that is paged costs what changes; a large
+    /// one that is not is copied into pages; one below kPagedBytes is copied. Refused where the range does not lie inside, or
+    /// the bytes are not here.
     [[nodiscard]] Expected<Blob> withRange(std::uint64_t offset, ByteSpan bytes) const;
+    static constexpr std::size_t kPagedBytes = std::size_t{1} << 20;
+    /// The same blob, so that the first edit of it costs no more than a later one: copies one of kPagedBytes and more that is not
+    /// paged yet. To be called where the bytes arrive, before others have a handle.
+    [[nodiscard]] Blob paged() const;
 
     /// An earlier array that `withRange` has led from to this one: outside of [begin, end) the bytes are the same. What
     /// somebody derives from an array and keeps by its name can so be brought up to date for a part of it.
@@ -67,7 +78,18 @@ public:
     /// Nobody else holds a handle on these bytes.
     [[nodiscard]] bool soleHandle() const { return content_.use_count() == 1; }
     /// The bytes; an empty span where the blob is empty or absent. Storage is aligned for any scalar type.
-    [[nodiscard]] ByteSpan bytes() const { return content_ ? content_->bytes.bytes() : ByteSpan(); }
+    [[nodiscard]] ByteSpan bytes() const { return content_ ? content_->all() : ByteSpan(); }
+    /// Bytes from `offset` on, as many as `to` holds; they lie inside. Costs what is read: of a version that nobody asks all bytes
+    /// of, nobody needs to lay the pages side by side.
+    void read(std::uint64_t offset, std::span<std::byte> to) const;
+    /// Values [first, first + count) of T, which lie inside.
+    template <typename T>
+    requires std::is_trivially_copyable_v<T>
+    [[nodiscard]] std::vector<T> values(std::uint64_t first, std::size_t count) const {
+        std::vector<T> some(count);
+        read(first * sizeof(T), std::as_writable_bytes(std::span(some)));
+        return some;
+    }
     /// The bytes as values of T; a tail shorter than one T is left off.
     template <typename T>
     requires std::is_trivially_copyable_v<T>
@@ -76,7 +98,9 @@ public:
         return {reinterpret_cast<const T*>(all.data()), all.size() / sizeof(T)};
     }
     /// The bytes with what keeps them alive.
-    [[nodiscard]] ByteSlice slice() const { return content_ ? content_->bytes : ByteSlice(); }
+    [[nodiscard]] ByteSlice slice() const {
+        return content_ && content_->paged ? ByteSlice(content_->paged, content_->all()) : content_ ? content_->bytes : ByteSlice();
+    }
 
     /// Two handles are equal when they name the same content, resident or not.
     bool operator==(const Blob& other) const { return id() == other.id(); }
@@ -87,12 +111,17 @@ private:
         BlobId id;
         std::uint64_t sizeBytes = 0;
         bool resident = false;
-        ByteSlice bytes;
+        ByteSlice bytes;                          ///< or none, and paged
+        std::shared_ptr<const PagedBytes> paged;
         std::vector<Hash128> leaves;  ///< their hashes, where there are several
         std::vector<Origin> origins;
+
+        [[nodiscard]] ByteSpan all() const { return paged ? paged->view() : bytes.bytes(); }
     };
     static constexpr BlobId kNoId{};
     [[nodiscard]] static Content contentOf(ByteSlice bytes);
+    static void lay(Content& content, std::shared_ptr<const void> owner, ByteSpan bytes, Place place);
+    void setRange(Content& content, std::uint64_t offset, ByteSpan bytes) const;
     explicit Blob(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
 
     std::shared_ptr<const Content> content_;  ///< null: empty

@@ -115,18 +115,27 @@ ByteRange elementsOf(const ByteRange& bytes, std::size_t elementBytes) {
 }
 
 bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
-    const auto within = [](const auto all, const ByteRange& bytes) {
-        const ByteRange which = elementsOf(bytes, sizeof(all[0]));
-        return which.empty() ? all.first(0) : all.subspan(which.begin, which.end - which.begin);
+    const auto within = [](const Blob& blob, const ByteRange& bytes, auto sound) {
+        using Number = decltype(sound)::Number;
+        const ByteRange which = elementsOf(bytes, sizeof(Number));
+        const std::uint64_t end = std::min<std::uint64_t>(which.end, blob.sizeBytes() / sizeof(Number));
+        constexpr std::uint64_t kAtOnce = 4096;
+        for (std::uint64_t first = which.begin; first < end; first += kAtOnce)
+            if (!std::ranges::all_of(blob.values<Number>(first, std::min(kAtOnce, end - first)), sound)) return false;
+        return true;
     };
-    const auto finite = [&](const Blob& blob, const ByteRange& bytes) {
-        return std::ranges::all_of(within(blob.as<float>(), bytes), [](float number) { return std::isfinite(number); });
+    struct Finite {
+        using Number = float;
+        bool operator()(float number) const { return std::isfinite(number); }
     };
-    const std::size_t vertices = arrays.positions.sizeBytes() / (3 * sizeof(float));
-    const auto known = [&](const Blob& blob, const ByteRange& bytes) {
-        return std::ranges::all_of(within(blob.as<std::uint32_t>(), bytes),
-                                   [&](std::uint32_t vertex) { return vertex < vertices; });
+    struct Known {
+        using Number = std::uint32_t;
+        std::size_t vertices;
+        bool operator()(std::uint32_t vertex) const { return vertex < vertices; }
     };
+    const auto finite = [&](const Blob& blob, const ByteRange& bytes) { return within(blob, bytes, Finite()); };
+    const Known isVertex{arrays.positions.sizeBytes() / (3 * sizeof(float))};
+    const auto known = [&](const Blob& blob, const ByteRange& bytes) { return within(blob, bytes, isVertex); };
     return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
            finite(arrays.texcoords1, ranges[5]) &&
            known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]);

@@ -85,9 +85,9 @@ void InverseRecorder::edited(const RangeEdit& range, const Blob& before) {
     const std::pair key{range.object, range.field};
     if (wholes_.contains(key)) return;
     if (before.resident()) {
-        const ByteSpan old = before.bytes().subspan(range.offset, range.bytes.sizeBytes());
-        inverse_.ranges.push_back(
-            {range.object, range.type, range.field, range.offset, Blob(Bytes(old.begin(), old.end())), before});
+        // By its name: a history of edits is no history of arrays.
+        inverse_.ranges.push_back({range.object, range.type, range.field, range.offset,
+                                   Blob(before.values<std::byte>(range.offset, range.bytes.sizeBytes())), Blob::absent(before.id(), before.sizeBytes())});
     } else {
         wholes_.insert(key);
         lost_.set(range.object, range.type, range.field, before);

@@ -174,7 +174,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
                 break;
             case ImportRecord::Kind::kBlob:
                 if (output.blobs.size() >= kMaxBlobs) return nonsense("too many arrays");
-                output.blobs.emplace_back(std::move(payload));
+                output.blobs.push_back(Blob(std::move(payload)).paged());
                 break;
             case ImportRecord::Kind::kNote:
                 if (output.notes.size() < kMaxChildNotes) output.notes.emplace_back(asText(payload));

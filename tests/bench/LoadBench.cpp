@@ -3,7 +3,7 @@
 /// for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away; many parts are moved and
 /// undone; the view is set back; much is copied; an application sends large arrays.
 ///
-///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads] [--wide] [--quick]
+///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads,edits] [--wide] [--quick]
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -144,7 +144,7 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
 }
 
 int bench(const std::vector<std::string>& arguments) {
-    std::string json, rows = "load,lies,undo,reset,copies,uploads";
+    std::string json, rows = "load,lies,undo,reset,copies,uploads,edits";
     std::uint64_t nodes = 1'000'000;
     bool quick = false, wide = false;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -159,7 +159,7 @@ int bench(const std::vector<std::string>& arguments) {
         } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
             nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
         } else {
-            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads] [--wide] [--quick]\n", stderr);
+            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads,edits] [--wide] [--quick]\n", stderr);
             return 2;
         }
     }
@@ -167,10 +167,11 @@ int bench(const std::vector<std::string>& arguments) {
     const std::string file = folder.path() + "/forest.tsc";
     writeForest(file, nodes, wide);
     SceneTable table;
-    if (rows.find("uploads") != std::string::npos) uploadRows(table, quick);
+    if (isWanted(rows, "uploads")) uploadRows(table, quick);
+    if (isWanted(rows, "edits")) editRows(table, quick);
     table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB{}), four hosts that do not draw", nodes,
                             static_cast<double>(std::filesystem::file_size(file)) * 1e-6, wide ? ", half of them below one node" : ""));
-    if (rows.find("load") != std::string::npos) {
+    if (isWanted(rows, "load")) {
         loadRows(table, file, 60, quick);
         loadRows(table, file, 0, quick);
     }

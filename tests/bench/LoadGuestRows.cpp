@@ -291,7 +291,7 @@ void copyRows(SceneTable& table, const std::string& folder, bool quick) {
 
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick) {
     const std::string folder = std::filesystem::path(forest).parent_path();
-    const auto wanted = [&](const char* name) { return rows.find(name) != std::string::npos; };
+    const auto wanted = [&](const char* name) { return isWanted(rows, name); };
     if (wanted("lies")) lyingRows(table, forest, quick);
     if (wanted("undo")) undoRows(table, folder, quick);
     if (wanted("reset")) resetRows(table, folder, quick);

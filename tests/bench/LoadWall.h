@@ -60,6 +60,11 @@ class Wall4 {
 public:
     /// Applications may load what lies in folder `allowed`.
     Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz, std::vector<std::string> lastHost = {});
+    [[nodiscard]] std::vector<pid_t> hosts() const {
+        std::vector<pid_t> pids;
+        for (const auto& host : hosts_) pids.push_back(host->pid());
+        return pids;
+    }
     void killLastHost() { hosts_.back()->signal(SIGKILL); }
     /// Starts the last host again where it has ended. True: it had.
     bool keepLastHost() {
@@ -113,9 +118,16 @@ struct FrameSpan {
 [[nodiscard]] FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<StandstillWatch::Standstill>& standstills, Instant from, Instant to,
                                const std::vector<Instant>& without = {}, double* left = nullptr);
 
+/// Whether a list of names with commas between them has this one.
+[[nodiscard]] inline bool isWanted(const std::string& names, const std::string& name) {
+    return ("," + names + ",").find("," + name + ",") != std::string::npos;
+}
+
 /// What frames of a wall take while its guests ask for much, in groups: lies, undo, reset, copies.
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick);
 /// And while an application sends large arrays.
 void uploadRows(SceneTable& table, bool quick);
+/// What an edit of a few bytes of a large array costs.
+void editRows(SceneTable& table, bool quick);
 
 }  // namespace tessera::bench

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -81,10 +82,19 @@ void Process::signal(int number) const {
 }
 
 std::size_t Process::residentBytes() const {
-    std::ifstream statm("/proc/" + std::to_string(pid_) + "/statm");
-    std::size_t total = 0, resident = 0;
-    statm >> total >> resident;
-    return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::string process = "/proc/" + std::to_string(pid_);
+    std::ifstream statm(process + "/statm");
+    std::size_t total = 0, resident = 0, shared = 0;
+    statm >> total >> resident >> shared;
+    // Pages of arrays (common/base/PagedBytes.h) count whether they are mapped or not, and once.
+    std::size_t paged = 0;
+    std::error_code error;
+    for (const auto& file : std::filesystem::directory_iterator(process + "/fd", error)) {
+        struct stat status {};
+        if (std::filesystem::read_symlink(file.path(), error).string().starts_with("/memfd:tessera-pages") && ::stat(file.path().c_str(), &status) == 0)
+            paged += static_cast<std::size_t>(status.st_blocks) * 512;
+    }
+    return (resident - shared) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + paged;
 }
 
 bool Process::running() {

@@ -27,14 +27,13 @@ std::optional<End> endOfArrays(const MeshArrays& arrays, const BlobId& from, std
         return octahedra ? endOfAll(octahedra->positions, count) : std::nullopt;
     }
     if (!arrays.positions.resident() || arrays.positions.sizeBytes() % sizeof(float) != 0) return std::nullopt;
-    const std::span<const float> xyz = arrays.positions.as<float>();
     const auto origins = arrays.positions.origins();
     const auto origin = std::ranges::find(origins, from, &Blob::Origin::id);
-    if (origin == origins.end() || xyz.size() != 3 * count) return endOfAll(xyz, count);
+    if (origin == origins.end() || arrays.positions.sizeBytes() != 3 * sizeof(float) * count) return endOfAll(arrays.positions.as<float>(), count);
     constexpr std::uint64_t kVertex = 3 * sizeof(float);
     const std::size_t first = origin->begin / kVertex,
                       end = std::min<std::size_t>(count, (origin->end + kVertex - 1) / kVertex);
-    std::optional<End> out = endOfAll(xyz.subspan(3 * first, 3 * (end - first)), end - first);
+    std::optional<End> out = endOfAll(arrays.positions.values<float>(3 * first, 3 * (end - first)), end - first);
     if (out) out->first = static_cast<std::uint32_t>(first);
     return out;
 }
@@ -53,15 +52,15 @@ std::optional<DeformingShapes::Own::SmoothEnd> DeformingShapes::smoothEndOf(cons
     }
     // Three floats each (SmoothSurface.h).
     constexpr std::uint64_t kPoint = 3 * sizeof(float);
-    const std::span<const float> xyz = source->points.as<float>();
     std::size_t end = subdivision->positions.size();
-    if (xyz.size() != 3 * end) return std::nullopt;
+    if (!source->points.resident() || source->points.sizeBytes() != 3 * sizeof(float) * end) return std::nullopt;
     const auto origins = source->points.origins();
     if (const auto origin = std::ranges::find(origins, own.source->points.id(), &Blob::Origin::id); origin != origins.end()) {
         out.first = origin->begin / kPoint;
         end = std::min<std::size_t>(end, (origin->end + kPoint - 1) / kPoint);
     }
-    for (std::size_t i = out.first; i < end; ++i) out.points.emplace_back(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    const std::vector<float> xyz = source->points.values<float>(3 * out.first, 3 * (end - out.first));
+    for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) out.points.emplace_back(xyz[i], xyz[i + 1], xyz[i + 2]);
     return out;
 }
 

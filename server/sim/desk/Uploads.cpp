@@ -12,7 +12,6 @@ namespace tessera {
 namespace {
 /// An end comes behind a piece or is one of a connection's only: it always finds room.
 constexpr std::size_t kRoomForEnds = 65'536;
-constexpr std::size_t kFirstRoom = std::size_t{1} << 20;
 }  // namespace
 
 Uploads::Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits)
@@ -124,14 +123,13 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
     ByteSpan rest = piece.bytes;
     while (!assembly.error && !assembly.expected.empty()) {
         const BlobInfo& blob = assembly.expected.front();
-        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), blob.sizeBytes - assembly.first.size())));
-        // Once its first MiB is there addresses are taken for all of it, memory as it comes: a claim alone brings nothing.
-        if (const std::size_t needed = assembly.first.size() + mine.size(); needed > assembly.first.capacity())
-            assembly.first.reserve(needed <= kFirstRoom ? std::min<std::size_t>(blob.sizeBytes, kFirstRoom) : blob.sizeBytes);
-        assembly.first.insert(assembly.first.end(), mine.begin(), mine.end());
+        if (!assembly.first) assembly.first.emplace(blob.sizeBytes);
+        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), assembly.first->missing())));
+        assembly.first->append(mine);
         rest = rest.subspan(mine.size());
-        if (assembly.first.size() < blob.sizeBytes) return;
-        assembly.whole.emplace_back(std::exchange(assembly.first, {}));
+        if (assembly.first->missing() > 0) return;
+        assembly.whole.push_back(assembly.first->finish());
+        assembly.first.reset();
         if (assembly.whole.back().id() != blob.id)
             assembly.error = Error{ErrorCode::kBadInput, fmt::format("array {} came damaged: its bytes hash to {}", toHex(blob.id), toHex(assembly.whole.back().id()))};
         assembly.expected.pop_front();
@@ -144,7 +142,7 @@ Expected<std::vector<Blob>> Uploads::finish(Assembly assembly) {
     if (assembly.error) return tl::unexpected(std::move(*assembly.error));
     if (!assembly.expected.empty())
         return fail(ErrorCode::kBadInput, fmt::format("the proposal came before its arrays: {} bytes of array {} are missing",
-                                                      assembly.expected.front().sizeBytes - assembly.first.size(), toHex(assembly.expected.front().id)));
+                                                      assembly.first ? assembly.first->missing() : assembly.expected.front().sizeBytes, toHex(assembly.expected.front().id)));
     return std::move(assembly.whole);
 }
 

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/base/Blob.h"
+#include "common/base/BlobMaker.h"
 #include "common/base/Channel.h"
 #include "common/session/ServerSession.h"
 
@@ -67,7 +67,7 @@ private:
     using Order = std::variant<Piece, End, std::vector<Blob>>;
     struct Assembly {
         std::deque<BlobInfo> expected;  ///< the first is being put together
-        Bytes first;
+        std::optional<BlobMaker> first;
         std::vector<Blob> whole;
         std::uint64_t held = 0;  ///< bytes that have come and are here
         std::optional<Error> error;

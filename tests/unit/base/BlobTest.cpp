@@ -7,6 +7,8 @@
 #include <random>
 #include <thread>
 
+#include "common/base/BlobMaker.h"
+
 namespace tessera {
 namespace {
 
@@ -121,10 +123,12 @@ TEST(BlobStore, IsUsedByManyThreads) {
 TEST(Blob, ARangeMakesWhatAllTheBytesWouldMake) {
     std::mt19937_64 random(5);
     for (const std::size_t size : {std::size_t{1}, std::size_t{100}, kBlobLeafBytes - 1, kBlobLeafBytes, kBlobLeafBytes + 1,
-                                   3 * kBlobLeafBytes, 5 * kBlobLeafBytes + 17}) {
+                                   3 * kBlobLeafBytes, 5 * kBlobLeafBytes + 17, Blob::kPagedBytes - 1, Blob::kPagedBytes,
+                                   Blob::kPagedBytes + 4097}) {
         Bytes bytes(size);
         for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
         Blob blob{Bytes(bytes)};
+        if (size > Blob::kPagedBytes) blob = blob.paged();
         for (int i = 0; i < 20; ++i) {
             const std::size_t offset = random() % size;
             Bytes part(1 + random() % (size - offset));
@@ -137,6 +141,43 @@ TEST(Blob, ARangeMakesWhatAllTheBytesWouldMake) {
             EXPECT_EQ(blobIdOf(next->bytes()), next->id());
             blob = *next;
         }
+    }
+}
+
+TEST(Blob, LiesInPagesWhereItIsLarge) {
+    const Bytes bytes(Blob::kPagedBytes + 3, std::byte{7});
+    const Blob plain{Bytes(bytes)}, paged = plain.paged();
+    EXPECT_EQ(paged.id(), plain.id());
+    EXPECT_NE(paged.bytes().data(), plain.bytes().data());
+    EXPECT_EQ(paged.paged().bytes().data(), paged.bytes().data()) << "it lies there already";
+    EXPECT_TRUE(std::ranges::equal(paged.bytes(), bytes));
+    const Blob small(Bytes(Blob::kPagedBytes - 1));
+    EXPECT_EQ(small.paged().bytes().data(), small.bytes().data()) << "too small to be worth it";
+    EXPECT_TRUE(Blob().paged().empty());
+    EXPECT_FALSE(Blob::absent(plain.id(), bytes.size()).paged().resident());
+    ByteSlice slice;
+    {
+        const Blob edited = *paged.withRange(5, bytesOf("abc"));
+        slice = edited.slice().slice(edited.bytes().subspan(4, 5));
+    }
+    EXPECT_EQ(asText(slice), "\a" "abc" "\a") << "a slice keeps its array";
+}
+
+TEST(BlobMaker, MakesWhatTheBytesWouldMakeHoweverTheyCome) {
+    std::mt19937_64 random(7);
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, kBlobLeafBytes + 1, Blob::kPagedBytes - 1, Blob::kPagedBytes, Blob::kPagedBytes + 70'001}) {
+        Bytes bytes(size);
+        for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+        BlobMaker maker(size);
+        for (std::size_t at = 0; maker.missing() > 0;) {
+            const std::size_t more = std::min<std::size_t>(1 + random() % 300'000, maker.missing());
+            maker.append(ByteSpan(bytes).subspan(at, more));
+            at += more;
+        }
+        const Blob made = maker.finish();
+        EXPECT_EQ(made.id(), Blob(Bytes(bytes)).id()) << size;
+        EXPECT_TRUE(std::ranges::equal(made.bytes(), bytes)) << size;
+        EXPECT_FALSE(made.empty()) << "a blob of no bytes is a blob";
     }
 }
 
