@@ -148,7 +148,10 @@ std::optional<FrameSpan> framesWhile(SceneTable& table, const std::string& file,
     const bool good = course(*application, wall);
     std::this_thread::sleep_for(200ms);
     const Instant until = Clock::now();
-    const FrameSpan span = spanOf(wall.finish(), watch.take(), from, until);
+    const std::vector<Instant> released = wall.finish();
+    FrameSpan span = spanOf(released, watch.take(), from, until);
+    for (std::size_t i = 1; i < released.size(); ++i)
+        if (from <= released[i] && released[i] < until) span.workMs.push_back(wall.worked()[i] - wall.worked()[i - 1]);
     if (!good) table.complain("an application was refused");
     return good ? std::optional(span) : std::nullopt;
 }
@@ -161,8 +164,10 @@ void addWorst(SceneTable& table, const std::string& what, const std::optional<Fr
                .theirs = {limit, 0, 1},
                .unit = "ms",
                .atMost = 1,
-               .remark = fmt::format("median {:.2f}, p99 {:.1f}{}; {} frames left out in which the machine stood still (up to {:.0f} ms)", span->median().value,
-                                     quantile(span->ms, 0.99), remark, span->standstills, span->worstStandstill)});
+               .remark = fmt::format("median {:.2f}, p99 {:.1f}{}; the frame thread's processor time: median {:.2f}, p99 {:.2f}, worst {:.2f}; {} frames left out in which the machine "
+                                     "stood still (up to {:.0f} ms)",
+                                     span->median().value, quantile(span->ms, 0.99), remark, medianOf(span->workMs).value, quantile(span->workMs, 0.99),
+                                     span->workMs.empty() ? 0 : std::ranges::max(span->workMs), span->standstills, span->worstStandstill)});
 }
 
 /// Processor time of the frames in which a Transform is put elsewhere, that is undone and done again; whatever else runs here.

@@ -110,6 +110,7 @@ struct FrameSpan {
     double worst = 0;
     double worstStandstill = 0;  ///< of frames, left out here, during which the machine stood still
     std::size_t standstills = 0;
+    std::vector<double> workMs;  ///< where somebody fills it: processor time of the frame thread in each
     [[nodiscard]] Median median() const { return medianOf(ms); }
 };
 
