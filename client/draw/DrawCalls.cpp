@@ -215,7 +215,7 @@ const DrawItem& DrawCalls::passOf(const Aspect& aspect, const DrawItem& item, Ob
     if (item.fill == Material::kFilled && item.kind != DrawKind::kTriangles) return copy;
     copy.fill = material.fill;
     copy.kind = material.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
-    copy.lineWidth = material.fill == Material::kEdges ? material.lineWidth : material.fill == Material::kCorners ? material.pointSize : 0;
+    copy.lineWidth = std::min(item.widestLinePx, material.fill == Material::kEdges ? material.lineWidth : material.fill == Material::kCorners ? material.pointSize : 0);
     if (material.fill != Material::kFilled) copy.clusters = {};
     return copy;
 }

@@ -215,6 +215,11 @@ std::array<std::uint32_t, 2> scaleOfParticles(const DrawItem&, const Mat3d& eye_
     return {std::bit_cast<std::uint32_t>(static_cast<float>(least)), 0u};
 }
 
+/// The same, and the widest.
+std::array<std::uint32_t, 2> scaleOfStreaks(const DrawItem& item, const Mat3d& eye_R_item) {
+    return {scaleOfParticles(item, eye_R_item)[0], std::bit_cast<std::uint32_t>(item.widestLinePx)};
+}
+
 constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<const DrawForm::Follows> follows) {
     return {.kind = kind,
             .define = define,
@@ -223,7 +228,7 @@ constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<
             .follows = follows,
             .normals = true,
             .fetched = false,
-            .size = scaleOfParticles};
+            .size = kind == DrawKind::kStreaks ? scaleOfStreaks : scaleOfParticles};
 }
 
 constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {

@@ -105,7 +105,7 @@ flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a bl
 #endif
 
 #ifdef STREAKS
-#define WIDTH texcoord1.y
+#define WIDTH min(texcoord1.y, uintBitsToFloat(itemSize.y))
 #else
 #define WIDTH uintBitsToFloat(itemSize.x)
 #endif

@@ -14,7 +14,7 @@ bool sameBits(const Matrix& a, const Matrix& b) {
 
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
-           a.kind == b.kind && a.lineWidth == b.lineWidth && a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.fineness == b.fineness && a.sortedFrom == b.sortedFrom &&
+           a.kind == b.kind && a.lineWidth == b.lineWidth && a.widestLinePx == b.widestLinePx && a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.fineness == b.fineness && a.sortedFrom == b.sortedFrom &&
            a.sortedCount == b.sortedCount && a.scopes == b.scopes && sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
 

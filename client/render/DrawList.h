@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,6 +31,8 @@ struct DrawItem {
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;     ///< pixels, where it is lines; else 0
+    static constexpr float kAnyWidth = std::numeric_limits<float>::infinity();
+    float widestLinePx = kAnyWidth;  ///< of its lines, edges, corners and streaks on this screen: see LineWidths.h
     double pointRadius = 0;  ///< of points as they are shown, in the item's units (shownRadius); else 0
     std::int64_t fill = Material::kFilled;  ///< of triangles; otherwise `kind` is lines, and the mesh's edges or corners are drawn
     Vec3d center = Vec3d::Zero();  ///< world; of a sphere around it
@@ -74,6 +77,15 @@ struct LightItem {
 
 struct ShadowCasters;  // ShadowCasters.h
 
+/// Lines that a screen draws narrower than they say, as they would cover too much (LineWidths.h).
+struct NarrowedLines {
+    std::uint64_t items = 0;
+    // Of the item that covers most:
+    ObjectId node;
+    float wantedPx = 0, drawnPx = 0;
+    double wantedPixels = 0;  ///< that all lines of the screen would cover together
+};
+
 struct DrawList {
     std::vector<DrawItem> opaque;       ///< front to back
     std::vector<DrawItem> transparent;  ///< back to front; one whose triangles lie among others' several times
@@ -82,6 +94,7 @@ struct DrawList {
     std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
     std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
     std::uint64_t shadowsLeftOut = 0;   ///< lights that ask for shadows, beyond those that get some
+    NarrowedLines narrowed;
     std::uint64_t scopesLeftOut = 0;    ///< lights whose scope is none of the first kMaxScopes that lights name; they shine on nothing
     /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
     std::shared_ptr<const ShadowCasters> casters;

@@ -35,6 +35,7 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.positions = arrays.positions;
     mesh.indices = arrays.indices;
     mesh.kind = kindOf(arrays);
+    if (mesh.kind == DrawKind::kLines) mesh.lineEnds = arrays.lines;
     if (mesh.kind == DrawKind::kSlices) mesh.slices = arrays.texcoords;
     mesh.pointRadius = arrays.pointRadius;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);

@@ -21,6 +21,7 @@ struct RenderMesh {
     bool refused = false;  ///< by checkMesh
     bool opaque = true;    ///< no vertex colour with alpha below 1
     Blob positions, indices;
+    Blob lineEnds;  ///< of kLines: MeshArrays::lines
     Blob slices;  ///< of kSlices: their texcoords (VolumeShapes.h)
     DrawKind kind = DrawKind::kTriangles;
     double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0

@@ -218,6 +218,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     const bool shadows = detailStep(camera.detail).shadows;
     if (!shadows)
         for (LightItem& light : result.lights) light.shadows = false;
+    result.narrowed = scene.narrowed;
     result.lightsLeftOut = scene.lightsLeftOut;
     result.shadowsLeftOut = scene.shadowsLeftOut;
     result.scopesLeftOut = scene.scopesLeftOut;

@@ -72,6 +72,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     transparentTriangles = finerTransparentTriangles = 0;
     undrawn.clear();
     byScreen.clear();
+    wideLines.clear();
     ++finenessChanges;
     ++transparentChanges;
     linesByReach = {};

@@ -31,6 +31,9 @@ struct SceneItem {
     bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
     DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
     float lineWidth = 0;                    ///< see SceneLook
+    std::uint8_t lineLayers = 0;            ///< see SceneLook
+    bool cornersAlone = false;              ///< see SceneLook
+    float widestLinePx = DrawItem::kAnyWidth;  ///< on the screen that was looked from last
     std::uint16_t state = 0;                ///< see SceneLook
     Fineness fineness;                      ///< of `mesh`
     bool asWhole = false;                   ///< see SceneLook
@@ -134,6 +137,9 @@ struct RenderScene::Impl {
     /// Items that screens may draw finer.
     std::set<std::uint32_t> byScreen;
     std::uint64_t finenessChanges = 0;
+    /// Items with lines of more than a pixel.
+    std::set<std::uint32_t> wideLines;
+    NarrowedLines narrowed;  ///< on the screen that was looked from last
     /// Of all items, in pixels; 0 without lines.
     [[nodiscard]] double widestLineReachPx() const;
     std::uint64_t rebuilds = 0;
@@ -148,7 +154,7 @@ struct RenderScene::Impl {
     }
     std::vector<Affine3d> turnedPoses;  ///< of what is below billboards
     /// From here on everything is as this screen shows it: items are those that its user sees, billboards look at the user's head
-    /// (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h). Before anything that is done for one of its tiles.
+    /// (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h), lines as wide as it can bear (LineWidths.h). Before anything that is done for one of its tiles.
     void lookFrom(const ScreenCamera& camera);
 
     void rebuild(const Aspect& aspect);
@@ -185,6 +191,9 @@ private:
     // ScreenFineness.cpp
     void refineFor(const ScreenCamera& camera);
     void drawAt(std::uint32_t item, const Fineness& fineness, const RenderMesh* mesh);
+
+    // LineWidths.cpp
+    void narrowFor(const ScreenCamera& camera);
 
     // ShadowCasters.cpp
     [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, bool sun, const std::shared_ptr<const ShadowView>& before) const;
@@ -265,6 +274,8 @@ private:
     mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0, castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
     SceneVersion lookedAt_;  ///< by lookFrom
     ScreenCamera lookedFrom_{};
+    SceneVersion narrowedAt_;  ///< by narrowFor
+    ScreenCamera narrowedFrom_{};
 
     // Of the update that runs.
     std::vector<std::uint32_t> dirty_;

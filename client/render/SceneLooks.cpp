@@ -73,7 +73,7 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core, ObjectId held) {
 }
 
 SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::uint32_t materialSlot) const {
-    SceneLook look{.mesh = use.mesh, .material = materialId, .lineWidth = use.lineWidth, .byScreen = use.screenError > 0, .slack = use.slack};
+    SceneLook look{.mesh = use.mesh, .material = materialId, .lineWidth = use.lineWidth, .lineLayers = 1, .byScreen = use.screenError > 0, .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
     if (rowOf(look.kind).volume) {
@@ -87,10 +87,13 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.coated = material.coated;
         look.glossy = material.glossy;
         look.asWhole = material.moved && rowOf(look.kind).surface;
+        look.lineLayers = material.layers;
         if (look.asWhole) look.slack += material.reach;
         if (look.kind == DrawKind::kTriangles) {
             look.fill = material.fill;
             look.lineWidth = material.outline;
+            look.lineLayers = material.outlines;
+            look.cornersAlone = !material.edges;
             if (look.fill != Material::kFilled) {
                 // Drawn as lines are: seen through, without shadow, from everywhere.
                 look.kind = DrawKind::kLines;
@@ -353,7 +356,13 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     bool written = false, moved = false, over = false, passDetailed = false, passCoated = false, passGlossy = false;
     double reach = 0;
     float outline = 0;
+    // Of the material, or of that one of the coarser ones that has most.
+    unsigned outlines = 0, layers = 0, outlinesOfThis = 0, layersOfThis = 0;
+    bool edges = false;
     const auto lookAt = [&](const Material& of) {
+        ++layersOfThis;
+        outlinesOfThis += of.fill != Material::kFilled;
+        edges = edges || of.fill == Material::kEdges;
         if (of.fill != Material::kFilled) outline = std::max(outline, of.fill == Material::kEdges ? of.lineWidth : of.pointSize);
         const auto* program = of.program ? aspect.get<SurfaceProgram>(of.program) : nullptr;
         if (of.program) parts.insert(of.program);
@@ -377,6 +386,8 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
             over = over || isBlended(*pass);
         }
         for (const ObjectId pass : of.passes) parts.insert(pass);
+        outlines = std::max(outlines, std::exchange(outlinesOfThis, 0));
+        layers = std::max(layers, std::exchange(layersOfThis, 0));
     };
     lookAtPasses(*core);
     // Of any of the coarser ones that a screen may draw in its place. It hides things where all of them surely do.
@@ -412,7 +423,7 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
         state = static_cast<std::uint16_t>(2 * state + bit);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
                          detailed != use.detailed || coated != use.coated || glossy != use.glossy || state != use.state ||
-                         moved != use.moved || reach != use.reach || core->fill != use.fill || outline != use.outline || over != use.over || coarser.empty() == use.coarser;
+                         moved != use.moved || reach != use.reach || core->fill != use.fill || outline != use.outline || outlines != use.outlines || layers != use.layers || edges != use.edges || over != use.over || coarser.empty() == use.coarser;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;
@@ -424,6 +435,9 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     use.reach = reach;
     use.fill = core->fill;
     use.outline = outline;
+    use.outlines = static_cast<std::uint8_t>(outlines);
+    use.layers = static_cast<std::uint8_t>(layers);
+    use.edges = edges;
     use.over = over;
     use.coarser = !coarser.empty();
     return another;

@@ -23,6 +23,8 @@ struct SceneLook {
     bool glossy = false;    ///< see DrawList
     DrawKind kind = DrawKind::kTriangles;
     float lineWidth = 0;      ///< pixels, of lines, those that stand for a surface or lie over it counted
+    std::uint8_t lineLayers = 0;  ///< of those: as often they are drawn, passes counted
+    bool cornersAlone = false;    ///< those of a surface are corners, no edges
     std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
     bool asWhole = false;     ///< its mesh's parts are not what is drawn: a program moves its vertices, or it is edges or corners
     std::int64_t fill = Material::kFilled;  ///< of triangles
@@ -108,6 +110,8 @@ private:
         std::set<ObjectId> parts;  ///< what else it is made of: its program, its passes, theirs
         std::int64_t fill = Material::kFilled;
         float outline = 0;       ///< pixels: the widest of edges and corners, its own and its passes'
+        std::uint8_t outlines = 0, layers = 1;  ///< of those; of all that is drawn with it
+        bool edges = false;      ///< some outline is edges
         bool over = false;       ///< some pass is blended
         bool coarser = false;
         bool moved = false;      ///< by its program

@@ -287,6 +287,8 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.glossy = look.glossy;
     item.kind = look.kind;
     item.lineWidth = look.lineWidth;
+    item.lineLayers = look.lineLayers;
+    item.cornersAlone = look.cornersAlone;
     item.state = look.state;
     countLooks(place.item, 1);
     if (isNew || moved || otherReach) placed();
@@ -341,6 +343,7 @@ Box RenderScene::Impl::reachedBy(const SceneItem& item) {
 void RenderScene::Impl::countLooks(std::uint32_t index, int sign) {
     const SceneItem& item = items[index];
     if (item.byScreen && sign > 0) byScreen.insert(index);
+    if (item.lineWidth > 1) sign > 0 ? (void)wideLines.insert(index) : (void)wideLines.erase(index);
     if (item.byScreen && sign < 0) {
         byScreen.erase(index);
         if (item.transparent) finerTransparentTriangles -= item.mesh->triangles - item.base->triangles;

@@ -38,6 +38,7 @@ Mat3d turnTowards(const Vec3d& headWorld, const Vec3d& axis, const Affine3d& wor
 void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     showTo(camera);
     refineFor(camera);
+    narrowFor(camera);
 }
 
 // Costs nothing where all users see the same and nothing turns; else what only some of them see where another one looks, and what is below

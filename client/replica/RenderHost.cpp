@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "client/render/LineWidths.h"
 #include "client/replica/TileWindows.h"
 #include "client/testpicture/TestPicture.h"
 #include "common/codec/ChangeCodec.h"
@@ -154,7 +157,7 @@ void RenderHost::helpNeighbours() {
     helping_ += clockNow() - before;
 }
 
-/// Of all that a picture of this frame depends on but its rectangle and its eye.
+/// Of all that a picture of this frame depends on but its rectangle and its eye: what is drawn without programs that take too long here, too.
 Hash128 RenderHost::digestOf(const message::Begin& begin) const {
     Bytes bytes;
     const auto add = [&](std::uint64_t number) {
@@ -164,6 +167,8 @@ Hash128 RenderHost::digestOf(const message::Begin& begin) const {
     for (const std::uint64_t number :
          {begin.frame.value, sequence_.value, aspect_.stateHash().value, probe_, configuration_})
         add(number);
+    if (renderer_)
+        for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) add(held.program.value);
     const ByteSpan payload = begin.payload.bytes();
     bytes.insert(bytes.end(), payload.begin(), payload.end());
     return hash128(bytes);
@@ -277,6 +282,7 @@ bool RenderHost::on(const work::Draw& draw) {
     const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
     std::uint64_t skipped = 0, dark = 0, scopeless = 0;
+    NarrowedLines narrowed;
     std::string trouble;
     if (renderer_) renderer_->beginFrame();
     for (const auto& state : tiles_) {
@@ -289,6 +295,7 @@ bool RenderHost::on(const work::Draw& draw) {
         dark = std::max(dark, state->lightsLeftOut);
         scopeless = std::max(scopeless, state->scopesLeftOut);
         if (!state->trouble.empty()) trouble = state->trouble;
+        if (state->narrowed.items > 0) narrowed = state->narrowed;
     }
     if (skipped != skippedBefore_ && skipped > 0)
         log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
@@ -307,6 +314,13 @@ bool RenderHost::on(const work::Draw& draw) {
     if (scopeless != scopelessBefore_ && scopeless > 0)
         log_.warning(fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name", frame.value, scopeless, DrawList::kMaxScopes));
     scopelessBefore_ = scopeless;
+    if (narrowed.items > 0 && !std::exchange(narrowedBefore_, narrowed.items > 0)) {
+        const std::string others = narrowed.items > 1 ? fmt::format(" (and those of {} things more)", narrowed.items - 1) : std::string();
+        log_.warning(fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines of the screen would cover {:.0f} million pixels, "
+                                 "of which it has {:.0f}", frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx, narrowed.wantedPx,
+                                 narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6));
+    }
+    narrowedBefore_ = narrowed.items > 0;
     if (trouble != troubleBefore_ && !trouble.empty())
         log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
     troubleBefore_ = trouble;
@@ -340,7 +354,18 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     Duration readBack{};
     auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& list) {
         const auto whole = [&] { return drawWhole(state, list, camera, readBack); };
-        return options_.sharing ? options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, whole, parts) : whole();
+        if (!options_.sharing) return whole();
+        const auto heldUp = [&] {
+            std::vector<ObjectId> programs;
+            for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) programs.push_back(held.program);
+            return programs;
+        };
+        const std::vector<ObjectId> before = heldUp();
+        auto picture = options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, whole, parts);
+        if (heldUp() == before) return picture;
+        // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those that would be drawn for them.
+        options_.sharing->forget();
+        return whole();
     });
     if (!painted) return tl::unexpected(painted.error());
     ++state.painted;
@@ -349,6 +374,7 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
     state.trouble = painted->trouble;
     state.lightsLeftOut = painted->lightsLeftOut;
     state.scopesLeftOut = painted->scopesLeftOut;
+    state.narrowed = painted->narrowed;
     state.still = painted->again && painted->cull == Duration::zero();
     state.drawn = painted->picture;
     state.drawnFrame = frame;

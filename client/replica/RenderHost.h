@@ -75,6 +75,7 @@ private:
         std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
         std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
         std::uint64_t lightsLeftOut = 0, scopesLeftOut = 0;
+        NarrowedLines narrowed;
         std::string trouble;
         std::shared_ptr<const Picture> test;   ///< drawn last; null: the scene was
         bool testCounts = false;
@@ -162,6 +163,7 @@ private:
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
     std::string troubleBefore_;        ///< with the surroundings, in the frame before
+    bool narrowedBefore_ = false;      ///< some lines were drawn narrower, in the frame before
     std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;     ///< lights left out in the frame before
     std::set<ObjectId> heldUpBefore_;   ///< programs that take too long here, and have been said
     std::set<ObjectId> undrawnBefore_;  ///< RenderScene::undrawn, in the frame before: said once

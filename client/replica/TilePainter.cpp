@@ -32,6 +32,7 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
         painted.lightsLeftOut = renderer.lastCounts().lightsLeftOut;
         painted.scopesLeftOut = renderer.lastCounts().scopesLeftOut;
     }
+    painted.narrowed = list.narrowed;
     last_ = painted;
     camera_ = camera;
     version_ = version;

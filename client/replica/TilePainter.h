@@ -21,6 +21,7 @@ struct PaintedTile {
     std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
     std::string trouble;              ///< why the surroundings' image is not used
     std::uint64_t lightsLeftOut = 0;  ///< of the scene: more than can be drawn
+    NarrowedLines narrowed;           ///< of the screen
     std::uint64_t scopesLeftOut = 0;  ///< DrawCounts::scopesLeftOut
 };
 

@@ -56,6 +56,33 @@ TEST_F(PassTest, CornersAreSquares) {
     EXPECT_NEAR(count(draw(scene), {0, 255, 0}), 4 * 36, 4 * 13);
 }
 
+// A screen may bear no more (client/render/LineWidths.h): own lines, those that stand for a surface, and those over it.
+TEST_F(PassTest, NoLineIsWiderThanItsItemMayHaveIt) {
+    Material edges = flat(kRed);
+    edges.fill = Material::kEdges;
+    edges.lineWidth = 20;
+    for (const int kind : {0, 1, 2}) {
+        TestScene scene;
+        scene.setDark();
+        Material over = flat(kBlue);
+        if (kind == 1) over.passes.push_back(scene.add(edges));
+        const std::array<Vec3d, 2> side{Vec3d(-0.8, -0.8, 0), Vec3d(-0.8, 0.8, 0)};
+        scene.place(kind == 2 ? scene.add(test::makeLines(side, 20), scene.add(flat(kRed))) : scene.add(makeSheet(1.6, 1.6), scene.add(kind == 1 ? over : edges)), Vec3d::Zero());
+        const Aspect aspect = scene.take();
+        const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+        DrawList list = listOf(aspect, camera);
+        for (DrawItem& item : list.opaque) {
+            item.widestLinePx = 3;
+            item.lineWidth = std::min(item.lineWidth, item.widestLinePx);
+        }
+        const auto picture = renderer_->draw(aspect, list, camera, whole(camera));
+        ASSERT_TRUE(picture);
+        int red = 0;
+        for (int x = 0; x < kSidePx / 2 - 8; ++x) red += pixel(*picture, x, kSidePx / 2 + 3).r > 200;
+        EXPECT_NEAR(red, 3, 1) << kind;
+    }
+}
+
 TEST_F(PassTest, AnEdgeOfTwoTrianglesIsBlendedOnce) {
     TestScene scene;
     Material edges = flat(kRed, 0.5f);
