@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "client/draw/PersonText.h"
@@ -12,11 +15,10 @@
 namespace tessera {
 namespace {
 
-Duration processorTime() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
-}
+namespace fs = std::filesystem;
+
+/// Linux's clock of a thread by its number, as pthread_getcpuclockid makes it of a handle.
+clockid_t processorClockOf(int thread) { return static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3u | 6u); }
 
 }  // namespace
 
@@ -42,8 +44,15 @@ void LoopWatch::begin(Duration most) {
     begun_ = clockNow();
     watching_ = rounds_ != nullptr;
     if (!watching_) return;
-    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
-    told_.push(Watch{begun_, most, processorTime()});
+    if (!thread_.joinable()) {
+        try {
+            thread_ = std::thread([this] { run(); });
+        } catch (const std::system_error&) {
+            watching_ = false;  // the next one may find room again
+            return;
+        }
+    }
+    told_.push(Watch{begun_, most});
 }
 
 Duration LoopWatch::end() {
@@ -59,8 +68,24 @@ void LoopWatch::letGo() {
     write(kMostPersonRounds);
 }
 
-bool LoopWatch::isOver(const Watch& watch) const {
-    return clockNow() >= watch.begun + watch.most && (!onProcessor_ || processorTime() - watch.processorBefore >= watch.most / 2);
+LoopWatch::ThreadTimes LoopWatch::threadTimes() {
+    ThreadTimes times;
+    std::error_code failed;
+    for (fs::directory_iterator entry("/proc/self/task", failed), end; !failed && entry != end; entry.increment(failed)) {
+        const int thread = std::atoi(entry->path().filename().c_str());
+        timespec now{};
+        if (::clock_gettime(processorClockOf(thread), &now) == 0) times[thread] = std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+    }
+    return times;
+}
+
+bool LoopWatch::isOver(const Watch& watch, const ThreadTimes& before) const {
+    if (clockNow() < watch.begun + watch.most) return false;
+    if (!onProcessor_) return true;
+    return std::ranges::any_of(threadTimes(), [&](const auto& entry) {
+        const auto known = before.find(entry.first);
+        return entry.second - (known == before.end() ? Duration{} : known->second) >= watch.most / 2;
+    });
 }
 
 void LoopWatch::run() {
@@ -69,6 +94,7 @@ void LoopWatch::run() {
     while (const auto begun = told_.pop()) {
         if (!*begun) continue;
         const Watch watch = **begun;
+        const ThreadTimes before = onProcessor_ ? threadTimes() : ThreadTimes();
         for (bool ended = false;;) {
             const Duration wait = ended ? Duration(kNever) : std::max<Duration>(watch.begun + watch.most - clockNow(), kLookAgain);
             if (told_.popFor(wait)) {
@@ -76,7 +102,7 @@ void LoopWatch::run() {
                 break;
             }
             if (told_.closed()) return;
-            if (ended || !isOver(watch)) continue;
+            if (ended || !isOver(watch, before)) continue;
             ended = true;
             write(0);
         }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <thread>
 
@@ -16,7 +17,8 @@ namespace tessera {
 /// process see the same memory: a thread writes 0 there when what is being drawn takes too long, and what has not begun by then goes no
 /// round. What has begun ends by itself: eight pixels at a time, on a processor.
 ///
-/// On processors time counts only if this process had half of one meanwhile: others that want them, too, are nobody's fault here.
+/// On processors time counts only if some thread of this process had one for half of it: others that want them, too, are nobody's fault here, and
+/// of threads that draw at once the one that works longest says how long it takes.
 /// Belongs to the surface's thread, but for that one write.
 class LoopWatch {
 public:
@@ -31,7 +33,7 @@ public:
     static constexpr GLuint kBinding = 0;
     void bind() { gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kBinding, buffer_); }
 
-    /// From here on until `end` for so long at most. GL has finished what was before.
+    /// From here on until `end` for so long at most. GL has finished what was before. Where the system has no thread for it, nothing is watched.
     void begin(Duration most);
     /// GL has finished what is watched. How long it took.
     Duration end();
@@ -43,11 +45,13 @@ public:
 private:
     struct Watch {
         TimePoint begun;
-        Duration most{}, processorBefore{};
+        Duration most{};
     };
     void run();
     void write(std::int32_t rounds) const;
-    [[nodiscard]] bool isOver(const Watch& watch) const;
+    using ThreadTimes = std::map<int, Duration>;  ///< on processors, by thread
+    [[nodiscard]] static ThreadTimes threadTimes();
+    [[nodiscard]] bool isOver(const Watch& watch, const ThreadTimes& before) const;
 
     GlState& gl_;
     bool onProcessor_;

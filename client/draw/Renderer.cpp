@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "client/draw/RendererImpl.h"
 #include "common/cores/SurfaceParts.h"
@@ -169,7 +170,11 @@ Expected<std::optional<Picture>> Renderer::drawWhileWanted(const Aspect& aspect,
                                                            const PixelRect& rect, const std::function<bool()>& unwanted) {
     impl_->unwanted = &unwanted;
     impl_->leftOff = false;
+    const Impl::ByProgram ownFrame = std::exchange(impl_->loopsTookBefore, {});
+    const bool ownShared = std::exchange(impl_->shared, false);
     auto picture = draw(aspect, list, camera, rect);
+    impl_->loopsTookBefore = ownFrame;
+    impl_->shared = ownShared;
     impl_->unwanted = nullptr;
     if (impl_->leftOff) return std::nullopt;
     if (!picture) return tl::unexpected(picture.error());

@@ -85,7 +85,8 @@ public:
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
     /// The same for somebody who may want it no longer: once `unwanted` is true the rest is left, and there is no picture. Asked between
-    /// any two things that are drawn, passes over the screen and programs to be made; one of these is not broken off.
+    /// any two things that are drawn, passes over the screen and programs to be made; one of these is not broken off. It belongs to somebody else's
+    /// frame: what persons' programs take counts by itself.
     [[nodiscard]] Expected<std::optional<Picture>> drawWhileWanted(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                                                    const PixelRect& rect, const std::function<bool()>& unwanted);
     /// The same, straight to where it will be looked at: no copy in between.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 
 #include "common/cores/Image.h"
 #include "common/cores/Material.h"
@@ -10,15 +11,11 @@
 
 namespace tessera {
 
-/// Programs declare samplers of flat images alone (sampler2D). The first of the material's uniforms whose image is a cube or a solid: with one the
-/// material is drawn without its program, on every host.
-[[nodiscard]] inline std::optional<ObjectId> uniformOfAnotherShape(const Aspect& scene, const Material& material) {
-    for (const ObjectId id : material.uniforms) {
-        const auto* uniform = scene.get<Uniform>(id);
-        const auto* image = uniform && uniform->image ? scene.get<Image>(uniform->image) : nullptr;
-        if (image && (image->shape == Image::kCube || image->shape == Image::kSolid)) return id;
-    }
-    return std::nullopt;
-}
+/// Whether a text declares `uniform sampler2D NAME;`, remarks left away.
+[[nodiscard]] bool declaresSampler(std::string_view text, std::string_view name);
+
+/// Programs declare samplers of flat images alone (sampler2D). The first of the material's uniforms that its program declares so, and whose image is a cube
+/// or a solid: with one the material is drawn without its program, on every host. An image that no sampler is called after is not looked at.
+[[nodiscard]] std::optional<ObjectId> uniformOfAnotherShape(const Aspect& scene, const Material& material);
 
 }  // namespace tessera

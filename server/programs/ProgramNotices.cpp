@@ -300,7 +300,8 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
         if (column.type == typeOf<Material>() && column.field == fieldId<&Material::program>)
             for (const ObjectId id : column.ids) lookAtMaterial(id);
         says = says || (column.type == typeOf<Material>() && (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
-               (column.type == typeOf<Uniform>() && column.field == fieldId<&Uniform::image>) || (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
+               (column.type == typeOf<Uniform>() && (column.field == fieldId<&Uniform::image> || column.field == fieldId<&Uniform::name>)) ||
+               (column.type == typeOf<SurfaceProgram>() && (column.field == fieldId<&SurfaceProgram::surface> || column.field == fieldId<&SurfaceProgram::vertex>)) || (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
         if (column.type == typeOf<SurfaceProgram>())
             for (const ObjectId id : column.ids) lookAtProgram(id);
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::name>)

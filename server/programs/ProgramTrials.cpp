@@ -40,7 +40,7 @@ void resetVerdicts(ChangeList& list, const Aspect& scene) {
     }
 }
 
-void ProgramTrials::update(const Aspect& scene, const ChangeList* list) {
+void ProgramTrials::update(const Aspect& scene, const ChangeList* list, FrameNumber frame) {
     const auto look = [&](ObjectId id) {
         const auto* program = scene.get<SurfaceProgram>(id);
         const bool untried = program && program->verdict == SurfaceProgram::kUntried && !(program->surface.empty() && program->vertex.empty());
@@ -54,19 +54,25 @@ void ProgramTrials::update(const Aspect& scene, const ChangeList* list) {
         due_.clear();
         all_.clear();
         wrong_.clear();
+        saidIn_.clear();
         for (const ObjectId id : scene.ids()) look(id);
         return;
     }
     for (const FieldColumn& column : list->columns)
         if (isProgramColumn(column))
-            for (const ObjectId id : column.ids) look(id);
+            for (const ObjectId id : column.ids) {
+                look(id);
+                saidIn_[id] = frame;
+            }
     if (all_.empty()) return;
     for (const ObjectId id : list->destructions)
-        for (std::set<ObjectId>* programs : {&due_, &all_, &wrong_}) programs->erase(id);
+        if (saidIn_.erase(id) + all_.count(id) > 0)
+            for (std::set<ObjectId>* programs : {&due_, &all_, &wrong_}) programs->erase(id);
 }
 
-void ProgramTrials::heldUp(ObjectId program, std::string_view host, double milliseconds) {
-    if (!all_.contains(program)) return;
+void ProgramTrials::heldUp(ObjectId program, std::string_view host, double milliseconds, FrameNumber frame) {
+    const auto said = saidIn_.find(program);
+    if (!all_.contains(program) || (said != saidIn_.end() && frame < said->second)) return;
     heavy_.try_emplace(program, fmt::format("it held up host {} for {:.0f} ms, with what its uniforms say now: drawn without it until its text is said again", host, milliseconds));
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/Clock.h"
+#include "common/base/HistoryIds.h"
 #include "common/change/ChangeList.h"
 #include "common/scene/Aspect.h"
 #include "server/programs/ProgramTrial.h"
@@ -32,10 +33,11 @@ public:
     explicit ProgramTrials(std::string program = {}) : program_(std::move(program)) {}
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
-    void update(const Aspect& scene, const ChangeList* list);
+    /// `frame`: that shows it first.
+    void update(const Aspect& scene, const ChangeList* list, FrameNumber frame = {});
     /// A host was held up by a program: it becomes heavy, with all others of its texts, if it is good still. `host`: its name; `milliseconds`: of one
-    /// picture, when it gave up.
-    void heldUp(ObjectId program, std::string_view host, double milliseconds);
+    /// picture, when it gave up; `frame`: that it drew, before which nothing may have been said of the program since: another text is meant then.
+    void heldUp(ObjectId program, std::string_view host, double milliseconds, FrameNumber frame);
     /// What is bad or heavy, for a person: a line each, at most kMostTold of them.
     [[nodiscard]] std::vector<std::string> troubles(const Aspect& scene) const;
     static constexpr std::size_t kMostTold = 16;
@@ -56,6 +58,7 @@ private:
     std::set<ObjectId> due_;
     std::set<ObjectId> all_;    ///< programs with a text
     std::set<ObjectId> wrong_;  ///< of them, bad or heavy
+    std::map<ObjectId, FrameNumber> saidIn_;  ///< of programs: something of them, last
     std::map<ObjectId, std::string> heavy_;  ///< with what is wrong: to be said
     std::map<Texts, TrialVerdict> known_;
     std::deque<Texts> order_;  ///< of `known_`, oldest first

@@ -91,7 +91,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.handleSizes) around_.handleSizes->sceneChanged();
-    if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get(), number);
     if (frame.commit.list && around_.notices) around_.notices->update(around_.simulation.scene(), frame.commit.list.get());
     if (frame.commit.list && around_.movies) around_.movies->update(around_.simulation.scene(), frame.commit.list.get());
     if (around_.moveHeads) around_.moveHeads();

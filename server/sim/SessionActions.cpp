@@ -41,6 +41,8 @@ ServerActions SessionActions::on(const server_action::HostEntered& entered) {
 
 ServerActions SessionActions::on(const server_action::Fault& fault) {
     around_.report.fault(fault);
+    // What it has said of its replica is nothing any more; of one that differs a walk begins after this.
+    walks_.erase(fault.host);
     around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame.value,
                                     fault.host, nameOf(fault.kind), toMilliseconds(fault.detectedAfter),
                                     fault.detail.empty() ? "" : " (" + fault.detail + ")"));
@@ -59,7 +61,7 @@ ServerActions SessionActions::on(const server_action::FrameStats& stats) {
     if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
         around_.report.stats(stats, *decoded);
         around_.budget.drawn(*decoded);
-        for (const HeldUp& held : decoded->heldUp) around_.programs.heldUp(held.program, stats.host, held.ms);
+        for (const HeldUp& held : decoded->heldUp) around_.programs.heldUp(held.program, stats.host, held.ms, stats.frame);
     }
     return {};
 }

@@ -1,4 +1,12 @@
 // Programs of persons, in every pass that draws a surface.
+#include <pthread.h>
+#include <sched.h>
+
+#include <atomic>
+#include <ctime>
+#include <filesystem>
+#include <thread>
+
 #include "common/scene/Edits.h"
 #include "tests/unit/draw/RendererStage.h"
 
@@ -343,6 +351,130 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
         }
 }
 
+/// A sheet whose program goes so many rounds for each pixel, and what is drawn where it is left out.
+Aspect takesLong(int rounds) {
+    Programmed p;
+    p.material.baseColor = {0, 1, 0, 1};
+    p.program.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " + std::to_string(rounds) +
+                        "; ++i) n = fract(sin(n * 12.9898) * 43758.5453 + pow(abs(cos(n)), 1.7)); s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }";
+    return p.take();
+}
+
+Duration timeOf(clockid_t clock) {
+    timespec now{};
+    ::clock_gettime(clock, &now);
+    return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
+
+/// All threads of this process on one processor, until it goes.
+class OnOneProcessor {
+public:
+    OnOneProcessor() {
+        ::sched_getaffinity(0, sizeof before_, &before_);
+        cpu_set_t one;
+        CPU_ZERO(&one);
+        for (int i = 0; i < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++i)
+            if (CPU_ISSET(i, &before_)) CPU_SET(i, &one);
+        setAll(one);
+    }
+    ~OnOneProcessor() { setAll(before_); }
+    OnOneProcessor(const OnOneProcessor&) = delete;
+    OnOneProcessor& operator=(const OnOneProcessor&) = delete;
+
+private:
+    static void setAll(const cpu_set_t& set) {
+        for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) ::sched_setaffinity(std::atoi(entry.path().filename().c_str()), sizeof set, &set);
+    }
+    cpu_set_t before_{};
+};
+
+/// As many rounds as make a picture take about so long on one processor.
+class WatchedTest : public PersonProgramTest {
+protected:
+    static constexpr std::chrono::milliseconds kTakes{30};
+    static Picture drawWith(Renderer& renderer, const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
+        auto picture = renderer.draw(aspect, list, camera, whole(camera));
+        EXPECT_TRUE(picture);
+        return std::move(*picture);
+    }
+    /// Also what it takes.
+    Aspect calibrated(const ScreenCamera& camera, Duration& takes) {
+        restart({.samples = 1, .programsMost = std::chrono::milliseconds(0)});
+        for (int rounds = 50;; rounds *= 2) {
+            Aspect aspect = takesLong(rounds);
+            const DrawList list = listOf(aspect, camera);
+            (void)drawWith(*renderer_, aspect, list, camera);
+            const Duration before = timeOf(CLOCK_PROCESS_CPUTIME_ID);
+            (void)drawWith(*renderer_, aspect, list, camera);
+            takes = timeOf(CLOCK_PROCESS_CPUTIME_ID) - before;
+            if (takes >= kTakes) return aspect;
+        }
+    }
+};
+
+/// Beside eight threads of the same process that want its processor, too, a picture takes nine times as long: that is not the program's fault.
+TEST_F(WatchedTest, WhatOthersOfThisProcessTakeIsNoTimeOfAProgram) {
+    const OnOneProcessor one;
+    const ScreenCamera camera = cameraOf(200, 150);
+    Duration takes{};
+    const Aspect aspect = calibrated(camera, takes);
+    restart({.samples = 1, .programsMost = std::chrono::duration_cast<std::chrono::milliseconds>(4 * takes)});
+    const DrawList list = listOf(aspect, camera);
+    (void)drawWith(*renderer_, aspect, list, camera);
+    std::atomic<bool> ends = false;
+    std::vector<std::jthread> busy;
+    for (int i = 0; i < 8; ++i)
+        busy.emplace_back([&ends] {
+            while (!ends) {
+            }
+        });
+    const TimePoint begun = clockNow();
+    const Picture picture = drawWith(*renderer_, aspect, list, camera);
+    const Duration took = clockNow() - begun;
+    ends = true;
+    busy.clear();
+    EXPECT_GT(took, 4 * takes) << "or nothing is shown here";
+    EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+    EXPECT_GT(center(picture).r, 200);
+}
+
+/// Parts of neighbours' pictures are drawn between two frames of one's own: what a program takes of them is theirs.
+TEST_F(WatchedTest, WhatIsDrawnForOthersIsNoTimeOfThisFrame) {
+    const ScreenCamera camera = cameraOf(200, 150);
+    Duration takes{};
+    const Aspect aspect = calibrated(camera, takes);
+    restart({.samples = 1, .programsMost = std::chrono::duration_cast<std::chrono::milliseconds>(4 * takes)});
+    const DrawList list = listOf(aspect, camera);
+    (void)drawWith(*renderer_, aspect, list, camera);
+    renderer_->beginFrame();
+    (void)drawWith(*renderer_, aspect, list, camera);
+    for (int part = 0; part < 12; ++part) {
+        const auto drawn = renderer_->drawWhileWanted(aspect, list, camera, whole(camera), [] { return false; });
+        ASSERT_TRUE(drawn && *drawn);
+        EXPECT_GT(center(**drawn).r, 200) << part;
+    }
+    EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+}
+
+/// A machine that has no thread more draws all the same.
+TEST_F(WatchedTest, WithoutAThreadNothingIsWatched) {
+    Duration takes{};
+    const ScreenCamera camera = cameraOf(200, 150);
+    const Aspect aspect = calibrated(camera, takes);
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(10'000)});
+    pthread_attr_t before, huge;
+    ASSERT_EQ(::pthread_getattr_default_np(&before), 0);
+    ASSERT_EQ(::pthread_getattr_default_np(&huge), 0);
+    ASSERT_EQ(::pthread_attr_setstacksize(&huge, std::size_t{1} << 46u), 0);
+    ASSERT_EQ(::pthread_setattr_default_np(&huge), 0);
+    const auto picture = renderer_->draw(aspect, listOf(aspect, camera), camera, whole(camera));
+    ASSERT_EQ(::pthread_setattr_default_np(&before), 0);
+    ::pthread_attr_destroy(&huge);
+    ::pthread_attr_destroy(&before);
+    ASSERT_TRUE(picture);
+    EXPECT_GT(center(*picture).r, 200);
+}
+
 /// Where one of several was too slow nobody else is named.
 TEST_F(PersonProgramTest, AmongManyTheOneThatTakesLongIsNamed) {
     restart({.samples = 1, .programsMost = std::chrono::milliseconds(40)});
@@ -403,6 +535,12 @@ TEST_F(PersonProgramTest, WithACubeOrASolidTheMaterialIsPlain) {
         if (shape == Image::kLine) image.widthPx = 6;
         if (shape == Image::kSolid) image.depthPx = 6;
         p.uniforms = {{.name = "map", .image = p.scene.add(image)}};
+        // What no sampler is called after does not count.
+        Image other = image;
+        other.shape = Image::kCube;
+        other.widthPx = other.heightPx = other.depthPx = 1;
+        p.uniforms.push_back({.name = "surfaceOfAnother", .value = Vec4f::Zero(), .image = p.scene.add(other)});
+        p.uniforms.push_back({.name = "texture", .value = Vec4f::Zero(), .image = p.scene.add(other)});
         const bool read = shape == Image::kFlat || shape == Image::kLine;
         expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), read ? Rgb{255, 0, 0} : expectedOf({0.2f, 0.6f, 0.3f}));
     }

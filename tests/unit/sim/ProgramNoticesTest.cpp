@@ -235,6 +235,10 @@ TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
     setField<&Uniform::image>(make.builder, uniform, image);
     setField<&Material::uniforms>(make.builder, material, RefList{uniform});
     edit(make.builder);
+    EXPECT_FALSE(shop.top()) << "no sampler is called so";
+    ChangeListBuilder text;
+    setField<&SurfaceProgram::surface>(text, shop.scene().get<Material>(material)->program, std::string("uniform sampler2D // of the sky\n sky; void surface(inout Surface s) {}"));
+    edit(text);
     ASSERT_EQ(shop.texts().size(), 1u);
     const std::string said = shop.texts()[0].text;
     EXPECT_TRUE(said.starts_with("/thing1/box: Material #" + std::to_string(material.value))) << said;

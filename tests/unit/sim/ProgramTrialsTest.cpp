@@ -275,9 +275,9 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     verdicts();
     ASSERT_EQ(verdictOf(kTwin), SurfaceProgram::kGood);
     EXPECT_TRUE(trials.troubles(scene).empty());
-    trials.heldUp(kProgram, "left", 500.4);
-    trials.heldUp(kTwin, "right", 600);
-    trials.heldUp(ObjectId(77), "left", 500);
+    trials.heldUp(kProgram, "left", 500.4, FrameNumber{1});
+    trials.heldUp(kTwin, "right", 600, FrameNumber{1});
+    trials.heldUp(ObjectId(77), "left", 500, FrameNumber{1});
     verdicts();
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
     EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy);
@@ -287,7 +287,7 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     ASSERT_EQ(trials.troubles(scene).size(), 2u);
     EXPECT_NE(trials.troubles(scene)[0].find("SurfaceProgram #2 is heavy: it held up"), std::string::npos) << trials.troubles(scene)[0];
     // Hosts that have not heard of it yet say it again.
-    trials.heldUp(kProgram, "right", 500);
+    trials.heldUp(kProgram, "right", 500, FrameNumber{1});
     EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
     // The same text once more.
     ChangeListBuilder again;
@@ -299,6 +299,18 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     verdicts();
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kGood);
     EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy) << "of that nobody has said anything";
+    // A report may be late: what was drawn before a text was said again was another one.
+    ChangeListBuilder anew;
+    anew.set(kProgram, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood));
+    list = anew.take();
+    EXPECT_TRUE(scene.apply(list));
+    trials.update(scene, &list, FrameNumber{20});
+    trials.heldUp(kProgram, "left", 500, FrameNumber{19});
+    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kGood);
+    trials.heldUp(kProgram, "left", 500, FrameNumber{20});
+    apply(trials.verdicts(scene, clockNow()));
+    EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
     EXPECT_EQ(timesTried(), 2) << "each text once";
 }
 
