@@ -272,6 +272,7 @@ public:
     /// that lists have named are forgotten by themselves.
     void forgetBlobs(std::uint64_t token);
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
+    /// A snapshot for a host that `StateMismatch` named; nothing for one that has gone or come back since.
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);
     [[nodiscard]] ServerActions requestImages(std::uint64_t request, FrameNumber frame);
     [[nodiscard]] ServerActions reply(ConnectionId application, message::Reply reply);

@@ -235,7 +235,8 @@ void ServerSession::Impl::queryObjects(const std::string& name, std::uint64_t le
 
 void ServerSession::Impl::repair(const std::string& name, TimePoint now) {
     Host* host = findHost(name);
-    if (!host || !host->connection || find(host->connection)->snapshotAsked) return;
+    // It may have gone meanwhile, and have come back with a scene of its own.
+    if (!host || !host->mismatched || find(host->connection)->snapshotAsked) return;
     resync(*host, now);
     settle(now);
 }

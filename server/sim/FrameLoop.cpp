@@ -266,7 +266,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                        if (inbox.push(kOurselves, std::move(found))) peers.wake();
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
-    view.surveyElsewhere([this] { surveyWanted = true; });
+    view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });
 }
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
@@ -496,7 +496,7 @@ void FrameLoop::Impl::orderSurvey() {
 
 Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
     surveying = false;
-    view.surveyed(survey.bounds);
+    view.surveyed(survey.bounds, survey.at);
     ServerActions told = desk.surveyed(survey.bounds, survey.at);
     actions.carryOut(journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : std::move(told));
     return {};

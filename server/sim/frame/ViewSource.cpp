@@ -69,8 +69,8 @@ Expected<View> ViewSource::home(const Aspect& scene) {
         result = **camera_;
     } else {
         const bool surveys = firstView_ == FirstView::kOfScene;
-        if (surveys && !default_ && order_ && last_) {
-            if (!std::exchange(ordered_, true)) order_();
+        if (!homeKnown()) {
+            if (!ordered_) ordered_ = order_();
             result = *last_;
         } else {
             if (!default_) stand(surveys ? animatedBounds(scene).box : Box());
@@ -87,8 +87,12 @@ void ViewSource::stand(const Box& bounds) {
     ++version_;
 }
 
-void ViewSource::surveyed(const Box& bounds) {
-    if (std::exchange(ordered_, false) && !default_) stand(bounds);
+void ViewSource::surveyed(const Box& bounds, Sequence at) {
+    if (!ordered_) return;
+    // Somebody else's, which began before.
+    if (!default_ && at < *ordered_) return static_cast<void>(order_());
+    ordered_.reset();
+    if (!default_) stand(bounds);
 }
 
 std::vector<User> ViewSource::usersNow() const {
@@ -151,6 +155,7 @@ Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish
     if (wish.reset) {
         override_.reset();
         default_.reset();
+        ordered_.reset();
         if (bounds) stand(*bounds);
         users_ = wall_.users;
     }

@@ -60,9 +60,12 @@ public:
     [[nodiscard]] bool hasCamera() const { return !camera_ || camera_->has_value(); }
 
     /// From now on the bounds of the scene are found elsewhere where a view needs them after the first one: `order` is called, and
-    /// the wall stands where it stood until `surveyed` is told them. Not more than one order is open.
-    void surveyElsewhere(std::function<void()> order) { order_ = std::move(order); }
-    void surveyed(const Box& bounds);
+    /// the wall stands where it stood until `surveyed` is told them. Not more than one order is open. `order` says how far the scene has come:
+    /// a survey of an older one does not serve, and another is ordered.
+    void surveyElsewhere(std::function<Sequence()> order) { order_ = std::move(order); }
+    void surveyed(const Box& bounds, Sequence at);
+    /// False: `home` is where the wall stands, until bounds that are found elsewhere are known.
+    [[nodiscard]] bool homeKnown() const { return !camera_ || *camera_ || default_ || firstView_ != FirstView::kOfScene || !order_ || !last_; }
     /// How often `set` has moved the wall, or has let it go: who steers sees that somebody else does.
     [[nodiscard]] std::uint64_t setByHand() const { return setByHand_; }
 
@@ -105,8 +108,8 @@ private:
     std::optional<View> override_;
     std::optional<View> default_;
     std::optional<View> last_;  ///< that was told
-    std::function<void()> order_;
-    bool ordered_ = false;
+    std::function<Sequence()> order_;
+    std::optional<Sequence> ordered_;  ///< how far the scene had come then
     Bookmarks bookmarks_;
     std::uint64_t version_ = 0, setByHand_ = 0;
 };

@@ -84,6 +84,7 @@ void Navigator::placed() {
     levelling_ = false;
     centre_.reset();
     path_.reset();
+    waitsForHome_ = false;
     walker_.reset();
 }
 
@@ -124,10 +125,17 @@ void Navigator::begin(const View& now, const View& end, bool home) {
                  .home = home};
 }
 
+/// A way to where the wall stands anyway would end before that is known.
+void Navigator::beginHome(const View& now, const NavigationScene& scene) {
+    const bool known = !scene.homeKnown || scene.homeKnown();
+    const std::optional<View> home = scene.home();
+    if (known && home) begin(now, *home, true);
+    waitsForHome_ = !known;
+}
+
 void Navigator::take(const NavigationInput& input, const View& now, const NavigationScene& scene) {
     // What is asked for by name, as if by a key.
-    if (std::exchange(toHome_, false))
-        if (const std::optional<View> home = scene.home()) begin(now, *home, true);
+    if (std::exchange(toHome_, false) || waitsForHome_) beginHome(now, scene);
     if (const std::optional<Box> box = std::exchange(toFit_, std::nullopt))
         if (const std::optional<View> view = fitted(now, *box)) begin(now, *view, false);
     if (const std::optional<View> place = std::exchange(toPlace_, std::nullopt)) begin(now, *place, false);
@@ -141,7 +149,7 @@ void Navigator::take(const NavigationInput& input, const View& now, const Naviga
         const auto number = static_cast<std::size_t>(action);
         switch (action) {
             case InputAction::kHome:
-                if (const std::optional<View> home = scene.home()) begin(now, *home, true);
+                beginHome(now, scene);
                 break;
             case InputAction::kFit:
             case InputAction::kFitAll: {
@@ -281,7 +289,10 @@ Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, 
     // A source that says what is no number says nothing.
     const NavigationInput input = isFinite(wanted) ? wanted : NavigationInput{};
     take(input, now, scene);
-    if (path_ && input.steers()) path_.reset();
+    if (input.steers()) {
+        path_.reset();
+        waitsForHome_ = false;
+    }
     if (path_) return alongPath(now, seconds);
     if (still() && !input.steers()) return {};
 

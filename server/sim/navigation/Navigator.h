@@ -23,6 +23,7 @@ struct NavigationScene : Surroundings {
     std::function<Box()> bounds;                       ///< of all that is drawn
     std::function<Box(const Ray&)> boundsAt;           ///< of the thing that a ray hits first; empty: none
     std::function<std::optional<View>()> home;         ///< where the wall would stand if nobody had moved it
+    std::function<bool()> homeKnown;                   ///< false: not yet, and it will be once `home` has been asked for; empty: it is
     std::function<std::optional<View>(std::size_t)> bookmark;
     std::function<void(std::size_t, const View&)> keepBookmark;
 };
@@ -55,7 +56,7 @@ public:
     void placed();
 
     /// Without input the next step does nothing.
-    [[nodiscard]] bool idle() const { return still() && !path_ && !toFit_ && !toHome_ && !toPlace_; }
+    [[nodiscard]] bool idle() const { return still() && !path_ && !toFit_ && !toHome_ && !waitsForHome_ && !toPlace_; }
 
     struct Step {
         std::optional<View> view;  ///< where the wall is to stand (its users do not count); none: it stays
@@ -85,6 +86,7 @@ private:
     [[nodiscard]] Vec3d headOf(const View& view) const;
     void take(const NavigationInput& input, const View& now, const NavigationScene& scene);
     void begin(const View& now, const View& end, bool home);
+    void beginHome(const View& now, const NavigationScene& scene);
     [[nodiscard]] std::optional<View> fitted(const View& now, const Box& box) const;
     [[nodiscard]] Step alongPath(const View& now, double seconds);
     [[nodiscard]] Heading turned(const Heading& heading, const NavigationInput& input, double radians, double seconds);
@@ -104,6 +106,7 @@ private:
     std::optional<Path> path_;
     std::optional<Box> toFit_;
     bool toHome_ = false;
+    bool waitsForHome_ = false;  ///< it is to go there as soon as that is known
     std::optional<View> toPlace_;
     std::optional<Walker> walker_;
     Vec3d walkedHead_ = Vec3d::Zero();  ///< as the walker's last frame had it; m

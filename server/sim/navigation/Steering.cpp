@@ -194,6 +194,7 @@ NavigationScene Steering::scene() {
         const Expected<View> home = source.home(simulation.scene());
         return home ? std::optional(*home) : std::nullopt;
     };
+    asked.homeKnown = [&source] { return source.homeKnown(); };
     asked.bookmark = [&source](std::size_t number) -> std::optional<View> {
         return number < source.bookmarks().size() ? source.bookmarks()[number] : std::nullopt;
     };

@@ -249,6 +249,48 @@ TEST(Navigator, GoesHomeAlongAnEasedWayAndIsThere) {
     EXPECT_NE(flight.view.position, flight.home.position);
 }
 
+// Where all of the scene is seen may have to be found first: the wall is not home where it happens to stand.
+TEST(Navigator, GoesHomeOnceItIsKnownWhereThatIs) {
+    Flight flight;
+    flight.steps(30, moving(Vec3d(1, 0, 0)));
+    flight.steps(200);
+    flight.home.position = Vec3d(10, 20, -30);
+    bool known = false;
+    int asked = 0;
+    flight.scene.homeKnown = [&] { return known; };
+    flight.scene.home = [&] {
+        ++asked;
+        return std::optional(known ? flight.home : flight.view);
+    };
+    const View before = flight.view;
+    flight.step(asking(InputAction::kHome));
+    flight.steps(300);
+    EXPECT_EQ(flight.view.position, before.position);
+    EXPECT_FALSE(flight.letGo) << "it is not there";
+    EXPECT_FALSE(flight.navigator.idle());
+    EXPECT_GT(asked, 0);
+    known = true;
+    flight.steps(100);
+    EXPECT_EQ(flight.view.position, flight.home.position);
+    EXPECT_TRUE(flight.letGo);
+    EXPECT_TRUE(flight.navigator.idle());
+    // Who steers meanwhile, or goes elsewhere, has thought better of it.
+    for (const bool steers : {true, false}) {
+        known = false;
+        flight.step(asking(InputAction::kHome));
+        EXPECT_FALSE(flight.navigator.idle());
+        View elsewhere = flight.view;
+        elsewhere.position.x() += 7;
+        steers ? flight.steps(5, moving(Vec3d(0, 1, 0))) : flight.navigator.goTo(elsewhere);
+        flight.steps(300);
+        known = true;
+        const Vec3d there = flight.view.position;
+        flight.steps(300);
+        EXPECT_EQ(flight.view.position, there);
+        EXPECT_TRUE(flight.navigator.idle());
+    }
+}
+
 TEST(Navigator, AFitFillsTheScreen) {
     Flight flight;
     addBox(flight.faces, Vec3d(100, 200, 300), Vec3d(101, 202, 303));

@@ -245,6 +245,10 @@ TEST(ServerFaults, AWrongReplicaIsNamedQueriedAndRepaired) {
     s.begin();
     EXPECT_EQ(s.actions<server_action::HostEntered>().size(), 1u);
     EXPECT_EQ(s.sent<message::Begin>(s.b).size(), 1u);
+    // Whoever looks for what differed may be late: what is well stays where it is.
+    s.take(s.session.repair("b", s.now));
+    EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 0u);
+    EXPECT_EQ(s.state("b"), HostState::kLive);
 }
 
 /// Draws a frame in which `b` says a wrong hash; it is in the barrier again before it.

@@ -232,8 +232,7 @@ TEST(ServerFrames, AJoiningHostLearnsOfBlobsThatNoListHasNamedYet) {
 TEST(ServerFrames, AListWithBlobsThatASyncingHostWasSentIsWaitedFor) {
     TwoLive s;
     s.drop(s.b);
-    const ConnectionId b = s.join("b");
-    s.take(s.session.repair("b", s.now));
+    const ConnectionId b = s.hello("b");
     s.snapshot(b);
     s.ready(s.a, s.begin(s.commit({blobOf("mesh")})));
     EXPECT_EQ(s.sent<message::Changes>(b).at(0).list->blobs.size(), 1u);

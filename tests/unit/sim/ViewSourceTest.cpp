@@ -313,8 +313,12 @@ ChangeListPtr boxAt(Committer& committer, double x) {
 TEST(ViewSource, AfterTheFirstViewBoundsAreFoundElsewhereAndTheWallStandsUntilThen) {
     Committer committer;
     int orders = 0;
+    constexpr Sequence now{7};
     ViewSource here(oneScreen(), ""), elsewhere(oneScreen(), "");
-    elsewhere.surveyElsewhere([&] { ++orders; });
+    elsewhere.surveyElsewhere([&] {
+        ++orders;
+        return now;
+    });
     const auto both = [&](ChangeListPtr list) {
         ASSERT_TRUE(list);
         here.update(committer.scene(), list.get());
@@ -329,11 +333,17 @@ TEST(ViewSource, AfterTheFirstViewBoundsAreFoundElsewhereAndTheWallStandsUntilTh
     ASSERT_TRUE(elsewhere.set(committer.scene(), {.reset = true}));
     for (int i = 0; i < 3; ++i) EXPECT_EQ(elsewhere.view(committer.scene()).value().position, first.position);
     EXPECT_EQ(orders, 1);
-    elsewhere.surveyed(animatedBounds(committer.scene()).box);
+    EXPECT_FALSE(elsewhere.homeKnown());
+    // Somebody else's survey, of the scene as it was before the far box came, says nothing of where all of it is seen.
+    elsewhere.surveyed(Box{.lower = Vec3d(4, -1, -1), .upper = Vec3d(6, 1, 1)}, Sequence{6});
+    EXPECT_EQ(elsewhere.view(committer.scene()).value().position, first.position);
+    EXPECT_EQ(orders, 2);
+    elsewhere.surveyed(animatedBounds(committer.scene()).box, now);
+    EXPECT_TRUE(elsewhere.homeKnown());
     const View second = elsewhere.view(committer.scene()).value();
     EXPECT_NE(second.position, first.position);
     EXPECT_EQ(second.position, here.view(committer.scene()).value().position);
-    elsewhere.surveyed(Box());  // nobody has ordered one
+    elsewhere.surveyed(Box(), now);  // nobody has ordered one
     EXPECT_EQ(elsewhere.view(committer.scene()).value().position, second.position);
 }
 
