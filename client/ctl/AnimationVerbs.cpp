@@ -27,6 +27,7 @@ struct PlayerLine {
     double time = 0, speed = 1;
     std::optional<double> length = {};  ///< s; nothing: not known (yet)
     bool playing = false;
+    bool toAndFro = false;
     std::vector<ObjectId> tracks = {};  ///< its key frames
     std::size_t keys = 0;               ///< of the longest of them
     std::string problem = {};           ///< of a film
@@ -41,6 +42,7 @@ std::optional<PlayerLine> lineOf(const Object& core) {
         line.time = animation->time;
         line.speed = animation->speed;
         line.playing = animation->playing;
+        line.toAndFro = animation->mode == Animation::kPingPong;
     } else if (const auto* motion = core.as<Motion>()) {
         line.time = motion->time;
         line.playing = motion->playing;
@@ -133,11 +135,14 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
     TextTable table({"node", "kind", "channels", "keys", "mode", "time s", "of s", "speed", ""});
     nlohmann::ordered_json entries = nlohmann::ordered_json::array();
     for (const PlayerLine& line : lines) {
-        const std::string state = !line.problem.empty() ? "problem: " + line.problem : line.playing ? "plays" : "stands";
+        // To and fro its time runs to twice its length.
+        const bool back = line.toAndFro && line.length && line.time > *line.length;
+        const double shown = back ? shownTime(line.time, *line.length, Animation::kPingPong) : line.time;
+        const std::string state = (!line.problem.empty() ? "problem: " + line.problem : line.playing ? "plays" : "stands") + (back ? ", on its way back" : "");
         table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode,
-                   fmt::format("{:.3f}", line.time), line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
+                   fmt::format("{:.3f}", shown), line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
         entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys},
-                           {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"length", nullptr}, {"speed", line.speed}, {"playing", line.playing}});
+                           {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"shown", shown}, {"length", nullptr}, {"speed", line.speed}, {"playing", line.playing}});
         if (line.length) entries.back()["length"] = *line.length;
     }
     return Answer{table.text(), {{"animations", std::move(entries)}}, {}};

@@ -74,10 +74,16 @@ Expected<FileHandle> openWithoutLinks(const std::string& path, int flags) {
 }  // namespace
 
 Expected<OrdinaryFile> openOrdinaryFile(const std::string& path) {
+    const auto ordinary = [](const FileHandle& file, struct stat& about) { return ::fstat(file.get(), &about) == 0 && S_ISREG(about.st_mode); };
+    const Error other{ErrorCode::kBadInput, "is not an ordinary file"};
+    struct stat about {};
+    // First the place alone: to open a device or a pipe does something with it. What has come to its place since is open a moment, and not read.
+    const Expected<FileHandle> place = openWithoutLinks(path, O_PATH);
+    if (!place) return tl::unexpected(place.error());
+    if (!ordinary(*place, about)) return tl::unexpected(other);
     Expected<FileHandle> file = openWithoutLinks(path, O_RDONLY | O_NONBLOCK | O_NOCTTY);
     if (!file) return tl::unexpected(file.error());
-    struct stat about {};
-    if (::fstat(file->get(), &about) != 0 || !S_ISREG(about.st_mode)) return fail(ErrorCode::kBadInput, "is not an ordinary file");
+    if (!ordinary(*file, about)) return tl::unexpected(other);
     return OrdinaryFile{std::move(*file), static_cast<std::uint64_t>(about.st_size)};
 }
 

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <memory>
 #include <utility>
 
@@ -85,11 +86,24 @@ Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now) {
         }
         frames.push_back(std::move(*frame));
     }
+    // It renews its own limit for each picture, so that limit alone does not bind whoever has taken it over.
+    if (!pending_.empty()) workedAtLast_ = worked();
+    else if (worked() > workedAtLast_ + std::chrono::seconds(kIdleSeconds)) {
+        (void)child_.kill();
+        return fail(ErrorCode::kBadInput, "who decodes it works though nothing is asked of it");
+    }
     if (!pending_.empty() && now > pending_.front().deadline) {
         (void)child_.kill();
         return fail(ErrorCode::kLimit, fmt::format("a picture of it takes longer than {} s", kSeconds));
     }
     return frames;
+}
+
+Duration FilmProcess::worked() const {
+    clockid_t clock{};
+    timespec spent{};
+    if (::clock_getcpuclockid(child_.pid(), &clock) != 0 || ::clock_gettime(clock, &spent) != 0) return {};
+    return std::chrono::seconds(spent.tv_sec) + std::chrono::nanoseconds(spent.tv_nsec);
 }
 
 Expected<FilmFrame> FilmProcess::take(const FilmAnswer& answer) {

@@ -28,11 +28,12 @@ struct FilmFrame {
 };
 
 /// While it lives, so does a child (tessera-decode-film, which gives everything away before it looks at the file): it is killed and reaped at the latest when this
-/// goes. Nothing waits for it; who has not answered a request after kSeconds is killed. Believes nothing: sizes are checked, pictures copied before they are looked
+/// goes. Nothing waits for it; who has not answered a request after kSeconds is killed, and who works for kIdleSeconds while nothing is asked. Believes nothing: sizes are checked, pictures copied before they are looked
 /// at. Not thread-safe; the child ends with the thread that starts it.
 class FilmProcess {
 public:
     static constexpr int kSeconds = 20;
+    static constexpr int kIdleSeconds = 2;  ///< of the processor: some decode ahead
     static constexpr std::size_t kMostUnderWay = 2;
 
     /// `film`: open for reading. `program`: the decoder; empty: beside the running program.
@@ -50,6 +51,8 @@ private:
     FilmProcess() = default;
     [[nodiscard]] Expected<FilmFrame> take(const FilmAnswer& answer);
     [[nodiscard]] Error ended();
+    /// Of the processor, since it was started.
+    [[nodiscard]] Duration worked() const;
 
     struct Asked {
         std::uint64_t serial = 0;
@@ -60,6 +63,7 @@ private:
     FileHandle requests_, answers_;
     std::shared_ptr<const std::byte> memory_;
     std::deque<Asked> pending_;
+    Duration workedAtLast_{};  ///< when something was pending last
     std::uint64_t lastSerial_ = 0;
     std::uint32_t nextSlot_ = 0;
     std::array<std::byte, sizeof(FilmAnswer)> part_{};

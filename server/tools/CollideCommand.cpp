@@ -67,8 +67,18 @@ using Model = std::variant<TriangleMesh, FilePoints>;
 
 Expected<Model> load(const std::string& path, Representation as, const CollideArguments& arguments) {
     const ImportOptions options{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
-    if (as != Representation::kPoints) return readTriangles(path, options);
-    Expected<FilePoints> points = readPoints(path, options);
+    std::vector<std::string> notes;
+    const auto tell = [&] {
+        for (const std::string& note : notes) fmt::print(stderr, "tessera-collide: {}{}\n", note.starts_with(path) ? "" : path + ": ", note);
+    };
+    if (as != Representation::kPoints) {
+        Expected<TriangleMesh> mesh = readTriangles(path, options, &notes);
+        if (!mesh) return tl::unexpected(mesh.error());
+        tell();
+        return std::move(*mesh);
+    }
+    Expected<FilePoints> points = readPoints(path, options, &notes);
+    tell();
     if (points) points->radius = arguments.radius.value_or(points->radius);
     return points;
 }

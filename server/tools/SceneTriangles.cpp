@@ -41,7 +41,7 @@ private:
 };
 
 /// The file as a scene of its own.
-Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect) {
+Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect, std::vector<std::string>* notes) {
     options.whole = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
@@ -50,15 +50,16 @@ Expected<void> readScene(const std::string& path, ImportOptions options, Aspect&
         return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
     });
     if (const Expected<void> applied = aspect.apply(imported->list); !applied) return failWith(path, applied.error());
+    if (notes) *notes = std::move(imported->notes);
     return {};
 }
 
 }  // namespace
 
-Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options) {
+Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options, std::vector<std::string>* notes) {
     options.verbatim = true;
     Aspect aspect;
-    if (Expected<void> read = readScene(path, std::move(options), aspect); !read) return tl::unexpected(read.error());
+    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read) return tl::unexpected(read.error());
 
     Welder welder;
     std::vector<std::uint32_t> indices;
@@ -85,9 +86,9 @@ Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions opti
     return mesh;
 }
 
-Expected<FilePoints> readPoints(const std::string& path, ImportOptions options) {
+Expected<FilePoints> readPoints(const std::string& path, ImportOptions options, std::vector<std::string>* notes) {
     Aspect aspect;
-    if (Expected<void> read = readScene(path, std::move(options), aspect); !read) return tl::unexpected(read.error());
+    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read) return tl::unexpected(read.error());
     FilePoints out;
     Action collect;
     collect.onNode([&](const Visit& visit) {

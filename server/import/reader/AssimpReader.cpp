@@ -310,7 +310,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     for (const std::string& note : leftOut) converted->noteMissing(note);
     converted->missing.insert(converted->missing.end(), before.missing().begin(), before.missing().end());
     if (mended) converted->note(*mended);
-    if (lower == ".obj") noteObjMaterials(path, files, *converted);
+    if (lower == ".obj") noteObjMaterials(before.objNames(), files, *converted);
     converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;
 }

@@ -258,7 +258,8 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     if (ending == "ply") mended(mendPly(bytes, said, &missing));
     if (ending == "stl") mended(mendStl(bytes, said, &missing));
     if (ending == "off") mended(mendOff(bytes, said, &missing));
-    if (ending == "obj") changed = mendObj(bytes, said);
+    if (ending == "obj") objNames_.add(text);
+    if (ending == "obj") changed = mendObj(bytes, said, &missing);
     if (ending == "dxf") noteCutDxf(text, missing);
     if (ending == "smd" || ending == "vta") sound = checkSmd(text, missing);
     if (ending == "md5mesh") sound = checkMd5Mesh(text, said);

@@ -9,6 +9,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "server/import/reader/ObjMaterials.h"
 
 namespace tessera {
 
@@ -41,7 +42,7 @@ void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 /// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite, become blanks; into
 /// `notes`: how many they are, and the first with its line. So do remarks behind faces, and numbers that begin with a point get a zero before it: assimp
 /// knows neither. Free-form statements, of which assimp takes some for others, become blanks, as noteOfFreeform says. Whether anything was changed.
-bool mendObj(Bytes& bytes, std::vector<std::string>& notes);
+bool mendObj(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
 /// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates, those of version 2.11, and curves of
 /// trims that no surface takes. Each by name, with how many and the first's line. Empty: all are read.
 [[nodiscard]] std::string noteOfFreeform(std::string_view text);
@@ -54,11 +55,14 @@ public:
     [[nodiscard]] const std::optional<Error>& refusal() const { return refusal_; }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
     [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }  ///< of the notes
+    /// Of the OBJ that was let through.
+    [[nodiscard]] const ObjNames& objNames() const { return objNames_; }
 
 private:
     std::set<std::string> sound_;  ///< opened before, and let through as they were
     std::optional<Error> refusal_;
     std::vector<std::string> notes_, missing_;
+    ObjNames objNames_;
 };
 
 }  // namespace tessera

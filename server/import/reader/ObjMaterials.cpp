@@ -10,9 +10,8 @@
 namespace tessera {
 namespace {
 
-/// A word and the trimmed rest of each line that has both. Of what cannot be read: nothing.
-void forLines(const Expected<Bytes>& file, const std::function<void(std::string_view, std::string_view)>& visit) {
-    std::string_view left = file ? asText(*file) : std::string_view();
+/// A word and the trimmed rest of each line that has both.
+void forLines(std::string_view left, const std::function<void(std::string_view, std::string_view)>& visit) {
     while (!left.empty()) {
         constexpr const char* kSpace = " \t\r";
         const std::string_view all = left.substr(0, left.find('\n'));
@@ -27,16 +26,28 @@ void forLines(const Expected<Bytes>& file, const std::function<void(std::string_
 
 }  // namespace
 
-void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene) {
-    constexpr std::size_t kNamed = 8;  // of many the first ones
-    std::set<std::string> libraries, used, defined;
-    forLines(files.read(path), [&](std::string_view word, std::string_view rest) {
+void ObjNames::add(std::string_view text) {
+    forLines(text, [this](std::string_view word, std::string_view rest) {
         if (word == "mtllib") libraries.emplace(rest);
         if (word == "usemtl") used.emplace(rest);
     });
+}
+
+void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene) {
+    ObjNames names;
+    // Of what cannot be read: nothing.
+    if (const Expected<Bytes> bytes = files.read(path)) names.add(asText(*bytes));
+    noteObjMaterials(names, files, scene);
+}
+
+void noteObjMaterials(const ObjNames& names, const FolderFiles& files, PlainScene& scene) {
+    constexpr std::size_t kNamed = 8;  // of many the first ones
+    std::set<std::string> defined;
+    // A file without a library says nothing of looks, whatever names it uses.
+    const std::set<std::string> used = names.libraries.empty() ? std::set<std::string>() : names.used;
     bool moved = false;
     std::size_t missing = 0;
-    for (const std::string& library : libraries) {
+    for (const std::string& library : names.libraries) {
         const Expected<FolderFiles::Found> found = files.find(library);
         if (found && !found->note.empty()) scene.note("the material library " + found->note);
         if (!found) {
@@ -45,15 +56,14 @@ void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainSc
         }
         const Expected<Bytes> lines = files.readFound(*found);
         if (!lines && ++missing <= kNamed) scene.note(fmt::format("the material library is left out: {}", lines.error().message));
-        forLines(lines, [&](std::string_view word, std::string_view rest) {
+        if (!lines) continue;
+        forLines(asText(*lines), [&](std::string_view word, std::string_view rest) {
             if (word == "newmtl") defined.emplace(rest);
             for (const char* option : {"-s ", "-o ", "-t "})
                 moved = moved || (word.starts_with("map_") && (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);
         });
     }
     if (moved) scene.note("scale, offset and turbulence of images are left out");
-    // A file without a library says nothing of looks, whatever names it uses.
-    if (libraries.empty()) used.clear();
     std::size_t unknown = 0;
     for (const std::string& name : used)
         if (!defined.contains(name) && ++unknown <= kNamed) scene.note(fmt::format("there is no material '{}'", name));

@@ -99,7 +99,7 @@ class ObjMending {
 public:
     explicit ObjMending(Bytes& bytes) : bytes_(bytes), text_(asText(bytes)) {}
 
-    bool mend(std::vector<std::string>& notes) {
+    bool mend(std::vector<std::string>& notes, std::vector<std::string>* missing) {
         writeOutZeros();
         for (ObjStatements s(text_); s.next();) {
             if (declares(s.statement(), "v")) finite_.push_back(isFinite(s.statement()));
@@ -128,8 +128,8 @@ public:
             if (wrong++ == 0) first = fmt::format("line {}: {}", s.line(), why);
             blank(s.begin(), s.end());
         }
-        if (wrong > 0)
-            notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
+        if (wrong > 0) notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
+        if (wrong > 0 && missing != nullptr) missing->push_back(notes.back());
         return changed_;
     }
 
@@ -221,8 +221,8 @@ std::string noteOfFreeform(std::string_view text) {
     return names.empty() ? std::string() : fmt::format("free-form statements are left out: {}", fmt::join(names, ", "));
 }
 
-bool mendObj(Bytes& bytes, std::vector<std::string>& notes) {
-    return ObjMending(bytes).mend(notes);
+bool mendObj(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
+    return ObjMending(bytes).mend(notes, missing);
 }
 
 }  // namespace tessera

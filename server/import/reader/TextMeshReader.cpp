@@ -146,6 +146,7 @@ Expected<void> readObj(Lines& lines, MeshBuilder& mesh) {
                                     : words[0] == "f" ? objFace(rest, mesh)
                                                       : Expected<void>{};
         if (!done) return done;
+        if (words[0] == "v" || words[0] == "f") mesh.endsWith(words.back(), lines);
     }
     return {};
 }

@@ -5,12 +5,14 @@
 
 #include <fcntl.h>
 #include <seccomp.h>
+#include <sys/inotify.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <fstream>
 #include <functional>
@@ -90,6 +92,20 @@ protected:
     TestFolder folder_;
     std::string root_;
 };
+
+// To open a device can rewind a tape, and to open a pipe lets go whoever waits to write to it.
+TEST_F(OrdinaryFiles, WhatIsNoOrdinaryFileIsNotEvenOpened) {
+    const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    ASSERT_GE(watch, 0);
+    const FileHandle closes(watch);
+    ASSERT_GE(::inotify_add_watch(watch, (root_ + "/in/pipe").c_str(), IN_OPEN), 0);
+    EXPECT_EQ(codeOf(root_ + "/in/pipe"), ErrorCode::kBadInput);
+    std::array<char, 4096> events{};
+    EXPECT_LT(::read(watch, events.data(), events.size()), 0) << "it was opened";
+    // Or nothing would be seen.
+    const FileHandle opened(::open((root_ + "/in/pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    EXPECT_GT(::read(watch, events.data(), events.size()), 0);
+}
 
 TEST_F(OrdinaryFiles, AreOpenedByWholePathsWithoutLinksAlone) {
     EXPECT_EQ(faults(), "");

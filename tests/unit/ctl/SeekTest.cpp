@@ -74,6 +74,12 @@ TEST_F(Seek, OfWhatGoesToAndFroSaysWhenItIsOnItsWayBack) {
     server.commit(walkOf(Animation::kPingPong));
     EXPECT_EQ(seek(server, "5").out.rfind("/hall/walk is at 5 s: 5 s is beyond its end, 4 s, and it is on its way back, at 3 s (change", 0), 0u) << seek(server, "5").out;
     EXPECT_EQ(timeOf(server), 5);
+    // A list says where it is within its length.
+    const std::string listed = runCtl({"--server", server.address(), "animations"}).out;
+    EXPECT_NE(listed.find("3.000"), std::string::npos) << listed;
+    EXPECT_EQ(listed.find("5.000"), std::string::npos) << listed;
+    EXPECT_NE(listed.find("plays, on its way back"), std::string::npos) << listed;
+    EXPECT_EQ(nlohmann::json::parse(runCtl({"--server", server.address(), "--json", "animations"}).out)["animations"][0]["shown"], 3);
     EXPECT_EQ(seek(server, "9").out.rfind("/hall/walk is at 1 s: 9 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "9").out;
 }
 

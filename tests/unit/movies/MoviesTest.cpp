@@ -297,6 +297,23 @@ TEST_F(MoviesTest, RandomHistoriesEndWithThePictureThatIsDue) {
     }
 }
 
+// Its limit of processor time is renewed by itself with each picture: whoever has taken it over would renew it for ever.
+TEST_F(MoviesTest, WhoWorksThoughNothingIsAskedIsEnded) {
+    const std::string program = folder_ / "busy";
+    std::ofstream(program) << "#!/bin/sh\nwhile :; do :; done\n";
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    auto process = FilmProcess::start(FileHandle(::open("/dev/null", O_RDONLY | O_CLOEXEC)), program);
+    ASSERT_TRUE(process) << process.error().message;
+    std::string problem;
+    const TimePoint begun = clockNow();
+    while (problem.empty() && clockNow() - begun < std::chrono::seconds(60)) {
+        const auto frames = process->poll(clockNow());
+        if (!frames) problem = frames.error().message;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(problem, "who decodes it works though nothing is asked of it");
+}
+
 TEST_F(MoviesTest, BrokenFilmsCostTheirChildAndOneMessage) {
     const std::uint64_t seed = seedOfRun();
     SCOPED_TRACE(againWith(seed));

@@ -50,6 +50,30 @@ TEST_F(SceneTriangles, PointsOfAFileStandInTheWorldWithTheirRadius) {
     EXPECT_NE(none.error().message.find("no points"), std::string::npos);
 }
 
+TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
+    const std::string cloud = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    const auto whole = points("cloud.obj", cloud + "p 1\np 2\np 3\n");
+    ASSERT_TRUE(whole) << whole.error().message;
+    EXPECT_EQ(whole->places.size(), 3u);
+    for (const char* wrong : {"p 1\np 2\np 7\n", "p 1\np 2\np 3\nf 1 2 9\n"}) {
+        const auto refused = points("wrong.obj", cloud + wrong);
+        ASSERT_FALSE(refused) << wrong;
+        EXPECT_NE(refused.error().message.find("names none of the 3 vertices"), std::string::npos) << refused.error().message;
+    }
+    const auto notesOf = [&](const std::string& name, const std::string& text) {
+        std::vector<std::string> notes;
+        EXPECT_TRUE(readTriangles(written(name, text), options(), &notes));
+        return notes;
+    };
+    const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
+    for (const auto& [name, text] : {std::pair(std::string("cut.obj"), cloud + "f 1 2 3"), {std::string("cut.off"), off}}) {
+        const std::vector<std::string> notes = notesOf(name, text);
+        ASSERT_EQ(notes.size(), 1u) << name;
+        EXPECT_NE(notes[0].find("its last number may be cut off"), std::string::npos) << notes[0];
+        EXPECT_TRUE(notesOf(name, text + "\n").empty()) << name;
+    }
+}
+
 TEST_F(SceneTriangles, OfSurfacesByControlPointsComeAfterThePolygons) {
     const std::string square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
     const auto alone = read("square.obj", square);
