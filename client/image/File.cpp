@@ -2,9 +2,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string>
 
 #include "client/image/Picture.h"
 
@@ -30,12 +32,18 @@ bool writeAll(int fd, ByteSpan bytes) {
 }  // namespace
 
 Expected<void> writeFile(const std::string& path, ByteSpan bytes) {
-    std::error_code ignored;  // a folder that is missing afterwards shows as an error of mkostemp
+    std::error_code ignored;  // a folder that is missing afterwards shows as an error of open
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
-    std::string temporary = path + ".XXXXXX";
-    const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
+    // Not mkstemp: it has the rights that the user's mask leaves.
+    std::string temporary;
+    int fd = -1;
+    static std::atomic<unsigned> next{0};
+    for (int i = 0; fd < 0 && i < 100; ++i) {
+        temporary = path + '.' + std::to_string(::getpid()) + '.' + std::to_string(next++);
+        fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd < 0 && errno != EEXIST) break;
+    }
     if (fd < 0) return failedSystemCall(path, "cannot write there");
-    ::fchmod(fd, 0644);
     const bool written = writeAll(fd, bytes);
     const int writeError = errno;
     if (::close(fd) != 0 || !written || ::rename(temporary.c_str(), path.c_str()) != 0) {

@@ -69,7 +69,7 @@ Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared
     if (!made && errno != EEXIST)
         return fail(ErrorCode::kFailed, fmt::format("{}: the journal's folder cannot be made: {}", path, words(errno)));
     const std::string name = path + "/lock";
-    const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (lock < 0)
         return fail(ErrorCode::kFailed, fmt::format("{}: a journal cannot be kept there: {}", name, words(errno)));
     JournalFolder folder(path, std::make_shared<JournalDisk>(std::move(calls)), lock);

@@ -1,6 +1,7 @@
 #include "client/image/Picture.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <random>
@@ -123,6 +124,16 @@ TEST(WriteFile, ReplacesWholeFilesAndMakesFolders) {
     EXPECT_EQ(asText(*read), "second");
     const auto begin = std::filesystem::directory_iterator(std::filesystem::path(path).parent_path());
     EXPECT_EQ(std::distance(begin, std::filesystem::directory_iterator()), 1) << "no temporary file is left";
+}
+
+TEST(WriteFile, HasTheRightsThatTheMaskLeaves) {
+    const test::TestFolder folder;
+    const mode_t before = ::umask(0027);
+    const auto written = writeFile(folder / "a.png", asBytes("x"));
+    ::umask(before);
+    ASSERT_TRUE(written);
+    using std::filesystem::perms;
+    EXPECT_EQ(std::filesystem::status(folder / "a.png").permissions(), perms::owner_read | perms::owner_write | perms::group_read);
 }
 
 TEST(WriteFile, SaysWhatIsInTheWay) {

@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <filesystem>
 
 #include "tests/unit/journal/KeptShow.h"
 
@@ -296,6 +297,27 @@ TEST(Journal, TooMuchThatWaitsEndsItAndWhatIsWrittenStays) {
     ASSERT_TRUE(opened) << opened.error().message;
     EXPECT_LT(opened->state.sequence.value, reached);
     EXPECT_EQ(opened->state.scene.stateHash(), kept.standings.at(opened->state.sequence.value).front().stateHash);
+}
+
+// What a wall shows is not for everybody who has an account on its server.
+TEST(Journal, ItsFilesAreItsOwnersAlone) {
+    const test::TestFolder folder;
+    test::ReadableLog words;
+    Random random(3);
+    BlobStore arrays;
+    KeptShow kept(random);
+    Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log);
+    ASSERT_TRUE(opened);
+    kept.load(*opened->journal);
+    kept.frames(*opened->journal, 3);
+    ASSERT_TRUE(test::waitUntilWritten(*opened->journal));
+    int files = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "wall")) {
+        if (!entry.is_regular_file()) continue;
+        ++files;
+        EXPECT_EQ(entry.status().permissions(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_write) << entry.path();
+    }
+    EXPECT_GE(files, 2);
 }
 
 TEST(Journal, HasOneServer) {
