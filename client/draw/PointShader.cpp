@@ -20,7 +20,7 @@ vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
 
 flat out vec4 vBall;  // its centre, and its radius: below 0 for what is seen from inside
 flat out vec4 vRays;  // from a pixel to where its ray is a metre before the eye
-flat out vec3 vDepth; // what a way along a ray has to do with depth; 1, or 0 where rays are parallel
+flat out vec4 vDepth; // what a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball, see below, or 0
 #ifdef ROWS
 flat out vec3 vRow0, vRow1, vRow2;
 #endif
@@ -76,13 +76,17 @@ vec4 aroundBall(vec3 centre) {
     vec3 x = overBall(row0), y = overBall(row1), w = overBall(row3);
     float reach = length(w);
     vRays = pixelRays;
-    vDepth = vec3(clip_T_eye[2][2], clip_T_eye[3][2], parallel ? 0.0 : 1.0);
+    vDepth = vec4(clip_T_eye[2][2], clip_T_eye[3][2], parallel ? 0.0 : 1.0, 0.0);
     float radius = inside ? -uintBitsToFloat(itemSize.x) : uintBitsToFloat(itemSize.x);
 #if (POINTS & 8) != 0
     vBall = vec4(normalRow0.xyz * centre.x + normalRow1.xyz * centre.y + normalRow2.xyz * centre.z, sign(radius));
 #else
     vBall = vec4(centre, radius);
 #endif
+    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be noise, of each pixel another one.
+    // So the power of the eye to the ball is found once, and rays meet the ball by it (Citardauq's formula).
+    float toCentre = length(vBall.xyz), ballSize = abs(vBall.w), power = (toCentre - ballSize) * (toCentre + ballSize);
+    if (!parallel && !inside && power > 0.0 && power < 1e-3 * ballSize * ballSize) vDepth.w = power;
     // Depth where it is nearest: no fragment's is more (DEPTH_LESS).
     float nearest = parallel ? at.z + length(overBall(row2)) : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2] : 2.0;
     bool cut = nearest > 0.9999;
@@ -126,7 +130,7 @@ const char kPointFragment[] = R"(
 layout(depth_less) out float gl_FragDepth;
 flat in vec4 vBall;
 flat in vec4 vRays;
-flat in vec3 vDepth;
+flat in vec4 vDepth;
 #ifdef ROWS
 flat in vec3 vRow0, vRow1, vRow2;
 #endif
@@ -166,6 +170,20 @@ float nearestTo(vec2 place, out vec3 along, out vec3 off, out float inverse) {
     return t;
 }
 
+// Where a ray meets it whose place nearest to the centre is known. `left2`: below 0, it does not.
+float meets(float middle, vec3 off, float inverse, float side, float radius2, out float left2) {
+    if (vDepth.w > 0.0) {
+        precise float square = middle * middle - vDepth.w * inverse;
+        left2 = middle > 0.0 ? square : -1.0;
+        precise float near = vDepth.w * inverse / (middle + sqrt(max(square, 0.0)));
+        return near;
+    }
+    precise float left = radius2 - dot(off, off);
+    left2 = left;
+    precise float t = middle - side * sqrt(max(left, 0.0) * inverse);
+    return t;
+}
+
 void meetBall() {
     vec2 pixel = floor(gl_FragCoord.xy), place = (pixel + 0.5) * vRays.xy + vRays.zw;
     float side = vBall.w < 0.0 ? -1.0 : 1.0, radius2 = ballRadius() * ballRadius();
@@ -176,8 +194,8 @@ void meetBall() {
 #else
     precise float middle = nearestTo(place, along, off, inverse);
 #endif
-    precise float left2 = radius2 - dot(off, off);
-    precise float t = middle - side * sqrt(max(left2, 0.0) * inverse);
+    float left2;
+    precise float t = meets(middle, off, inverse, side, radius2, left2);
     precise float depth = vDepth.z > 0.5 ? vDepth.y / t - vDepth.x : vDepth.y - vDepth.x * t;
 #ifdef SHADOW
     // A sun's: what is before its depths stands at their front.
@@ -191,10 +209,9 @@ void meetBall() {
 #ifdef SURFACE
 #if SAMPLES > 1
     middle = nearestTo(place, along, off, inverse);
-    left2 = radius2 - dot(off, off);
 #endif
     // Past the ball: the outline's nearest.
-    t = middle - side * sqrt(max(left2, 0.0) * inverse);
+    t = meets(middle, off, inverse, side, radius2, left2);
     vec3 fromCentre = off + (t - middle) * along;
 #if (POINTS & 8) != 0
     ballNormal = vec3(dot(vRow0, fromCentre), dot(vRow1, fromCentre), dot(vRow2, fromCentre));

@@ -233,8 +233,8 @@ void main() {
 #else
     float depth = SAMPLE(depths, sampleOf).x;
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
-    // Where nothing is it is far away, and a number.
-    vec3 position = eye.xyz / max(eye.w, 1e-9);
+    // Where nothing is it is far away, and a number whose square is one, too: nearly as far as scenes reach (kUtmostCoordinate).
+    vec3 position = eye.xyz / max(eye.w, 1e-17);
 #endif
     vec4 emissiveAndRoughness = texelFetch(materials, int(4u * material));
     vec4 metallicLitAndCoat = texelFetch(materials, int(4u * material + 1u));

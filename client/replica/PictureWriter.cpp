@@ -1,6 +1,7 @@
 #include "client/replica/PictureWriter.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace tessera {
@@ -18,23 +19,25 @@ PictureWriter::Job PictureWriter::jobOf(std::shared_ptr<const Picture> picture, 
 }
 
 void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame) {
-    std::erase_if(open_, [](const Job& job) { return job.wanted->closed(); });
-    open_.push_back(jobOf(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
+    std::erase_if(open_, [](const Open& job) { return job.wanted->closed(); });
+    Job job = jobOf(std::move(picture), frame, [this, path = std::move(path)](const SharedBytes& png) {
         if (auto written = writeFile(path, *png); !written) {
             log_.error(written.error().message);
             allWritten_ = false;
         }
-    }));
-    jobs_.push(open_.back());
+    });
+    open_.push_back(openOf(job));
+    jobs_.push(std::move(job));
 }
 
 bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done) {
-    std::erase_if(open_, [](const Job& job) { return job.wanted->closed(); });
-    const auto same = std::ranges::find_if(open_, [&](const Job& job) { return job.picture == picture && job.frame == frame; });
+    std::erase_if(open_, [](const Open& job) { return job.wanted->closed(); });
+    const auto same = std::ranges::find_if(open_, [&](const Open& job) { return job.frame == frame && job.picture.lock() == picture; });
     if (same != open_.end() && same->wanted->tryPush(done)) return true;
     Job job = jobOf(std::move(picture), frame, std::move(done));
-    if (!jobs_.tryPush(job)) return false;
-    open_.push_back(std::move(job));
+    Open open = openOf(job);
+    if (!jobs_.tryPush(std::move(job))) return false;
+    open_.push_back(std::move(open));
     return true;
 }
 
@@ -45,9 +48,10 @@ bool PictureWriter::finish() {
 }
 
 void PictureWriter::run() {
-    while (const auto job = jobs_.pop()) {
+    while (std::optional<Job> job = jobs_.pop()) {
         const SharedBytes png = share(tessera::encodePng(*job->picture, job->frame));
         // Whoever asked meanwhile is told, too; whoever comes now has another one.
+        job->picture.reset();
         job->wanted->close();
         while (const auto done = job->wanted->tryPop()) (*done)(png);
     }

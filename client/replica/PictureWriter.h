@@ -43,11 +43,18 @@ private:
     static constexpr std::size_t kMostAskers = 1024;
 
     void run();
+    /// What others may join: who is done with it holds no picture.
+    struct Open {
+        std::weak_ptr<const Picture> picture;
+        std::uint64_t frame = 0;
+        std::shared_ptr<Channel<Done>> wanted;
+    };
     [[nodiscard]] static Job jobOf(std::shared_ptr<const Picture> picture, std::uint64_t frame, Done done);
+    [[nodiscard]] static Open openOf(const Job& job) { return {job.picture, job.frame, job.wanted}; }
 
     Log& log_;
     Channel<Job> jobs_{kMostWaiting};
-    std::deque<Job> open_;    ///< that others may join; the owner's
+    std::deque<Open> open_;   ///< the owner's
     bool allWritten_ = true;  ///< the writer's own until it is joined
     std::thread thread_;
 };

@@ -207,6 +207,34 @@ TEST_F(BallTest, AtTheNearPlaneShowTheirInsidesIfBothSidesAreShown) {
     }
 }
 
+// Whoever stands on a planet sees ground, up to where something stands on it: from below upwards ground, that thing, and nothing of the ground again.
+TEST_F(BallTest, FromRightAboveALargeOneItsSurfaceIsSmooth) {
+    for (const double radius : {1e5, 1e7, 1e8, 1e9, 1e11})
+        for (const bool stretched : {false, true}) {
+            const double height = std::max(20.0, 4e-7 * radius);
+            TestScene scene;
+            scene.setDark();
+            MeshData point{.primitive = Primitive::kPoints};
+            point.positions = {0, 0, 0};
+            point.pointRadius = stretched ? 0.5 * radius : radius;
+            const ObjectId ground = scene.place(scene.add(point), {0, -radius - height, 0}, Quatd::Identity(), stretched ? Vec3d(2.2, 2, 2) : Vec3d(1, 1, 1));
+            const ObjectId sheet = scene.place(scene.add(makeSheet(100 * height, 100 * height)), {0, 0, -10 * height});
+            const Aspect aspect = scene.take();
+            const ScreenCamera camera = cameraOf(128, 128);
+            const auto ids = renderer_->drawNodeIds(aspect, listOf(aspect, camera), camera, whole(camera));
+            ASSERT_TRUE(ids);
+            int wrong = 0, grounds = 0;
+            for (std::size_t x = 0; x < 128; ++x)
+                for (std::size_t y = 1; y < 128; ++y) {
+                    const std::uint64_t above = (*ids)[(y - 1) * 128 + x], here = (*ids)[y * 128 + x];
+                    grounds += here == ground.value;
+                    wrong += (above == ground.value && here != ground.value) || (here != ground.value && here != sheet.value);
+                }
+            EXPECT_EQ(wrong, 0) << radius << (stretched ? " stretched" : "");
+            EXPECT_NEAR(grounds, 128 * 54, 128 * 12) << radius << (stretched ? " stretched" : "");
+        }
+}
+
 // Each is a node, so that pixels are known to show the same one. A pixel shows the normal where its middle is: off by no more than its
 // place on the ball is, which near the outline is by the root of it; and by two bytes' rounding.
 TEST_F(BallTest, HaveTheirOwnNormals) {

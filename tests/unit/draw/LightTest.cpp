@@ -1,5 +1,6 @@
 // Any number of lights: what clusters leave away gives nothing, and nothing is compiled for more of them.
 #include <cstdlib>
+#include <optional>
 #include <random>
 
 #include "client/draw/LightClusters.h"
@@ -313,6 +314,24 @@ TEST_F(LightTest, OthersAreShownWithoutCompilingAnythingOnceAllIsPrepared) {
             EXPECT_EQ(renderer_->lastCounts().programs, programs) << "step " << step;
         }
         EXPECT_GT(programs, 3u);
+    }
+}
+
+// A lamp beside a wall of a galaxy's size lights it as one beside a house does.
+TEST_F(LightTest, FallsTheSameWayHoweverFarAwayAndLargeAllIs) {
+    std::optional<Picture> near;
+    for (const double scale : {1e3, 1e7, 1e10, 1e13, 1e15}) {
+        TestScene scene;
+        scene.setDark();
+        scene.addPointLight({0.4 * scale, 0.2 * scale, -0.6 * scale}, Vec3f::Ones(), 0.8f, 0, {1, 0, 0});
+        Material matt;
+        matt.roughness = 1;
+        scene.place(scene.add(makeSheet(4 * scale, 4 * scale), scene.add(matt)), {0, 0, -scale});
+        const Picture picture = draw(scene.take(), cameraOf(kSidePx, kSidePx));
+        EXPECT_GT(center(picture).r, 30) << scale;
+        if (!near) near = picture;
+        for (int y = 4; y < kSidePx; y += 8)
+            for (int x = 4; x < kSidePx; x += 8) EXPECT_NEAR(pixel(picture, x, y).r, pixel(*near, x, y).r, 2) << scale << " at " << x << ' ' << y;
     }
 }
 
