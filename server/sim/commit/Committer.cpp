@@ -95,10 +95,10 @@ Expected<void> Committer::checkNotDestroyedNow(const ChangeList& list) const {
 Expected<Committer::Applied> Committer::applyInverse(ChangeListPtr list, Inverse inverse) {
     if (const Expected<void> free = checkNotDestroyedNow(*list); !free) return tl::unexpected(free.error());
     if (!list->ranges.empty()) {
-        // It says the arrays that come out by their names, as it does where it comes of a journal.
-        ChangeList named = *list;
-        if (const Expected<void> resolved = resolveRanges(scene_, named); !resolved) return tl::unexpected(resolved.error());
-        list = std::make_shared<const ChangeList>(std::move(named));
+        // It names the array that there was, and what was no step may have changed it elsewhere: another one comes out.
+        auto named = std::make_shared<ChangeList>(*list);
+        if (const Expected<void> known = resolveRanges(scene_, *named); !known) return tl::unexpected(known.error());
+        list = std::move(named);
     }
     return applyNumbered(std::move(list), {}, inverse);
 }

@@ -1,4 +1,6 @@
 /// The single writer by value: what is applied, what is handed on, what is kept.
+#include "common/codec/ChangeCodec.h"
+#include "common/cores/ApplicationData.h"
 #include "common/cores/Material.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/cores/Volume.h"
@@ -48,6 +50,43 @@ TEST(Committer, FramesListsLeadReplicasAlong) {
             ASSERT_EQ(replica.stateHash(), closed.sent->stateHash) << "frame " << frame;
         }
     });
+}
+
+/// An animation edits ranges too, and is no step: what leads back from a person's edit finds another array than that edit left.
+TEST(Committer, WhatLeadsBackFromARangeLeavesWhatCameSince) {
+    Committer committer;
+    ListMaker make;
+    const ObjectId core = make.create<ApplicationData>();
+    setField<&ApplicationData::data>(make.builder, core, Blob(Bytes(100)));
+    make.node("n", kRootNode, core);
+    const ObjectId data = committer.apply(make.builder.take()).value().ids[0].second;
+    Aspect replica;
+    BlobStore blobs;
+    std::vector<Blob> held;
+    const auto frame = [&] {
+        const CommittedFrame closed = committer.closeFrame();
+        // As it comes over a wire: arrays of ranges are made there.
+        const Expected<ChangeList> list = decodeChangeList(encodeChangeList(*closed.list), blobs);
+        ASSERT_TRUE(list) << list.error().message;
+        const Expected<void> applied = replica.apply(*list);
+        ASSERT_TRUE(applied) << applied.error().message;
+        ASSERT_EQ(replica.stateHash(), closed.sent->stateHash);
+    };
+    for (const Blob& blob : blobsOf(snapshot(committer.scene()))) held.push_back(blobs.add(blob));
+    ASSERT_NO_FATAL_FAILURE(frame());
+    const auto edit = [&](std::uint64_t offset, std::byte value, Committer::Inverse inverse) {
+        ChangeListBuilder builder;
+        builder.setRange(data, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, offset, Blob(Bytes(10, value)));
+        return committer.apply(builder.take(), inverse).value();
+    };
+    const Committer::Applied persons = edit(0, std::byte{1}, Committer::Inverse::kMade);
+    (void)edit(50, std::byte{2}, Committer::Inverse::kNone);
+    ASSERT_NO_FATAL_FAILURE(frame());
+    ASSERT_TRUE(committer.applyInverse(std::make_shared<const ChangeList>(persons.inverse)));
+    ASSERT_NO_FATAL_FAILURE(frame());
+    Bytes left(100);
+    std::fill_n(left.begin() + 50, 10, std::byte{2});
+    EXPECT_EQ(committer.scene().get<ApplicationData>(data)->data, Blob(left));
 }
 
 TEST(Committer, ASingleListIsHandedOnAsItIs) {
