@@ -349,6 +349,12 @@ Bytes encodeChangeList(const ChangeList& list) {
     return joinParts(head, parts);
 }
 
+ByteSpan rangeBytesIn(ByteSpan encodedList) {
+    const auto split = splitParts(encodedList, encodedList.size(), encodedList.size());
+    TESSERA_CHECK(split && split->parts.size() > kRangeBytes, "of a list that is whole");
+    return split->parts[kRangeBytes];
+}
+
 Expected<ChangeList> decodeChangeList(ByteSpan bytes, const BlobStore& store, AbsentBlobs absent,
                                       const ChangeLimits& limits) {
     if (bytes.size() > limits.maxBytes)

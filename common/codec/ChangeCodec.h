@@ -18,6 +18,9 @@ struct ChangeLimits {
 
 [[nodiscard]] Bytes encodeChangeList(const ChangeList& list);
 
+/// The bytes of its ranges, one behind the other, where they lie in a list that decodeChangeList has taken.
+[[nodiscard]] ByteSpan rangeBytesIn(ByteSpan encodedList);
+
 /// What to do with a blob that the store does not have.
 enum class AbsentBlobs { kRefuse, kKeepAbsent };
 

@@ -32,8 +32,7 @@ std::uint64_t memoryWithoutArrays(const ChangeList& list) {
 
 std::uint64_t memoryOf(const ChangeList& list) {
     std::uint64_t bytes = memoryWithoutArrays(list);
-    for (const Blob& array : blobsOf(list))
-        if (array.resident()) bytes += array.sizeBytes();
+    for (const Blob& array : blobsOf(list)) bytes += array.sizeBytes();
     return bytes;
 }
 

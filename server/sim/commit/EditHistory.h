@@ -221,7 +221,8 @@ private:
     std::uint64_t bytes_ = 0;
 };
 
-/// Bytes of memory that a list holds, those of the arrays that it names included.
+/// Bytes of memory that a list holds, those of the arrays that it names included; as if they were here, where they are absent, so that histories
+/// without arrays keep and forget the same steps.
 [[nodiscard]] std::uint64_t memoryOf(const ChangeList& list);
 [[nodiscard]] std::uint64_t memoryWithoutArrays(const ChangeList& list);
 

@@ -15,6 +15,7 @@
 #include "common/base/Version.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/display/ContactDisplay.h"
+#include "server/sim/journal/JournalCompaction.h"
 #include "server/sim/journal/NextEpoch.h"
 
 namespace tessera {

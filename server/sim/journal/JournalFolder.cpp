@@ -225,15 +225,19 @@ void JournalFolder::dropSnapshot(std::uint64_t number) const {
 
 namespace {
 
-/// Reads a file to its end. The reader is left there.
-Expected<void> takeAll(JournalReader& reader, JournalState& state, const std::atomic<bool>* stop) {
+/// Reads a file to its end. The reader is left there. `places`: the reader's, or null.
+Expected<void> takeAll(JournalReader& reader, JournalState& state, JournalPlaces* places, const std::atomic<bool>* stop) {
     while (true) {
         if (stop && *stop) return fail(ErrorCode::kFailed, "it was stopped");
         Expected<std::optional<JournalRecord>> record = reader.next();
         if (!record) return tl::unexpected(record.error());
         if (!*record) return {};
+        const auto* frame = places ? std::get_if<journal::Frame>(&**record) : nullptr;
+        if (frame && frame->list)
+            if (const Expected<void> known = places->comes(*frame->list, state.scene, reader.ranges()); !known) return failWith(reader.where(), known.error());
         if (const Expected<void> taken = state.take(std::move(**record)); !taken)
             return failWith(reader.where(), taken.error());
+        if (places) places->sweep(state.history);
     }
 }
 
@@ -242,16 +246,17 @@ Expected<void> wholeOrRefused(const JournalReader& reader) {
     return fail(ErrorCode::kBadInput, reader.where() + ": the file is cut off there, and others follow it");
 }
 
-}  // namespace
-
-Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, BlobStore& arrays,
-                                   const JournalLimits& limits, std::optional<std::uint64_t> upTo,
-                                   const std::atomic<bool>* stop) {
+/// `kept`: the arrays, or their places.
+template <typename Kept>
+Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& files, Kept& kept, const JournalLimits& limits,
+                            std::optional<std::uint64_t> upTo, const std::atomic<bool>* stop) {
+    JournalPlaces* places = nullptr;
+    if constexpr (std::is_same_v<Kept, JournalPlaces>) places = &kept;
     JournalStory story;
     if (files.snapshot) {
-        Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), arrays, limits);
+        Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, stop); !taken) return tl::unexpected(taken.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken) return tl::unexpected(taken.error());
         if (Expected<void> whole = wholeOrRefused(*reader); !whole) return tl::unexpected(whole.error());
         story.snapshotBytes = reader->wholeBytes();
         if (story.state.number != *files.snapshot)
@@ -259,9 +264,9 @@ Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFil
     }
     for (const std::uint64_t number : files.logs) {
         if (upTo && number >= *upTo) break;
-        Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), arrays, limits);
+        Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, stop); !taken) return tl::unexpected(taken.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken) return tl::unexpected(taken.error());
         story.logBytes += reader->wholeBytes();
         story.wholeBytes = reader->wholeBytes();
         story.tornBytes = reader->bytesLeft();
@@ -274,6 +279,19 @@ Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFil
                          : tl::unexpected(whole.error());
     }
     return story;
+}
+
+}  // namespace
+
+Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, BlobStore& arrays,
+                                   const JournalLimits& limits, std::optional<std::uint64_t> upTo,
+                                   const std::atomic<bool>* stop) {
+    return read(folder, files, arrays, limits, upTo, stop);
+}
+
+Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, JournalPlaces& places,
+                                   const JournalLimits& limits, std::uint64_t upTo, const std::atomic<bool>& stop) {
+    return read(folder, files, places, limits, upTo, &stop);
 }
 
 JournalFile::JournalFile(JournalFile&& other) noexcept
@@ -308,12 +326,40 @@ int JournalFile::append(const RecordContent& content) {
         if (const int error = disk_->calls().truncate(file_, bytes_)) return error;
     const ByteSpan bytes = content.bytes();
     const RecordHeader header = headerFor(content.kind, bytes, number_);
-    const int error = disk_->calls().append(file_, std::as_bytes(std::span(&header, 1)), bytes);
-    torn_ = error != 0 && disk_->calls().truncate(file_, bytes_) != 0;
-    if (error != 0) return error;
+    if (const int error = disk_->calls().append(file_, std::as_bytes(std::span(&header, 1)), bytes)) {
+        cutOff();
+        return error;
+    }
     ++number_;
     bytes_ += sizeof(header) + bytes.size();
     return 0;
+}
+
+Expected<void> JournalFile::append(const RecordHeader& about, const std::function<Expected<ByteSpan>(std::uint64_t)>& piece) {
+    const auto failed = [](int error) { return fail(ErrorCode::kFailed, words(error)); };
+    if (torn_)
+        if (const int error = disk_->calls().truncate(file_, bytes_)) return failed(error);
+    const RecordHeader header = headerFor(about.kind, about.bytes, about.contentHash, number_);
+    ByteSpan before = std::as_bytes(std::span(&header, 1));
+    std::uint64_t at = 0;
+    do {
+        const Expected<ByteSpan> next = at < about.bytes ? piece(at) : ByteSpan();
+        const int error = next ? disk_->calls().append(file_, before, *next) : 0;
+        if (!next || error != 0) {
+            cutOff();
+            return next ? failed(error) : tl::unexpected(next.error());
+        }
+        before = {};
+        at += next->size();
+    } while (at < about.bytes);
+    ++number_;
+    bytes_ += sizeof(header) + about.bytes;
+    return {};
+}
+
+/// What was begun leaves no trace.
+void JournalFile::cutOff() {
+    torn_ = disk_->calls().truncate(file_, bytes_) != 0;
 }
 
 int JournalArrays::append(JournalFile& file, const ChangeList& list) {
@@ -324,50 +370,6 @@ int JournalArrays::append(JournalFile& file, const ChangeList& list) {
         written_.insert(blob.id());
     }
     return 0;
-}
-
-Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_t upTo, const JournalLimits& limits,
-                                       const std::atomic<bool>& stop) {
-    const Expected<JournalFiles> files = folder.files();
-    if (!files) return tl::unexpected(files.error());
-    BlobStore arrays;
-    const Expected<JournalStory> story = readJournal(folder, *files, arrays, limits, upTo, &stop);
-    if (!story) return tl::unexpected(story.error());
-    const JournalState& state = story->state;
-
-    Expected<JournalFile> file = folder.beginSnapshot({.schema = state.schema,
-                                                       .program = state.program,
-                                                       .number = upTo,
-                                                       .epoch = state.epoch,
-                                                       .scenes = state.scenes,
-                                                       .sequence = {},
-                                                       .stateHash = Aspect().stateHash()});
-    if (!file) return tl::unexpected(file.error());
-    const auto failed = [&](std::string_view why) {
-        folder.dropSnapshot(upTo);
-        return fail(ErrorCode::kFailed, fmt::format("{}: the snapshot cannot be written: {}", folder.snapshotPath(upTo), why));
-    };
-    int error = 0;
-    JournalArrays written;
-    state.forEachRecord([&](const JournalRecord& record) {
-        const auto arraysOf = [&](const ChangeListPtr& list) {
-            if (error == 0) error = written.append(*file, *list);
-        };
-        if (const auto* step = std::get_if<journal::Step>(&record))
-            for (const ChangeListPtr& list : step->kept.lists) arraysOf(list);
-        if (const auto* whole = std::get_if<journal::State>(&record)) arraysOf(whole->list);
-        if (error == 0) error = file->append(encodeJournal(record));
-        return error == 0 && !stop.load();
-    });
-    if (stop) return failed("it was stopped");
-    if (error != 0) return failed(error < 0 ? "an array is not here" : words(error));
-    // Only once the snapshot is there for good may go what it was made of.
-    if (Expected<void> there = folder.finishSnapshot(*file, upTo); !there) return tl::unexpected(there.error());
-    for (const std::string& old : files->leftOver) folder.remove(old);
-    if (files->snapshot && *files->snapshot != upTo) folder.remove(folder.snapshotPath(*files->snapshot));
-    for (const std::uint64_t log : files->logs)
-        if (log < upTo) folder.remove(folder.logPath(log));
-    return file->bytes();
 }
 
 }  // namespace tessera

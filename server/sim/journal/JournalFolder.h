@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "server/sim/journal/FileSystem.h"
+#include "server/sim/journal/JournalPlaces.h"
 #include "server/sim/journal/JournalState.h"
 
 namespace tessera {
@@ -59,10 +61,15 @@ public:
     [[nodiscard]] static Expected<JournalFile> create(std::shared_ptr<JournalDisk> disk, const std::string& path, const journal::Opening& opening);
     /// A record that cannot be written whole leaves no trace.
     [[nodiscard]] int append(const RecordContent& content);
+    /// The same of content that is in memory in pieces only: `piece` gives them in order, from a place in the content on, none of them empty. Its
+    /// error, or that of the disk, in words.
+    [[nodiscard]] Expected<void> append(const RecordHeader& about, const std::function<Expected<ByteSpan>(std::uint64_t at)>& piece);
     [[nodiscard]] int sync() const { return disk_->sync(file_); }
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
 private:
+    void cutOff();
+
     std::shared_ptr<JournalDisk> disk_;
     int file_ = -1;
     std::uint64_t bytes_ = 0, number_ = 0;
@@ -127,8 +134,11 @@ struct JournalStory {
                                                  const JournalLimits& limits,
                                                  std::optional<std::uint64_t> upTo = std::nullopt,
                                                  const std::atomic<bool>* stop = nullptr);
+/// The same without arrays: `places` knows where they are, and the state names them.
+[[nodiscard]] Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, JournalPlaces& places,
+                                                 const JournalLimits& limits, std::uint64_t upTo, const std::atomic<bool>& stop);
 
-/// Appends the array once, and remembers that it did. An errno, or 0. `what`: told where an array is not here.
+/// Appends the array once, and remembers that it did.
 class JournalArrays {
 public:
     /// All that the list names and the file lacks. An errno; -1: one is not here.
@@ -138,10 +148,5 @@ public:
 private:
     std::unordered_set<BlobId> written_;
 };
-
-/// Writes what the files before log `upTo` lead to as snapshot `upTo`, and removes them. Whenever it is interrupted, what lies in the
-/// folder tells the same story.
-[[nodiscard]] Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_t upTo,
-                                                     const JournalLimits& limits, const std::atomic<bool>& stop);
 
 }  // namespace tessera

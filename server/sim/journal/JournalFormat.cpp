@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "common/codec/ChangeCodec.h"
 #include "common/codec/FrameCodec.h"
 #include "common/codec/Parts.h"
 #include "proto/journal.pb.h"
@@ -21,6 +20,7 @@ constexpr std::array<std::string_view, std::variant_size_v<JournalRecord>> kKind
 constexpr std::size_t kMaxHeadBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxDisplayIds = 65'536;
 constexpr std::size_t kMaxStepLists = 65'536;
+constexpr std::size_t kFixedParts = 3;  ///< of a frame: its list, its display, its events; the events' lists follow
 
 struct EventRecord {
     std::uint64_t kind = 0, gestureBy = 0, gesture = 0, madeFirst = 0, madeCount = 0;
@@ -60,9 +60,17 @@ Expected<Taken<Head>> take(ByteSpan bytes, std::size_t fewest, std::size_t most)
     return taken;
 }
 
-Expected<ChangeListPtr> listFrom(ByteSpan bytes, const BlobStore& arrays, const JournalLimits& limits) {
+/// How lists are read.
+struct Reading {
+    const BlobStore& arrays;
+    const JournalLimits& limits;
+    AbsentBlobs absent;
+};
+
+Expected<ChangeListPtr> listFrom(ByteSpan bytes, const Reading& how) {
+    const JournalLimits& limits = how.limits;
     Expected<ChangeList> list =
-        decodeChangeList(bytes, arrays, AbsentBlobs::kRefuse,
+        decodeChangeList(bytes, how.arrays, how.absent,
                          {.maxBytes = limits.maxRecordBytes, .maxChanges = limits.maxListChanges});
     if (!list) return tl::unexpected(list.error());
     return std::make_shared<const ChangeList>(std::move(*list));
@@ -218,8 +226,8 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
                             .stateHash = StateHash(head.state_hash())};
 }
 
-Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const JournalLimits& limits) {
-    constexpr std::size_t kFixedParts = 3;
+Expected<JournalRecord> frameFrom(ByteSpan bytes, const Reading& how) {
+    const JournalLimits& limits = how.limits;
     const auto taken = take<wire::Frame>(bytes, kFixedParts, kFixedParts + limits.maxEvents + 1);
     if (!taken) return tl::unexpected(taken.error());
     const auto& [head, parts] = *taken;
@@ -231,7 +239,7 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
                          .history = {},
                          .display = {}};
     if (!parts[0].empty()) {
-        Expected<ChangeListPtr> list = listFrom(parts[0], arrays, limits);
+        Expected<ChangeListPtr> list = listFrom(parts[0], how);
         if (!list) return failWith("list", list.error());
         frame.list = std::move(*list);
     }
@@ -254,7 +262,7 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const BlobStore& arrays, const
                            .made = {event.madeFirst, event.madeCount}};
         if (!isSound(happened.made)) return malformed("an event of the history is of ids that nobody can have");
         if (hasInverse(happened.kind)) {
-            Expected<ChangeListPtr> list = listFrom(parts[kFixedParts + i], arrays, limits);
+            Expected<ChangeListPtr> list = listFrom(parts[kFixedParts + i], how);
             if (!list) return failWith(fmt::format("event {}", i + 1), list.error());
             happened.inverse = std::move(*list);
         }
@@ -290,7 +298,7 @@ Expected<JournalRecord> viewFrom(ByteSpan bytes) {
     return view;
 }
 
-Expected<JournalRecord> stepFrom(ByteSpan bytes, const BlobStore& arrays, const JournalLimits& limits) {
+Expected<JournalRecord> stepFrom(ByteSpan bytes, const Reading& how) {
     const auto taken = take<wire::Step>(bytes, 0, kMaxStepLists);
     if (!taken) return tl::unexpected(taken.error());
     const wire::Step& head = taken->head;
@@ -309,18 +317,18 @@ Expected<JournalRecord> stepFrom(ByteSpan bytes, const BlobStore& arrays, const 
         return malformed("its overlaps are no pairs, or too many");
     step.kept.overlaps = pairsFrom(head.overlaps());
     for (const ByteSpan part : taken->parts) {
-        Expected<ChangeListPtr> list = listFrom(part, arrays, limits);
+        Expected<ChangeListPtr> list = listFrom(part, how);
         if (!list) return tl::unexpected(list.error());
         step.kept.lists.push_back(std::move(*list));
     }
     return step;
 }
 
-Expected<JournalRecord> stateFrom(ByteSpan bytes, const BlobStore& arrays, const JournalLimits& limits) {
+Expected<JournalRecord> stateFrom(ByteSpan bytes, const Reading& how) {
     const auto taken = take<wire::State>(bytes, 2, 2);
     if (!taken) return tl::unexpected(taken.error());
     const auto& [head, parts] = *taken;
-    Expected<ChangeListPtr> list = listFrom(parts[0], arrays, limits);
+    Expected<ChangeListPtr> list = listFrom(parts[0], how);
     if (!list) return tl::unexpected(list.error());
     Expected<std::vector<ObjectId>> display = idsFrom(parts[1]);
     if (!display) return tl::unexpected(display.error());
@@ -367,15 +375,36 @@ RecordContent encodeJournal(const JournalRecord& record) {
     return std::visit([](const auto& what) { return encode(what); }, record);
 }
 
-Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes content, const BlobStore& arrays,
-                                      const JournalLimits& limits) {
+std::uint64_t kindOfArrays() {
+    return kindOf<journal::Array>();
+}
+
+void forRangesIn(JournalRecord& record, ByteSpan content, const std::function<void(ChangeListPtr&, ByteSpan)>& visit) {
+    std::vector<ChangeListPtr*> lists;  // each in its part
+    if (auto* frame = std::get_if<journal::Frame>(&record)) {
+        lists = {&frame->list, nullptr, nullptr};
+        for (HistoryEvent& event : frame->history) lists.push_back(&event.inverse);
+    } else if (auto* step = std::get_if<journal::Step>(&record)) {
+        for (ChangeListPtr& list : step->kept.lists) lists.push_back(&list);
+    }
+    const auto editsRanges = [](const ChangeListPtr* list) { return list && *list && !(*list)->ranges.empty(); };
+    if (std::ranges::none_of(lists, editsRanges)) return;
+    const Expected<SplitParts> split = splitParts(content, kMaxHeadBytes, content.size());
+    TESSERA_CHECK(split && split->parts.size() >= lists.size(), "a record was decoded from all of its parts");
+    for (std::size_t i = 0; i < lists.size(); ++i)
+        if (editsRanges(lists[i])) visit(*lists[i], rangeBytesIn(split->parts[i]));
+}
+
+Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes&& content, const BlobStore& arrays,
+                                      const JournalLimits& limits, AbsentBlobs absent) {
+    const Reading how{arrays, limits, absent};
     switch (kind) {
         case kindOf<journal::Opening>():
             return openingFrom(content);
         case kindOf<journal::Array>():
             return journal::Array{Blob(std::move(content))};
         case kindOf<journal::Frame>():
-            return frameFrom(content, arrays, limits);
+            return frameFrom(content, how);
         case kindOf<journal::Frames>(): {
             const auto taken = take<wire::Frames>(content, 0, 0);
             if (!taken) return tl::unexpected(taken.error());
@@ -384,14 +413,14 @@ Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes content, const B
         case kindOf<journal::View>():
             return viewFrom(content);
         case kindOf<journal::Step>():
-            return stepFrom(content, arrays, limits);
+            return stepFrom(content, how);
         case kindOf<journal::Raised>(): {
             const auto taken = take<wire::Raised>(content, 0, 0);
             if (!taken) return tl::unexpected(taken.error());
             return journal::Raised{Epoch(taken->head.epoch())};
         }
         case kindOf<journal::State>():
-            return stateFrom(content, arrays, limits);
+            return stateFrom(content, how);
         case kindOf<journal::Numbers>(): {
             const auto taken = take<wire::Numbers>(content, 0, 0);
             if (!taken) return tl::unexpected(taken.error());

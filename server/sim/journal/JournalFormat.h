@@ -9,12 +9,14 @@
 /// Arrays (blobs) stand once in each log that names them, before the first record that does.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "common/codec/ChangeCodec.h"
 #include "server/sim/frame/Frame.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/recording/RecordBytes.h"
@@ -116,8 +118,14 @@ using JournalRecord = std::variant<journal::Opening, journal::Array, journal::Fr
 [[nodiscard]] RecordContent encodeJournal(const JournalRecord& record);
 
 /// Never crashes whatever the bytes are; takes no memory out of proportion to them. Arrays that lists name are looked for in
-/// `arrays`; one that is not there is kBadInput.
-[[nodiscard]] Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes content, const BlobStore& arrays,
-                                                    const JournalLimits& limits = {});
+/// `arrays`; one that is not there is kBadInput, or absent. The content of an array is taken, any other stays where it is.
+[[nodiscard]] Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes&& content, const BlobStore& arrays,
+                                                    const JournalLimits& limits = {},
+                                                    AbsentBlobs absent = AbsentBlobs::kRefuse);
+
+[[nodiscard]] std::uint64_t kindOfArrays();
+/// For each list of the record that edits ranges: the list, and where in `content`, which the record was decoded from, the bytes of its
+/// ranges lie, one behind the other.
+void forRangesIn(JournalRecord& record, ByteSpan content, const std::function<void(ChangeListPtr& list, ByteSpan rangeBytes)>& visit);
 
 }  // namespace tessera

@@ -5,22 +5,40 @@
 
 #include <fmt/format.h>
 
+#include "common/base/HashStreams.h"
+
 namespace tessera {
+namespace {
+
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  ///< bytes in memory at once
+
+}  // namespace
 
 Expected<JournalReader> JournalReader::open(const std::string& path, BlobStore& arrays, const JournalLimits& limits) {
     Expected<RecordSource> source = RecordSource::open(path);
     if (!source) return failWith(path, source.error());
-    return begin(JournalReader(std::move(*source), path, arrays, limits));
+    return begin(JournalReader(std::move(*source), path, &arrays, nullptr, limits));
+}
+
+Expected<JournalReader> JournalReader::open(const std::string& path, JournalPlaces& places, const JournalLimits& limits) {
+    Expected<RecordSource> source = RecordSource::open(path);
+    if (!source) return failWith(path, source.error());
+    return begin(JournalReader(std::move(*source), path, nullptr, &places, limits));
 }
 
 Expected<JournalReader> JournalReader::over(Bytes bytes, const std::string& name, BlobStore& arrays,
                                             const JournalLimits& limits) {
-    return begin(JournalReader(RecordSource(std::move(bytes)), name, arrays, limits));
+    return begin(JournalReader(RecordSource(std::move(bytes)), name, &arrays, nullptr, limits));
+}
+
+Expected<JournalReader> JournalReader::over(Bytes bytes, const std::string& name, JournalPlaces& places,
+                                            const JournalLimits& limits) {
+    return begin(JournalReader(RecordSource(std::move(bytes)), name, nullptr, &places, limits));
 }
 
 Expected<JournalReader> JournalReader::begin(JournalReader reader) {
-    const std::uint64_t there = std::min<std::uint64_t>(reader.source_.size(), kJournalMark.size());
-    const Expected<Bytes> mark = reader.source_.read(0, there);
+    const std::uint64_t there = std::min<std::uint64_t>(reader.source_->size(), kJournalMark.size());
+    const Expected<Bytes> mark = reader.source_->read(0, there);
     if (!mark) return failWith(reader.name_, mark.error());
     if (asText(*mark) != kJournalMark.substr(0, there))
         return fail(ErrorCode::kBadInput, reader.name_ + ": it is no file of a journal (tessera-server --journal)");
@@ -39,7 +57,7 @@ Expected<std::optional<JournalRecord>> JournalReader::next() {
             return fail(ErrorCode::kBadInput, where() + (first ? ": it must be the opening" : ": it is out of place"));
         auto* array = std::get_if<journal::Array>(&**record);
         if (!array) return record;
-        kept_.push_back(arrays_.add(std::move(array->blob)));
+        if (arrays_) kept_.push_back(arrays_->add(std::move(array->blob)));
     }
 }
 
@@ -48,7 +66,7 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
     if (offset_ < kJournalMark.size()) return std::optional<JournalRecord>();
     RecordHeader header;
     if (bytesLeft() < sizeof(header)) return std::optional<JournalRecord>();
-    const Expected<Bytes> headerBytes = source_.read(offset_, sizeof(header));
+    const Expected<Bytes> headerBytes = source_->read(offset_, sizeof(header));
     if (!headerBytes) return tl::unexpected(headerBytes.error());
     std::memcpy(&header, headerBytes->data(), sizeof(header));
     if (!isIntact(header, number_)) return damaged("its header is damaged");
@@ -57,14 +75,56 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
         return fail(ErrorCode::kLimit, fmt::format("it claims {} bytes; at most {} are allowed", header.bytes,
                                                    limits_.maxRecordBytes));
     if (header.bytes > bytesLeft() - sizeof(header)) return std::optional<JournalRecord>();
-    Expected<Bytes> content = source_.read(offset_ + sizeof(header), header.bytes);
-    if (!content) return tl::unexpected(content.error());
-    if (hash64(*content) != header.contentHash) return damaged("its content is damaged");
-    Expected<JournalRecord> record = decodeJournal(header.kind, std::move(*content), arrays_, limits_);
-    if (!record) return tl::unexpected(record.error());
+    std::optional<JournalRecord> read;
+    if (places_ && header.kind == kindOfArrays()) {
+        const Expected<bool> intact = placeArray(header);
+        if (!intact) return tl::unexpected(intact.error());
+        if (!*intact) return damaged("its content is damaged");
+        read = journal::Array{};
+    } else {
+        Expected<Bytes> content = source_->read(offset_ + sizeof(header), header.bytes);
+        if (!content) return tl::unexpected(content.error());
+        if (hash64(*content) != header.contentHash) return damaged("its content is damaged");
+        Expected<JournalRecord> record = recordOf(header.kind, std::move(*content));
+        if (!record) return tl::unexpected(record.error());
+        read = std::move(*record);
+    }
     offset_ += sizeof(header) + header.bytes;
     ++number_;
-    return std::optional<JournalRecord>(std::move(*record));
+    return read;
+}
+
+Expected<JournalRecord> JournalReader::recordOf(std::uint64_t kind, Bytes content) {
+    if (!places_) return decodeJournal(kind, std::move(content), *arrays_, limits_);
+    Expected<JournalRecord> record = decodeJournal(kind, std::move(content), BlobStore(), limits_, AbsentBlobs::kKeepAbsent);
+    if (!record) return record;
+    const auto* frame = std::get_if<journal::Frame>(&*record);
+    forRangesIn(*record, content, [&](ChangeListPtr& list, ByteSpan ranges) {
+        const JournalPlace place{source_, offset_ + sizeof(RecordHeader) + static_cast<std::uint64_t>(ranges.data() - content.data())};
+        if (frame && &list == &frame->list)
+            ranges_ = place;  // whoever applies it needs the bytes
+        else
+            list = places_->withoutRanges(*list, place);
+    });
+    return record;
+}
+
+Expected<bool> JournalReader::placeArray(const RecordHeader& header) {
+    const JournalPlace place{source_, offset_ + sizeof(header)};
+    Bytes buffer(std::min(header.bytes, kPiece));
+    Hash64Stream content;
+    BlobIdStream id;
+    for (std::uint64_t at = 0; at < header.bytes; at += kPiece) {
+        const auto piece = std::span(buffer).first(std::min(kPiece, header.bytes - at));
+        if (const Expected<void> read = source_->readInto(piece, place.offset + at); !read) return tl::unexpected(read.error());
+        content.add(piece);
+        id.add(piece);
+    }
+    if (content.hash() != header.contentHash) return false;
+    FiledArray array(place, header.bytes);
+    array.contentHash = header.contentHash;
+    places_->arrayIs(id.id(), std::move(array));
+    return true;
 }
 
 Expected<std::optional<JournalRecord>> JournalReader::damaged(std::string_view what) const {
@@ -76,11 +136,10 @@ Expected<std::optional<JournalRecord>> JournalReader::damaged(std::string_view w
 
 /// Looks for the header of the next record at every byte: damage is rare, and worth the time.
 bool JournalReader::aRecordFollows() const {
-    constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
     RecordHeader header;
-    for (std::uint64_t at = offset_ + 1; at + sizeof(header) <= source_.size(); at += kPiece) {
-        const std::uint64_t bytes = std::min(kPiece + sizeof(header) - 1, source_.size() - at);
-        const Expected<Bytes> piece = source_.read(at, bytes);
+    for (std::uint64_t at = offset_ + 1; at + sizeof(header) <= source_->size(); at += kPiece) {
+        const std::uint64_t bytes = std::min(kPiece + sizeof(header) - 1, source_->size() - at);
+        const Expected<Bytes> piece = source_->read(at, bytes);
         if (!piece) return true;  // what cannot be read is not cut off
         for (std::uint64_t i = 0; i + sizeof(header) <= piece->size() && i < kPiece; ++i) {
             std::memcpy(&header, piece->data() + i, sizeof(header));

@@ -1,6 +1,7 @@
 #include "server/sim/journal/JournalState.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -104,17 +105,20 @@ Expected<void> JournalState::take(journal::State state) {
     return {};
 }
 
-void JournalState::forEachRecord(const std::function<bool(const JournalRecord&)>& write) const {
-    for (const EditHistory::Kept& kept : history.kept())
-        if (!write(journal::Step{.kept = kept})) return;
+void JournalState::forEachRecord(const std::function<bool(JournalRecord)>& write) && {
+    std::vector<EditHistory::Kept> steps = std::exchange(history, EditHistory()).kept();
+    for (EditHistory::Kept& step : steps)
+        if (!write(journal::Step{.kept = std::exchange(step, {})})) return;
     if (view && !write(journal::View{*view})) return;
     if (numbers && !write(journal::Numbers{.nextId = numbers->nextId, .lastList = numbers->lastList, .behind = {}})) return;
-    write(journal::State{.begun = begun,
+    journal::State state{.begun = begun,
                          .nextFrame = nextFrame,
                          .sequence = sequence,
                          .stateHash = scene.stateHash(),
                          .list = std::make_shared<const ChangeList>(snapshot(scene)),
-                         .display = display});
+                         .display = std::move(display)};
+    scene = Aspect();
+    (void)write(std::move(state));
 }
 
 }  // namespace tessera

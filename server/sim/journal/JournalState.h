@@ -25,8 +25,9 @@ public:
     [[nodiscard]] Expected<void> take(journal::State state);
     [[nodiscard]] Expected<void> take(JournalRecord record);
 
-    /// As the records of a snapshot but for its opening, the arrays that they name left out. Calls `write` with each; false ends it.
-    void forEachRecord(const std::function<bool(const JournalRecord&)>& write) const;
+    /// As the records of a snapshot but for its opening, the arrays that they name left out. Calls `write` with each; false ends it. What is
+    /// handed over is let go of: nothing is in memory as part of the state and as its record.
+    void forEachRecord(const std::function<bool(JournalRecord)>& write) &&;
 
     bool begun = false;  ///< there has been a scene, though it may be an empty one
     Aspect scene;

@@ -21,7 +21,11 @@ ByteSpan RecordContent::bytes() const {
 }
 
 RecordHeader headerFor(std::uint64_t kind, ByteSpan content, std::uint64_t number) {
-    RecordHeader header{.bytes = content.size(), .kind = kind, .contentHash = hash64(content), .headerHash = 0};
+    return headerFor(kind, content.size(), hash64(content), number);
+}
+
+RecordHeader headerFor(std::uint64_t kind, std::uint64_t bytes, std::uint64_t contentHash, std::uint64_t number) {
+    RecordHeader header{.bytes = bytes, .kind = kind, .contentHash = contentHash, .headerHash = 0};
     header.headerHash = hash64(std::as_bytes(std::span(&header, 1)), number);
     return header;
 }
@@ -67,19 +71,24 @@ RecordSource::~RecordSource() {
 }
 
 Expected<Bytes> RecordSource::read(std::uint64_t offset, std::uint64_t bytes) const {
-    if (file_ < 0) {
-        const ByteSpan part = ByteSpan(memory_).subspan(offset, bytes);
-        return Bytes(part.begin(), part.end());
-    }
     Bytes out(bytes);
-    for (std::uint64_t done = 0; done < bytes;) {
-        const ssize_t got = ::pread(file_, out.data() + done, bytes - done, static_cast<off_t>(offset + done));
+    if (Expected<void> done = readInto(out, offset); !done) return tl::unexpected(done.error());
+    return out;
+}
+
+Expected<void> RecordSource::readInto(std::span<std::byte> out, std::uint64_t offset) const {
+    if (file_ < 0) {
+        std::ranges::copy(ByteSpan(memory_).subspan(offset, out.size()), out.begin());
+        return {};
+    }
+    for (std::uint64_t done = 0; done < out.size();) {
+        const ssize_t got = ::pread(file_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return fail(ErrorCode::kBadInput, fmt::format("cannot be read: {}", std::strerror(errno)));
         if (got == 0) return fail(ErrorCode::kBadInput, "became shorter while it was read");
         done += static_cast<std::uint64_t>(got);
     }
-    return out;
+    return {};
 }
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <variant>
 
@@ -27,6 +28,7 @@ struct RecordContent {
 
 /// The header of the record with this number, counted from 0.
 [[nodiscard]] RecordHeader headerFor(std::uint64_t kind, ByteSpan content, std::uint64_t number);
+[[nodiscard]] RecordHeader headerFor(std::uint64_t kind, std::uint64_t bytes, std::uint64_t contentHash, std::uint64_t number);
 [[nodiscard]] bool isIntact(const RecordHeader& header, std::uint64_t number);
 
 /// Writes all of both, whatever it takes. An errno, or 0.
@@ -45,6 +47,7 @@ public:
     [[nodiscard]] std::uint64_t size() const { return size_; }
     /// Only for ranges that lie within `size`.
     [[nodiscard]] Expected<Bytes> read(std::uint64_t offset, std::uint64_t bytes) const;
+    [[nodiscard]] Expected<void> readInto(std::span<std::byte> out, std::uint64_t offset) const;
 
 private:
     RecordSource(int file, std::uint64_t size) : file_(file), size_(size) {}

@@ -1,4 +1,4 @@
-#include "common/base/Blob.h"
+#include "common/base/HashStreams.h"
 
 #include <gtest/gtest.h>
 
@@ -23,6 +23,26 @@ TEST(Blob, IsNamedByItsContent) {
     EXPECT_FALSE(a == c);
     EXPECT_EQ(a.sizeBytes(), 5u);
     EXPECT_EQ(asText(a.bytes()), "hello");
+}
+
+TEST(Blob, HasTheSameNameWhereItsBytesComeInPieces) {
+    std::mt19937_64 random(1);
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{5'000}, kBlobLeafBytes - 1, kBlobLeafBytes, kBlobLeafBytes + 1, 2 * kBlobLeafBytes, 5 * kBlobLeafBytes + 17})
+        for (int run = 0; run < 20; ++run) {
+            Bytes bytes(size);
+            for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+            BlobIdStream id;
+            Hash64Stream hash;
+            const std::size_t most = 1 + random() % (run % 2 == 0 ? 100'000 : 3 * kBlobLeafBytes);
+            for (ByteSpan rest = bytes; !rest.empty();) {
+                const ByteSpan piece = rest.first(std::min<std::size_t>(rest.size(), 1 + random() % most));
+                id.add(piece);
+                hash.add(piece);
+                rest = rest.subspan(piece.size());
+            }
+            ASSERT_EQ(id.id(), blobIdOf(bytes)) << size;
+            ASSERT_EQ(hash.hash(), hash64(bytes)) << size;
+        }
 }
 
 TEST(Blob, TellsEmptyAbsentAndZeroBytesApart) {

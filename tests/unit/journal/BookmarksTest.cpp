@@ -37,7 +37,7 @@ TEST(Bookmarks, AreKeptWithTheirNumbers) {
         // Cut short anywhere it is refused, and nothing else happens.
         Bytes cut = bytesOfView(content);
         cut.resize(random() % cut.size());
-        EXPECT_FALSE(decodeJournal(content.kind, cut, BlobStore()));
+        EXPECT_FALSE(decodeJournal(content.kind, Bytes(cut), BlobStore()));
     }
 }
 
