@@ -89,6 +89,7 @@ struct FrameLoop::Impl {
     [[nodiscard]] ImportOptions importOptions() const;
     [[nodiscard]] Expected<void> goOnFromJournal();
     [[nodiscard]] ServerSessionConfig sessionConfig() const;
+    [[nodiscard]] bool goesOn() const { return opened && opened->state.begun; }
     [[nodiscard]] Journal* journal() const { return opened ? opened->journal.get() : nullptr; }
     [[nodiscard]] std::optional<Error> trouble() const { return journal() ? journal()->trouble() : std::nullopt; }
     /// Keeps the replies in it until the journal has what it has been handed.
@@ -176,7 +177,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       notices(options.wall),
       inlines(options.wall),
       budget(options.wall.budgetMs),
-      files(std::make_shared<SceneFiles>(options.import, options.allowed, options.scenes, opened && opened->state.begun)),
+      files(std::make_shared<SceneFiles>(options.import, options.allowed, goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
       movies(filmOpener(files)),
       maker({.simulation = simulation,
              .view = view,
@@ -279,9 +280,9 @@ Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
 /// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.
 FirstView FrameLoop::Impl::firstView() const {
     bool inMetres = !options.scenes.empty() && options.placing.isInMetres();
-    if (opened && opened->state.begun) {
-        const std::string words = opened->state.scenes.empty() ? std::string() : opened->state.scenes.back();
-        inMetres = words.starts_with("--") && (words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos);
+    if (goesOn()) {
+        const std::string words = opened->state.placing();
+        inMetres = words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos;
     }
     return inMetres ? FirstView::kOfWall : FirstView::kOfScene;
 }

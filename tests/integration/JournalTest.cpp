@@ -11,6 +11,7 @@
 #include "common/application/Application.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Image.h"
+#include "common/cores/Inline.h"
 #include "common/cores/Movie.h"
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
@@ -35,7 +36,7 @@ std::string smallWall(const TemporaryFolder& folder) {
 /// One command, as often as it is started. The address is the first server's.
 class KeptWall {
 public:
-    explicit KeptWall(std::vector<std::string> more = {}) : more_(std::move(more)), wall_(smallWall(folder)) {}
+    explicit KeptWall(std::vector<std::string> options = {}) : more(std::move(options)), wall_(smallWall(folder)) {}
 
     [[nodiscard]] bool start() {
         launch();
@@ -44,11 +45,12 @@ public:
     }
     /// Without waiting for what it says.
     void launch() {
-        std::vector<std::string> command = {program("tessera-server"), "--wall", wall_,      "--scene",   scene,
+        std::vector<std::string> command = {program("tessera-server"), "--wall", wall_,
                                             "--listen",                address,  "--size",   "64x36",     "--samples", "1",
                                             "--rate",                  rate,    "--report", report(),    "--journal", journal(),
                                             "--allow",  folder.path()};
-        command.insert(command.end(), more_.begin(), more_.end());
+        if (!scene.empty()) command.insert(command.end(), {"--scene", scene});
+        command.insert(command.end(), more.begin(), more.end());
         server = std::make_unique<Process>(folder.path(), "server" + std::to_string(++servers_), command);
     }
     void kill() {
@@ -66,10 +68,10 @@ public:
     TemporaryFolder folder;
     std::string address = "127.0.0.1:0";
     std::string scene = kKeptYard, rate = "200";
+    std::vector<std::string> more;
     std::unique_ptr<Process> server;
 
 private:
-    std::vector<std::string> more_;
     std::string wall_;
     int servers_ = 0;
 };
@@ -466,6 +468,34 @@ TEST(Journal, AFilmGoesOnWhereItWasAndOneThatStoodShowsItsPicture) {
     ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time != sought; }));
     ASSERT_NO_FATAL_FAILURE(until([&] { return pixels() != stood; }));
     EXPECT_EQ(movie().problem, "");
+}
+
+/// Nobody may read that folder, but for the files that the scene names.
+TEST(Journal, WhatItsSceneNamesIsReadThoughTheNextCommandSaysNothingOfTheScene) {
+    const TemporaryFolder elsewhere;
+    const std::string house = elsewhere.write("house.tsct", R"(node { name: "walls" box { size { x: 1 y: 1 z: 1 } } })");
+    KeptWall wall({"--up", "z"});
+    wall.scene = elsewhere.write("scene.tsct", R"(node { name: "house" inline { file: "house.tsct" load: BY_HAND } })");
+    ASSERT_TRUE(wall.start()) << wall.server->output();
+    ASSERT_TRUE(wall.connect("somebody"));
+    wall.kill();
+    wall.scene.clear();
+    wall.more.clear();
+    ASSERT_TRUE(wall.start()) << wall.server->output();
+    const std::unique_ptr<Application> somebody = wall.connect("somebody");
+    ASSERT_TRUE(somebody);
+    const Aspect& scene = somebody->scene();
+    const Expected<ObjectId> node = findNode(scene, "/scene/house");
+    ASSERT_TRUE(node) << node.error().message;
+    const ObjectId core = scene.get<Node>(*node)->core;
+    ASSERT_EQ(scene.get<Inline>(core)->file, house);
+    ChangeListBuilder want;
+    want.set(core, typeOf<Inline>(), fieldId<&Inline::wanted>, true);
+    ASSERT_TRUE(somebody->propose(want.take()));
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    const auto state = [&] { return scene.get<Inline>(core)->state; };
+    while (state() != LoadWords::kThere && state() != LoadWords::kFailed && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(somebody->poll(1s));
+    EXPECT_EQ(state(), LoadWords::kThere) << scene.get<Inline>(core)->problem;
 }
 
 TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {

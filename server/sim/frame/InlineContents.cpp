@@ -38,6 +38,14 @@ bool saysFile(const FieldColumn& column) { return isField(column, fieldId<&Inlin
 bool saysWanted(const FieldColumn& column) { return isField(column, fieldId<&Inline::wanted>, fieldId<&ProxyGroup::wanted>); }
 bool saysLoad(const FieldColumn& column) { return isField(column, fieldId<&Inline::load>, fieldId<&ProxyGroup::load>); }
 
+/// Puts nodes below others that have been elsewhere.
+bool movesNodes(const ChangeList& list) {
+    std::unordered_set<ObjectId> created;
+    if (!list.placements.empty())
+        for (const Creation& creation : list.creations) created.insert(creation.id);
+    return std::ranges::any_of(list.placements, [&](const Placement& placement) { return placement.parent && !created.contains(placement.node); });
+}
+
 const std::set<ObjectId> kNoBearers;
 
 }  // namespace
@@ -69,6 +77,8 @@ void InlineContents::update(const Aspect& scene, const ChangeList* list) {
         bearers_.clear();
         coreOf_.clear();
         pending_.clear();
+        there_.clear();
+        ++moves_;
         const std::vector<ObjectId> ids = scene.ids();
         for (const ObjectId id : ids)
             if (saysLoading(typeOf(scene.find(id)))) noteCore(scene, id);
@@ -77,8 +87,12 @@ void InlineContents::update(const Aspect& scene, const ChangeList* list) {
             if (scene.get<Node>(id)) noteNode(scene, id);
         return;
     }
-    for (const Creation& creation : list->creations)
-        if (saysLoading(creation.type)) noteCore(scene, creation.id);
+    for (const Creation& creation : list->creations) {
+        if (!saysLoading(creation.type)) continue;
+        noteCore(scene, creation.id);
+        if (there_.contains(creation.id)) ++moves_;
+    }
+    if (!there_.empty() && movesNodes(*list)) ++moves_;
     const bool nobody = bearers_.empty();
     for (const FieldColumn& column : list->columns) {
         if (saysLoading(column.type))
@@ -90,6 +104,7 @@ void InlineContents::update(const Aspect& scene, const ChangeList* list) {
     for (const ObjectId id : list->destructions) {
         ++work_;
         pending_.erase(id);
+        there_.erase(id);
         bearers_.erase(id);
         if (const auto bearer = coreOf_.find(id); bearer != coreOf_.end()) {
             if (const auto core = bearers_.find(bearer->second); core != bearers_.end()) core->second.erase(id);
@@ -107,6 +122,10 @@ void InlineContents::noteCore(const Aspect& scene, ObjectId core) {
         pending_.insert(core);
     else
         pending_.erase(core);
+    if (wish->state == LoadWords::kThere)
+        there_.insert(core);
+    else
+        there_.erase(core);
 }
 
 void InlineContents::noteNode(const Aspect& scene, ObjectId id) {

@@ -43,6 +43,10 @@ public:
 
     /// Cores whose state is waiting or loading, ascending.
     [[nodiscard]] const std::set<ObjectId>& pending() const { return pending_; }
+    /// Cores whose content is there, ascending.
+    [[nodiscard]] const std::set<ObjectId>& there() const { return there_; }
+    /// Another number whenever content may have come below other nodes than those that it was loaded for: by a move, with a file, with another scene.
+    [[nodiscard]] std::uint64_t moves() const { return moves_; }
     /// The nodes that bear a core, ascending; of others none.
     [[nodiscard]] const std::set<ObjectId>& bearersOf(ObjectId core) const;
     /// Looked up and compared so far: what tests of cost count.
@@ -77,8 +81,8 @@ private:
 
     std::unordered_map<ObjectId, std::set<ObjectId>> bearers_;  ///< of cores that are there
     std::unordered_map<ObjectId, ObjectId> coreOf_;             ///< of the nodes that bear them
-    std::set<ObjectId> pending_;
-    std::uint64_t work_ = 0;
+    std::set<ObjectId> pending_, there_;
+    std::uint64_t work_ = 0, moves_ = 0;
 };
 
 }  // namespace tessera

@@ -9,6 +9,16 @@
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
+namespace {
+
+/// The node below the root that a node hangs below, or is; none: it hangs nowhere.
+ObjectId topOf(const Aspect& scene, ObjectId node) {
+    ObjectId top;
+    for (const Node* at = scene.get<Node>(node); at && at->parent; at = scene.get<Node>(node)) top = std::exchange(node, at->parent);
+    return node == kRootNode ? top : ObjectId();
+}
+
+}  // namespace
 
 void InlineLoading::ended(ObjectId core, const std::optional<std::string>& problem) {
     if (core == underWay_) underWay_ = {};
@@ -61,7 +71,7 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
             if (wish.state == LoadWords::kLoading) setLoadState(edits, last_, wish.type, LoadWords::kWaiting);
             continue;
         }
-        if (judged.problem.empty() && (full.contains(judged.top) || isFull(scene, judged.top))) {
+        if (judged.problem.empty() && (full.contains(judged.top) || isFull(scene, inlines, judged.top))) {
             full.insert(judged.top);
             judged.problem = fmt::format("{} Inlines below '{}' have content already, and no more may", kMostBrought, scene.get<Node>(judged.top)->name);
         }
@@ -81,14 +91,23 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
     return edits.take();
 }
 
-bool InlineLoading::isFull(const Aspect& scene, ObjectId top) {
+bool InlineLoading::isFull(const Aspect& scene, const InlineContents& inlines, ObjectId top) {
+    if (inlines.there().size() < kMostBrought) return false;
+    if (inlines.moves() != counted_) {
+        counted_ = inlines.moves();
+        brought_.clear();
+        for (const ObjectId core : inlines.there())
+            for (const ObjectId bearer : inlines.bearersOf(core)) {
+                ++work_;
+                if (const ObjectId above = topOf(scene, bearer)) brought_[above].insert(core);
+            }
+    }
     const auto known = brought_.find(top);
     if (known == brought_.end() || known->second.size() < kMostBrought) return false;
-    // Once it looks full: what has gone, or let its content go, or moved away, counts no more.
+    // Once it looks full: what has gone, or let its content go, counts no more.
     std::erase_if(known->second, [&](ObjectId core) {
         ++work_;
-        const std::optional<LoadWish> wish = loadWishOf(scene.find(core));
-        return !wish || wish->state == LoadWords::kWaiting || wish->state == LoadWords::kFailed;
+        return !inlines.there().contains(core);
     });
     return known->second.size() >= kMostBrought;
 }

@@ -29,8 +29,8 @@ struct InlineOrder {
 /// read for a node that hangs nowhere, that has nodes below it already, that shares its core with others, or below kMostChain others. What is on its way
 /// in the scene and not here (after a restart, in a copy) begins again.
 ///
-/// Below one node of the scene's top at most kMostBrought have content, or are on their way: one load is below one, and files that inline files, or definitions
-/// that multiply, are more than anybody meant. The others say so, and are tried again when they are wanted again.
+/// Below a node of the scene's top below which kMostBrought have content, wherever that came from, no file is read: one load is below one, and files that inline
+/// files, or definitions that multiply, are more than anybody meant. Those that wait there say so, and are tried again when they are wanted again.
 ///
 /// A frame looks at kPerFrame of those that wait, in turn, and costs nothing where nobody does. Not thread-safe.
 class InlineLoading {
@@ -60,12 +60,14 @@ private:
     [[nodiscard]] Judged judge(const Aspect& scene, const InlineContents& inlines, ObjectId core, const std::vector<Vec3d>& heads) const;
     [[nodiscard]] std::vector<Vec3d> headsIn(const View& view) const;
     /// Whether one more is too many there.
-    [[nodiscard]] bool isFull(const Aspect& scene, ObjectId top);
+    [[nodiscard]] bool isFull(const Aspect& scene, const InlineContents& inlines, ObjectId top);
 
     std::vector<std::pair<Screen, User>> lookers_;  ///< each user that tiles are drawn for, once a screen
     std::optional<InlineOrder> order_;
     ObjectId underWay_;  ///< the core whose file is being read; none: nothing is
-    std::map<ObjectId, std::set<ObjectId>> brought_;  ///< by the top node: the cores that were ordered below it; some may have gone since
+    /// By the top node: the cores below it that have content, as of `counted_`, and those that were ordered since; some may have gone.
+    std::map<ObjectId, std::set<ObjectId>> brought_;
+    std::uint64_t counted_ = 0;  ///< InlineContents::moves
     std::size_t forgetAt_ = 64;  ///< of `brought_`: nodes that have gone
     std::map<ObjectId, std::string> failed_;  ///< to be said
     ObjectId last_;  ///< looked at last

@@ -105,6 +105,16 @@ Expected<void> JournalState::take(journal::State state) {
     return {};
 }
 
+std::vector<std::string> JournalState::sceneFiles() const {
+    std::vector<std::string> files = scenes;
+    if (!placing().empty()) files.pop_back();
+    return files;
+}
+
+std::string JournalState::placing() const {
+    return !scenes.empty() && scenes.back().starts_with("--") ? scenes.back() : std::string();
+}
+
 void JournalState::forEachRecord(const std::function<bool(JournalRecord)>& write) && {
     std::vector<EditHistory::Kept> steps = std::exchange(history, EditHistory()).kept();
     for (EditHistory::Kept& step : steps)

@@ -39,7 +39,10 @@ public:
     std::vector<ObjectId> display;
     std::optional<ViewState> view;
     Epoch epoch;  ///< the highest
-    std::vector<std::string> scenes;
+    std::vector<std::string> scenes;  ///< what --scene said when the journal began; then how they stand
+    /// Of these the files, and how they stand ("--up z"; empty: nobody said).
+    [[nodiscard]] std::vector<std::string> sceneFiles() const;
+    [[nodiscard]] std::string placing() const;
     /// From the last opening.
     std::uint64_t number = 0;
     std::string program;

@@ -356,6 +356,55 @@ TEST(Inlines, OfOneLoadEndSomewhereAndSaySo) {
     EXPECT_TRUE(stage.order);
 }
 
+/// A scene as it goes on, as it is started with, as a file brings it: content that nobody has ordered here.
+TEST(Inlines, ContentThatWasThereBeforeCountsWhereItStands) {
+    InlineStage before;
+    test::ListMaker make;
+    const ObjectId here = make.node("here", kRootNode), there = make.node("there", kRootNode);
+    for (std::size_t i = 0; i < InlineLoading::kMostBrought; ++i) {
+        const ObjectId core = make.create<Inline>();
+        setField<&Inline::file>(make.builder, core, "f");
+        setField<&Inline::state>(make.builder, core, L::kThere);
+        make.node("i", i % 2 == 0 ? here : there, core);
+    }
+    const EditOutcome made = before.edit(make.builder.take());
+    ASSERT_TRUE(made.result) << made.result.error().message;
+    const auto idOf = [&](ObjectId placeholder) { return std::ranges::find(made.ids, placeholder, &std::pair<ObjectId, ObjectId>::first)->second; };
+    const ObjectId hereNode = idOf(here), thereNode = idOf(there);
+    const auto half = [&](InlineStage& stage) {
+        const ObjectId more = stage.place(Inline{.file = "more"}, hereNode);
+        for (int i = 0; i < 5 && !stage.order; ++i) stage.frame();
+        ASSERT_TRUE(stage.order) << "half of them are elsewhere";
+        stage.fileFails("no");
+        stage.frames(2);
+        EXPECT_EQ(stage.problemOf(more), "no");
+    };
+    const auto full = [&](InlineStage& stage, ObjectId top) {
+        const ObjectId more = stage.place(Inline{.file = "more"}, top);
+        stage.frames(5);
+        EXPECT_FALSE(stage.order);
+        EXPECT_NE(stage.problemOf(more).find("have content already, and no more may"), std::string::npos) << stage.problemOf(more);
+    };
+    ASSERT_NO_FATAL_FAILURE(half(before));
+    // All stand below one now.
+    ChangeListBuilder move;
+    move.place(thereNode, hereNode);
+    ASSERT_TRUE(before.edit(move.take()).result);
+    ASSERT_NO_FATAL_FAILURE(full(before, hereNode));
+    // Another server goes on with it.
+    InlineStage after;
+    Aspect left;
+    ASSERT_TRUE(left.apply(snapshot(before.scene())));
+    ASSERT_TRUE(after.replica.apply(snapshot(before.scene())));
+    after.simulation.goOnFrom({.scene = std::move(left), .sequence = before.simulation.sequence(), .history = {}, .display = {}});
+    ASSERT_NO_FATAL_FAILURE(full(after, hereNode));
+    // What has been moved away counts there no more.
+    ChangeListBuilder back;
+    back.place(thereNode, kRootNode);
+    ASSERT_TRUE(after.edit(back.take()).result);
+    ASSERT_NO_FATAL_FAILURE(half(after));
+}
+
 TEST(Inlines, OnlyTheServerSaysTheirState) {
     InlineStage stage;
     const ObjectId node = stage.place(Inline{.file = "/a", .load = L::kByHand});
