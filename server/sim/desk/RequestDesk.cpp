@@ -97,7 +97,7 @@ ServerActions RequestDesk::propose(std::uint64_t ticket, const request::Propose&
     Expected<ChangeList> list = listFrom(proposal);
     if (!list) {
         ServerActions actions = tell(open, tl::unexpected(list.error()));
-        open_.erase(ticket);
+        close(open_.find(ticket));
         return actions;
     }
     open.edit.list = std::move(*list);
@@ -109,16 +109,17 @@ void RequestDesk::uploading(const server_action::UploadReceived& received) {
 }
 
 ServerActions RequestDesk::uploaded(UploadFinished finished, TimePoint now) {
-    around_.uploads->handedOver(finished.upload);
     auto awaiting = awaiting_.extract(finished.upload);
     const auto open = awaiting ? open_.find(awaiting.mapped().ticket) : open_.end();
     if (open == open_.end()) {
+        around_.uploads->handedOver(finished.upload);
         if (finished.blobs) around_.uploads->letGo(std::move(*finished.blobs));
         return {};
     }
+    open->second.upload = finished.upload;
     if (!finished.blobs) {
         ServerActions actions = tell(open->second, failWith("proposal", finished.blobs.error()));
-        open_.erase(open);
+        close(open);
         return actions;
     }
     // Findable until the list holds them.
@@ -316,7 +317,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, Ti
     if (!clone && clone.error().code == ErrorCode::kLimit && options.maxChanges < limits_.maxProposalChanges) {
         const std::uint64_t ticket = nextTicket_++;
         options.maxChanges = limits_.maxProposalChanges;
-        open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}};
+        open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isCopy = true};
         copies_.push_back({.ticket = ticket, .node = wish.node, .options = std::move(options)});
         orderCopy();
         return {};
@@ -324,34 +325,38 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, Ti
     if (!clone) return refuse(asker, clone.error());
     const std::uint64_t ticket = nextTicket_++;
     std::vector<Blob> named = blobsOf(clone->list);
-    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(clone->list)}, .created = clone->objects, .copy = clone->node};
+    const std::size_t bytes = memoryWithoutArrays(clone->list);
+    open_[ticket] = {.asker = asker, .edit = {.ticket = ticket, .list = std::move(clone->list)}, .created = clone->objects, .copy = clone->node, .bytes = bytes};
     return queueEdit(ticket, std::move(named), now);
 }
 
-/// One at a time: who joins, and what else that thread does, comes in between.
+/// One at a time: who joins, and what else that thread does, comes in between. And none while those that wait for frames hold much.
 void RequestDesk::orderCopy() {
     while (!copies_.empty() && !open_.contains(copies_.front().ticket)) copies_.pop_front();
-    if (copies_.empty() || std::exchange(copying_, true)) return;
+    if (copies_.empty() || copiedBytes_ >= limits_.maxOpenBytes || std::exchange(copying_, true)) return;
     around_.orderCopy(std::move(copies_.front()));
     copies_.pop_front();
 }
 
 ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
     copying_ = false;
-    orderCopy();
     const auto found = open_.find(made.ticket);
     if (found == open_.end()) {
         std::ranges::move(made.parts.lists, std::back_inserter(dropped_));
+        orderCopy();
         return {};
     }
     Open& open = found->second;
     if (!made.node) {
         ServerActions actions = tell(open, tl::unexpected(made.node.error()));
-        open_.erase(found);
+        close(found);
         return actions;
     }
     open.copy = *made.node;
     open.created = open.edit.objects = made.parts.objects;
+    open.bytes = made.bytes;
+    copiedBytes_ += made.bytes;
+    orderCopy();
     open.parts = std::move(made.parts.lists);
     return queueEdit(made.ticket, std::move(made.named), now);
 }
@@ -382,7 +387,7 @@ ServerActions RequestDesk::queueEdit(std::uint64_t ticket, std::vector<Blob> nam
     if (const std::optional<Error> why = editsRefused()) {
         ServerActions actions = tell(open, tl::unexpected(*why));
         std::ranges::move(open.parts, std::back_inserter(dropped_));
-        open_.erase(ticket);
+        close(open_.find(ticket));
         return actions;
     }
     if (named.empty()) {
@@ -410,7 +415,7 @@ ServerActions RequestDesk::loaded(LoadFinished finished, TimePoint now) {
     if (found == open_.end()) return {};
     if (!finished.scene) {
         ServerActions actions = tell(found->second, tl::unexpected(finished.scene.error()));
-        open_.erase(found);
+        close(found);
         return actions;
     }
     ImportedScene& scene = *finished.scene;
@@ -443,9 +448,21 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
         if (--it; !leftBehind(*it)) continue;
         std::erase(ready_, it->first);
         around_.session.forgetBlobs(it->first);
-        it = open_.erase(it);
+        it = close(it);
         --many;
     }
+}
+
+std::map<std::uint64_t, RequestDesk::Open>::iterator RequestDesk::close(std::map<std::uint64_t, Open>::iterator open) {
+    if (around_.uploads) {
+        around_.uploads->letGo(std::move(open->second.announced));
+        around_.uploads->handedOver(open->second.upload);
+    }
+    const bool isCopy = open->second.isCopy;
+    if (isCopy) copiedBytes_ -= open->second.bytes;
+    const auto next = open_.erase(open);
+    if (isCopy) orderCopy();
+    return next;
 }
 
 std::vector<Edit> RequestDesk::takeEdits() {
@@ -517,8 +534,7 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
         append(actions, tell(found->second, outcomeOf(found->second, outcome, frame.commit.sent->sequence)));
         // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
         around_.session.forgetBlobs(outcome.ticket);
-        if (around_.uploads) around_.uploads->letGo(std::move(found->second.announced));
-        open_.erase(found);
+        close(found);
     }
     append(actions, news_.committed(std::move(frame.collision), number, openQuestions));
     return actions;

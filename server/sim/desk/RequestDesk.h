@@ -31,8 +31,8 @@ class Simulation;
 class RequestDesk {
 public:
     struct Limits {
-        /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals hold together;
-        /// one may exceed it.
+        /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals and copies hold together;
+        /// one may exceed it. Once copies that were made beside the frames hold as much, whoever wants them, no further one is made.
         std::size_t maxOpenRequests = 256;
         std::size_t maxOpenBytes = std::size_t{256} << 20;
         /// Of those who have left: edits that are still carried out.
@@ -121,7 +121,9 @@ private:
         std::uint64_t removed = 0;  ///< of a Remove: objects
         std::uint64_t created = 0;  ///< of a Clone: objects
         ObjectId copy = {};         ///< of a Clone: the placeholder of the node's copy
-        std::size_t bytes = 0;  ///< of the proposal
+        std::size_t bytes = 0;  ///< of the proposal, or that a copy holds once it is made
+        bool isCopy = false;    ///< one that is made beside the frames
+        std::uint64_t upload = 0;  ///< whose room it takes (Uploads::handedOver); 0: none
         bool isLoad = false;
         ObjectId content = {};  ///< of what an Inline holds: its core; nobody asked
         std::vector<ChangeList> parts;  ///< of a load, or a large copy, that takes several frames
@@ -176,6 +178,8 @@ private:
     [[nodiscard]] ServerActions propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);
     void takePart(std::vector<Edit>& edits);
+    /// Its outcome is known, or nobody wants it. What comes behind it.
+    std::map<std::uint64_t, Open>::iterator close(std::map<std::uint64_t, Open>::iterator open);
     [[nodiscard]] Expected<ApplicationAnswer> outcomeOf(const Open& open, const EditOutcome& outcome,
                                                         Sequence sequence) const;
 
@@ -193,6 +197,7 @@ private:
     void orderCopy();
     std::deque<CopyOrder> copies_;  ///< that wait for the one that is made
     bool copying_ = false;
+    std::uint64_t copiedBytes_ = 0;  ///< that those hold which are made
     std::vector<ChangeList> dropped_;     ///< parts of loads that were refused: freed some at a time
     std::set<ConnectionId> applications_;
     ImageRequests images_;

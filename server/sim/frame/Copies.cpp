@@ -20,7 +20,9 @@ CopyMade makeCopy(const Aspect& scene, const CopyOrder& order) {
     } else {
         parts = cutForFrames(std::move(clone->list));
     }
-    return {.ticket = order.ticket, .node = clone->node, .parts = std::move(parts), .named = std::move(named)};
+    std::uint64_t bytes = 0;
+    for (const ChangeList& list : parts.lists) bytes += memoryWithoutArrays(list);
+    return {.ticket = order.ticket, .node = clone->node, .parts = std::move(parts), .named = std::move(named), .bytes = bytes};
 }
 
 }  // namespace tessera

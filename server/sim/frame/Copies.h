@@ -20,6 +20,7 @@ struct CopyMade {
     Expected<ObjectId> node;   ///< the placeholder of the node's copy
     LoadParts parts;           ///< of cloneList's list
     std::vector<Blob> named;   ///< by all of them
+    std::uint64_t bytes = 0;   ///< of memory that the parts take; arrays are the scene's
 };
 
 /// On any thread. A copy stays whole where others' edits may make it senseless before its last part is there: one that brings

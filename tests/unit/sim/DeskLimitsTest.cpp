@@ -52,9 +52,11 @@ protected:
                       .simulation = simulation,
                       .view = view,
                       .loader = loader,
-                      .drags = drags},
+                      .drags = drags,
+                      .orderCopy = [this](CopyOrder order) { copies.push_back(std::move(order)); }},
                      limits};
     std::uint64_t asked = 0;
+    std::vector<CopyOrder> copies;  ///< that are to be made
 };
 
 TEST_F(DeskLimits, WhoAsksWithoutEndIsRefusedAndNobodyElseIs) {
@@ -90,6 +92,38 @@ TEST_F(DeskLimits, ProposalsThatWaitAreBoundedInBytes) {
     EXPECT_FALSE(ask(greedy, proposal(2000)));
     EXPECT_NE(ask(greedy, proposal()).value_or("").find("wait already"), std::string::npos);
     EXPECT_FALSE(ask(other, proposal()));
+}
+
+TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
+    test::ListMaker maker;
+    const ObjectId forest = maker.node("forest", kRootNode);
+    for (int i = 0; i < 1'000; ++i) maker.node("tree", forest);
+    std::vector<ChangeList> lists;
+    lists.push_back(maker.builder.take());
+    ASSERT_TRUE(simulation.load(std::move(lists)));
+    const ObjectId node = simulation.scene().root().children.front();
+    const ConnectionId greedy = join("greedy"), other = join("other");
+    for (int i = 0; i < 2; ++i) EXPECT_FALSE(ask(greedy, request::Clone{.node = node, .under = kRootNode, .name = "copy", .deep = true}));
+    ASSERT_EQ(copies.size(), 1u) << "one at a time";
+    server.take(desk.copied(makeCopy(simulation.scene(), copies[0]), server.now));
+    EXPECT_EQ(copies.size(), 1u) << "the first one holds more than all may";
+    EXPECT_NE(ask(greedy, proposal()).value_or("").find("wait already"), std::string::npos);
+    EXPECT_FALSE(ask(other, proposal()));
+    // A copy that is made at once counts too.
+    const ObjectId tree = simulation.scene().get<Node>(node)->children.front();
+    for (int i = 0; i < 7; ++i) (void)ask(other, request::Clone{.node = tree, .under = kRootNode, .name = "copy", .deep = true});
+    EXPECT_NE(ask(other, proposal()).value_or("").find("wait already"), std::string::npos);
+    // Once it is in the scene the next one is made.
+    FrameResult result;
+    result.commit.sent = listAt(Sequence(6));
+    std::uint64_t ticket = 0;
+    for (int frame = 0; frame < 20 && ticket == 0; ++frame)
+        for (const Edit& edit : desk.takeEdits())
+            if (edit.ticket == copies[0].ticket) ticket = edit.ticket;
+    ASSERT_NE(ticket, 0u);
+    result.outcomes.push_back({.ticket = ticket, .result = {}, .ids = {{kRootNode, kRootNode}}, .stopped = {}});
+    (void)desk.committed(std::move(result), FrameNumber(1), {});
+    EXPECT_EQ(copies.size(), 2u);
 }
 
 TEST_F(DeskLimits, WhoComesAndGoesLeavesABoundedNumberBehind) {

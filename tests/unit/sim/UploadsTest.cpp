@@ -209,6 +209,7 @@ TEST(Uploads, BeyondALimitAreRefusedAndTakeNoRoom) {
 /// A desk for which no frame comes, and an application.
 class UploadDesk : public testing::Test {
 protected:
+    explicit UploadDesk(const Uploads::Limits& of = {}) : limits(of) {}
     request::Propose naming(const Blob& blob) {
         test::ListMaker maker;
         const ObjectId data = maker.create<ApplicationData>();
@@ -223,13 +224,14 @@ protected:
         return replies.empty() ? std::nullopt : std::optional(replies[0].error);
     }
 
+    const Uploads::Limits limits;
     Wall wall = test::wallOfOne();
     BlobStore blobs;
     ServerFixture server;
     Simulation simulation;
     ViewSource view{wall, ""};
     Loader loader{{}, {}, [](LoadFinished) {}};
-    Uploading upload;
+    Uploading upload{limits};
     ManipulatorDrags drags;
     RequestDesk desk{{.wall = wall, .blobs = blobs, .session = server.session, .simulation = simulation, .view = view, .loader = loader, .uploads = &upload.uploads, .drags = drags}};
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
@@ -266,6 +268,55 @@ TEST_F(UploadDesk, TheFrameThreadReadsNoByteOfWhatComes) {
     const Blob there = blobsOf(edits[0].list)[0];
     ASSERT_EQ(there, original);
     EXPECT_TRUE(std::ranges::equal(there.bytes(), original.bytes()));
+}
+
+class FullUploadDesk : public UploadDesk {
+protected:
+    FullUploadDesk() : UploadDesk({.maxBytesOfAll = 15'000}) {}
+};
+
+/// A host that does not answer keeps proposals waiting; whoever made them may go and come again.
+TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) {
+    const ConnectionId host = server.join("a");
+    server.ready(host, server.begin());
+    ASSERT_EQ(server.state("a"), HostState::kLive);
+    const auto everywhere = [&] {
+        for (const auto& all : server.actions<server_action::BlobsEverywhere>()) server.take(desk.blobsEverywhere(all.token));
+        server.forget();
+        return desk.takeEdits();
+    };
+    const auto uploadAndPropose = [&](ConnectionId from, std::uint64_t seed) -> std::string {
+        const Blob blob(someBytes(6'000, seed));
+        upload.send(from, blob);
+        server.forget();
+        server.take(desk.received({from, "somebody", ++asked, share(encodeRequest(naming(blob)))}, server.now));
+        if (const auto replies = server.sent<message::Reply>(from); !replies.empty()) return replies[0].error;
+        std::optional<UploadFinished> finished = upload.finished.popFor(20s);
+        if (!finished) return "it does not end";
+        server.take(desk.uploaded(std::move(*finished), server.now));
+        return "";
+    };
+    for (std::uint64_t i = 0; i < 2; ++i) {
+        const ConnectionId guest = server.hello("guest", PeerRole::kApplication);
+        desk.applicationJoined(guest);
+        ASSERT_EQ(uploadAndPropose(guest, i), "");
+        EXPECT_TRUE(everywhere().empty()) << "the host has not got it";
+        server.drop(guest);
+        desk.applicationLeft(guest);
+    }
+    desk.applicationJoined(application);
+    EXPECT_NE(uploadAndPropose(application, 7).find("try again later"), std::string::npos) << "those who left hold 12,000 of 15,000 bytes";
+    // The host goes: nobody is waited for any more.
+    server.forget();
+    server.drop(host);
+    const std::vector<Edit> edits = everywhere();
+    ASSERT_EQ(edits.size(), 2u);
+    FrameResult result;
+    result.commit.sent = listAt(Sequence(6));
+    for (const Edit& edit : edits) result.outcomes.push_back({.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}});
+    (void)desk.committed(std::move(result), FrameNumber(1), {});
+    EXPECT_EQ(uploadAndPropose(application, 8), "") << "what is in the scene needs no room here";
+    EXPECT_EQ(everywhere().size(), 1u);
 }
 
 TEST_F(UploadDesk, ArraysBesideAListAreSmall) {
