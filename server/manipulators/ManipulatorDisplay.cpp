@@ -338,23 +338,37 @@ const Box& ManipulatorDisplay::contentOf(const Aspect& scene, ObjectId node, con
     return contents_.insert_or_assign(node, std::move(content)).first->second.box;
 }
 
-std::optional<PlacedManipulator> ManipulatorDisplay::place(const Aspect& scene, ObjectId node) {
+std::optional<ManipulatorDisplay::Stand> ManipulatorDisplay::standOf(const Aspect& scene, ObjectId node) {
     const auto bearer = bearers_.find(node);
-    const Manipulator* manipulator = bearer == bearers_.end() ? nullptr : scene.get<Manipulator>(bearer->second);
-    if (!manipulator) return std::nullopt;
-    std::optional<MovedCore> moved = movedBy(scene, *manipulator);
+    Stand stand{.manipulator = bearer == bearers_.end() ? nullptr : scene.get<Manipulator>(bearer->second), .moved = {}, .frames = {}};
+    if (!stand.manipulator) return std::nullopt;
+    std::optional<MovedCore> moved = movedBy(scene, *stand.manipulator);
     if (!moved) return std::nullopt;
-    const Box content = Manipulator::isLightKind(manipulator->kind) ? Box() : contentOf(scene, node, *moved);
-    PlacedManipulator placed;
-    placed.core = bearer->second;
-    placed.node = node;
-    placed.moved = *moved;
-    const double angle = outerAngleOf(scene, *manipulator);
-    for (std::size_t sight = 0; sight < sightsOf(*manipulator); ++sight) {
-        const HandleFrame frame = frameOf(*manipulator, *moved, content, sight);
+    stand.moved = *moved;
+    const Box content = Manipulator::isLightKind(stand.manipulator->kind) ? Box() : contentOf(scene, node, *moved);
+    for (std::size_t sight = 0; sight < sightsOf(*stand.manipulator); ++sight) {
+        const HandleFrame& frame = stand.frames.emplace_back(frameOf(*stand.manipulator, *moved, content, sight));
         if (!frame.world_T_frame.matrix().allFinite() || !frame.extent.allFinite() || !(frame.extent.maxCoeff() < 1e30) || !(frame.knob < 1e30)) return std::nullopt;
-        HandleSight seen{.frame = frame, .handles = handlesOf(manipulator->kind, frame.extent, angle, frame.knob)};
-        if (sight == 0)
+    }
+    return stand;
+}
+
+std::optional<Vec3d> ManipulatorDisplay::originOf(const Aspect& scene, ObjectId node) {
+    const std::optional<Stand> stand = standOf(scene, node);
+    return stand ? std::optional<Vec3d>(stand->frames.front().world_T_frame.translation()) : std::nullopt;
+}
+
+std::optional<PlacedManipulator> ManipulatorDisplay::place(const Aspect& scene, ObjectId node) {
+    const std::optional<Stand> stand = standOf(scene, node);
+    if (!stand) return std::nullopt;
+    PlacedManipulator placed;
+    placed.core = bearers_.at(node);
+    placed.node = node;
+    placed.moved = stand->moved;
+    const double angle = outerAngleOf(scene, *stand->manipulator);
+    for (const HandleFrame& frame : stand->frames) {
+        HandleSight seen{.frame = frame, .handles = handlesOf(stand->manipulator->kind, frame.extent, angle, frame.knob)};
+        if (&frame == &stand->frames.front())
             static_cast<HandleSight&>(placed) = std::move(seen);
         else
             placed.others.push_back(std::move(seen));

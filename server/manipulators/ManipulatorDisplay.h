@@ -69,6 +69,8 @@ public:
     /// Those that somebody can take hold of, ascending by node.
     [[nodiscard]] std::vector<PlacedManipulator> placed(const Aspect& scene);
     [[nodiscard]] std::optional<PlacedManipulator> place(const Aspect& scene, ObjectId node);
+    /// Where its handles stand, in the world; makes none. Nothing where `place` gives nothing.
+    [[nodiscard]] std::optional<Vec3d> originOf(const Aspect& scene, ObjectId node);
 
     /// All arrays that handles ever name.
     [[nodiscard]] static std::vector<Blob> blobs();
@@ -79,6 +81,13 @@ private:
         Box box;
         std::unordered_set<ObjectId> cores;  ///< below it
     };
+    /// A manipulator, what it moves, and of each sight the frame.
+    struct Stand {
+        const Manipulator* manipulator = nullptr;
+        MovedCore moved;
+        std::vector<HandleFrame> frames;
+    };
+    [[nodiscard]] std::optional<Stand> standOf(const Aspect& scene, ObjectId node);
     const Box& contentOf(const Aspect& scene, ObjectId node, const MovedCore& moved);
     void noteNode(const Aspect& scene, ObjectId node);
     void forgetContents(const ChangeList& list);

@@ -43,11 +43,11 @@ ChangeList HandleSizes::choose(const Aspect& scene, ManipulatorDisplay& display,
         const Manipulator& manipulator = *scene.get<Manipulator>(core);
         std::array<Vec4f, 2> sizes{Vec4f::Zero(), Vec4f::Zero()};
         if (manipulator.pixels > 0) {
-            const std::optional<PlacedManipulator> placed = display.place(scene, node);
-            if (!placed) continue;
+            const std::optional<Vec3d> origin = display.originOf(scene, node);
+            if (!origin) continue;
             bool known = true;
             for (std::size_t i = 0; i < sights_; ++i) {
-                const auto size = static_cast<float>(sizeFor(i, placed->frame.world_T_frame.translation(), manipulator.pixels));
+                const auto size = static_cast<float>(sizeFor(i, *origin, manipulator.pixels));
                 known = known && size > 0;
                 sizes[i / 4][static_cast<Eigen::Index>(i % 4)] = size;
             }

@@ -106,6 +106,12 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
             }
             stage.apply();
             if (oneIn(random, 2)) stage.frame();
+            const std::optional<PlacedManipulator> placed = stage.display.place(stage.scene, stage.manipulatorNode);
+            const std::optional<Vec3d> origin = stage.display.originOf(stage.scene, stage.manipulatorNode);
+            ASSERT_EQ(origin.has_value(), placed.has_value());
+            if (placed) {
+                EXPECT_EQ(*origin, placed->frame.world_T_frame.translation());
+            }
         }
         stage.frame();
         const auto boxOf = [&] { return sceneBounds(stage.scene, stage.scene.get<Node>(stage.manipulatorNode)->children[0]); };

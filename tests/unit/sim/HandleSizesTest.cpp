@@ -8,29 +8,10 @@
 
 #include "tests/property/Seeds.h"
 #include "tests/unit/manipulators/ManipulatorScene.h"
+#include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {
 namespace {
-
-/// A wall two metres wide of 1,000 pixels for each user; heads stand at the origin.
-Wall wallBefore(std::size_t users) {
-    Wall wall;
-    wall.name = "users";
-    wall.hosts = {{"only", {}}};
-    for (std::size_t i = 0; i < users; ++i) {
-        const std::string name = "user" + std::to_string(i);
-        Screen screen;
-        screen.name = "screen" + std::to_string(i);
-        screen.lowerLeft = Vec3d(-1, -1, -2);
-        screen.lowerRight = Vec3d(1, -1, -2);
-        screen.upperLeft = Vec3d(-1, 1, -2);
-        screen.grid.tileWidthPx = screen.grid.tileHeightPx = 1000;
-        wall.screens.push_back(screen);
-        wall.users.push_back(User{.name = name, .position = Vec3d::Zero()});
-        wall.hosts[0].tiles.push_back({screen.name, 0, 0, Eye::kCenter, name});
-    }
-    return wall;
-}
 
 /// How many pixels of a screen lie between two places of the world.
 double pixelsBetween(const ScreenCamera& camera, const Vec3d& a, const Vec3d& b) {
@@ -42,7 +23,7 @@ double pixelsBetween(const ScreenCamera& camera, const Vec3d& a, const Vec3d& b)
 }
 
 struct SizedHandles : ManipulatorScene {
-    explicit SizedHandles(std::size_t users) : wall(wallBefore(users)), view{.users = wall.users}, sizes(wall, drags) {
+    explicit SizedHandles(std::size_t users) : wall(test::wallOfUsers(users)), view{.users = wall.users}, sizes(wall, drags) {
         core = transform({});
         target = node(core);
         manipulate(Manipulator::kMove, target);

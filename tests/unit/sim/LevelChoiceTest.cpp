@@ -20,26 +20,6 @@ namespace {
 
 Blob rangesOf(std::vector<double> ranges) { return Blob::of(std::span<const double>(ranges)); }
 
-/// A wall two metres wide of 1,000 pixels, and one user a screen; heads stand at the origin.
-Wall wallOfUsers(std::size_t users) {
-    Wall wall;
-    wall.name = "users";
-    wall.hosts = {{"only", {}}};
-    for (std::size_t i = 0; i < users; ++i) {
-        const std::string name = "user" + std::to_string(i);
-        Screen screen;
-        screen.name = "screen" + std::to_string(i);
-        screen.lowerLeft = Vec3d(-1, -1, -2);
-        screen.lowerRight = Vec3d(1, -1, -2);
-        screen.upperLeft = Vec3d(-1, 1, -2);
-        screen.grid.tileWidthPx = screen.grid.tileHeightPx = 1000;
-        wall.screens.push_back(screen);
-        wall.users.push_back(User{.name = name, .position = Vec3d::Zero()});
-        wall.hosts[0].tiles.push_back({screen.name, 0, 0, Eye::kCenter, name});
-    }
-    return wall;
-}
-
 /// A scene, edited by lists, and who follows it.
 struct LevelStage {
     explicit LevelStage(const Wall& wall) : view{.users = wall.users}, choice(wall) { choice.update(scene, nullptr); }
@@ -90,7 +70,7 @@ struct LevelStage {
 };
 
 TEST(LevelChoice, EachUserSeesTheLevelOfTheirOwnDistance) {
-    const Wall wall = wallOfUsers(2);
+    const Wall wall = test::wallOfUsers(2);
     LevelStage stage(wall);
     const ObjectId thing = stage.node(stage.lod({10, 20}), stage.node(stage.at({0, 0, -5})));
     for (int i = 0; i < 3; ++i) (void)stage.node({}, thing);
@@ -110,7 +90,7 @@ TEST(LevelChoice, EachUserSeesTheLevelOfTheirOwnDistance) {
 }
 
 TEST(LevelChoice, WhereAllSeeTheSameAllBytesAreTheSame) {
-    LevelStage stage(wallOfUsers(1));
+    LevelStage stage(test::wallOfUsers(1));
     const ObjectId thing = stage.node(stage.lod({1, 2}), stage.node(stage.at({0, 0, -1.5})));
     ASSERT_TRUE(stage.apply());
     (void)stage.frame();
@@ -118,7 +98,7 @@ TEST(LevelChoice, WhereAllSeeTheSameAllBytesAreTheSame) {
 }
 
 TEST(LevelChoice, OfUsersThatShareAByteTheOneWhoIsNearerCounts) {
-    LevelStage stage(wallOfUsers(9));
+    LevelStage stage(test::wallOfUsers(9));
     const ObjectId thing = stage.node(stage.lod({10}), stage.node(stage.at({0, 0, -5})));
     ASSERT_TRUE(stage.apply());
     stage.view.users[0].position = Vec3d(0, 0, 100);
@@ -132,7 +112,7 @@ TEST(LevelChoice, OfUsersThatShareAByteTheOneWhoIsNearerCounts) {
 
 // A ball of 0.1 four metres away, on a screen of 500 pixels a metre two metres away: 2 · 0.1 / 4 · 2 · 500 = 50 pixels.
 TEST(LevelChoice, SizesAreDiametersInPixelsOfTheUsersScreen) {
-    LevelStage stage(wallOfUsers(1));
+    LevelStage stage(test::wallOfUsers(1));
     std::vector<ObjectId> things;
     for (const double range : {40.0, 60.0}) {
         const ObjectId core = stage.lod({range}, DistanceLOD::kSize);
@@ -225,7 +205,7 @@ TEST(LevelChoice, FollowingTheSceneIsStartingAnew) {
         std::mt19937 random(seed);
         const auto pick = [&](std::size_t n) { return random() % n; };
         const auto place = [&] { return Vec3d(static_cast<double>(pick(40)) - 20, static_cast<double>(pick(9)), static_cast<double>(pick(40)) - 20); };
-        const Wall wall = wallOfUsers(1 + seed % 10);
+        const Wall wall = test::wallOfUsers(1 + seed % 10);
         LevelStage stage(wall);
         std::vector<ObjectId> nodes{kRootNode}, poses, cores;
         for (int step = 0; step < 60; ++step) {
@@ -304,7 +284,7 @@ TEST(LevelChoice, FollowingTheSceneIsStartingAnew) {
 }
 
 TEST(LevelChoice, AFrameCostsWhatHasMoved) {
-    LevelStage stage(wallOfUsers(2));
+    LevelStage stage(test::wallOfUsers(2));
     std::vector<ObjectId> poses;
     for (int i = 0; i < 2000; ++i) {
         poses.push_back(stage.at(Vec3d(0, 0, i)));
@@ -330,7 +310,7 @@ TEST(LevelChoice, AFrameCostsWhatHasMoved) {
 
 // It is scene state, but nobody's step: undo takes back what a person did.
 TEST(LevelChoice, AFrameWritesItAndUndoDoesNot) {
-    const Wall wall = wallOfUsers(1);
+    const Wall wall = test::wallOfUsers(1);
     Simulation simulation;
     ViewSource view(wall, "");
     BlobStore blobs;

@@ -1,6 +1,7 @@
 /// A small scene by hand: a crane with a hook box on a motion, and a wall in its way.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/cores/Geometry.h"
@@ -27,6 +28,26 @@ inline Wall wallOfOne() {
     wall.screens = {screen};
     wall.users = {User{.name = "viewer"}};
     wall.hosts = {{"only", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
+    return wall;
+}
+
+/// A wall two metres wide of 1,000 pixels for each user; heads stand at the origin.
+inline Wall wallOfUsers(std::size_t users) {
+    Wall wall;
+    wall.name = "users";
+    wall.hosts = {{"only", {}}};
+    for (std::size_t i = 0; i < users; ++i) {
+        const std::string name = "user" + std::to_string(i);
+        Screen screen;
+        screen.name = "screen" + std::to_string(i);
+        screen.lowerLeft = Vec3d(-1, -1, -2);
+        screen.lowerRight = Vec3d(1, -1, -2);
+        screen.upperLeft = Vec3d(-1, 1, -2);
+        screen.grid.tileWidthPx = screen.grid.tileHeightPx = 1000;
+        wall.screens.push_back(screen);
+        wall.users.push_back(User{.name = name, .position = Vec3d::Zero()});
+        wall.hosts[0].tiles.push_back({screen.name, 0, 0, Eye::kCenter, name});
+    }
     return wall;
 }
 
