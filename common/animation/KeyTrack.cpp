@@ -37,6 +37,9 @@ Quatd turnOf(std::span<const double> wxyz) { return Quatd(wxyz[0], wxyz[1], wxyz
 
 std::vector<double> numbersOf(const Quatd& turn) { return {turn.w(), turn.x(), turn.y(), turn.z()}; }
 
+/// Times are sums of sixtieths, and keys come as floats from files: what steps at a frame does so in that frame. Relative, from a second on.
+constexpr double kRounding = 1e-7;
+
 constexpr double kGreatestFloat = std::numeric_limits<float>::max();
 
 FieldValue packedValue(const FieldInfo& field, std::span<const double> numbers, bool broughtWithinBounds) {
@@ -151,10 +154,12 @@ std::vector<double> KeyTrack::at(double seconds) const {
         const std::span<const double> numbers = part(i, spline ? 1 : 0);
         return std::vector<double>(numbers.begin(), numbers.end());
     };
-    const auto after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), seconds) - times_.begin());
+    const bool steps = interpolation_ == KeyFrames::kStep || stepsOnly(*field_);
+    const double reached = steps ? seconds + kRounding * (1 + std::abs(seconds)) : seconds;
+    const auto after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), reached) - times_.begin());
     if (after == 0) return key(0);
     const std::size_t before = after - 1;
-    if (after == times_.size() || interpolation_ == KeyFrames::kStep || stepsOnly(*field_)) return key(before);
+    if (after == times_.size() || steps) return key(before);
     const double span = times_[after] - times_[before];
     const double t = (seconds - times_[before]) / span;
     if (!spline) {

@@ -32,7 +32,8 @@ public:
     [[nodiscard]] std::size_t numbers() const { return numbers_; }
     [[nodiscard]] double lastTime() const { return times_.back(); }
 
-    /// All numbers of the field, quaternions as w x y z; of whole numbers and flags the whole number.
+    /// All numbers of the field, quaternions as w x y z; of whole numbers and flags the whole number. What steps does so up to 0.1 µs (of later times
+    /// their 1e-7th) before its key: within the rounding of times.
     [[nodiscard]] std::vector<double> at(double seconds) const;
     /// The same as a value of the field; of arrays as floats or doubles in a blob.
     [[nodiscard]] FieldValue valueAt(double seconds) const { return valueOf(at(seconds)); }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "tests/property/Seeds.h"
 
@@ -111,6 +112,28 @@ TEST(KeyTrack, AnyFieldOfNumbersCanBeDrivenAndSteppedWhereItIsWhole) {
     ASSERT_EQ(weights.sizeBytes(), 8u);
     EXPECT_EQ(weights.as<float>()[0], 1.0f);
     EXPECT_EQ(weights.as<float>()[1], 2.0f);
+}
+
+/// As frames add their times up, and as files hold the times of keys.
+TEST(KeyTrack, WhatStepsAtAFrameDoesSoInThatFrame) {
+    constexpr std::size_t kFrames = 6'000;
+    std::vector<double> exact, floats, values;
+    for (std::size_t frame = 0; frame < kFrames; ++frame) {
+        exact.push_back(static_cast<double>(frame) / 60);
+        floats.push_back(static_cast<double>(static_cast<float>(exact.back())));
+        values.push_back(static_cast<double>(frame));
+    }
+    for (const auto& times : {exact, floats})
+        for (const auto& [type, field, interpolation] : {std::tuple("PointLight", "intensity", KeyFrames::kStep), std::tuple("Switch", "choice", KeyFrames::kLinear)}) {
+            const KeyFrames frames = framesOf(field, times, values, interpolation);
+            const Expected<KeyTrack> track = KeyTrack::of(frames, &typeCalled(type));
+            ASSERT_TRUE(track) << track.error().message;
+            double now = 0;
+            for (std::size_t frame = 0; frame < kFrames; ++frame, now += 1.0 / 60) {
+                ASSERT_EQ(track->at(now)[0], static_cast<double>(frame)) << field;
+                if (frame > 0) ASSERT_EQ(track->at(now - 1e-4)[0], static_cast<double>(frame - 1)) << "and not before";
+            }
+        }
 }
 
 TEST(KeyTrack, ASplineThatSwingsBeyondTheFieldsBoundsIsBroughtBackToThem) {
