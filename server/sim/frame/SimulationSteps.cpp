@@ -1,7 +1,6 @@
 /// What becomes a step of the history, and how steps are taken back and done again.
 #include <algorithm>
 #include <map>
-#include <ranges>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -183,10 +182,10 @@ ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
 void Simulation::closeSteps(const Wishes& wishes) {
     std::vector<OpenStep> steps = std::exchange(openSteps_, {});
     std::vector<CollisionPipeline::PosedTransforms> later;  // where those of the frame that are still to be closed lead, the newest first
-    for (const OpenStep& step : steps | std::views::reverse) {
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
         CollisionPipeline::PosedTransforms& before = later.emplace_back();
-        for (const auto& [id, pose] : step.before)
-            if (const std::optional<Way> way = wayOf(step, id, wishes)) before.emplace_back(id, way->from);
+        for (const auto& [id, pose] : step->before)
+            if (const std::optional<Way> way = wayOf(*step, id, wishes)) before.emplace_back(id, way->from);
     }
     addOverlapsAmong(steps, later);
     for (OpenStep& step : steps) {
@@ -215,7 +214,7 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
     std::vector<CollisionPipeline::PosedTransforms> back(later.begin(), later.end());
     for (const EditHistory::Above& step : above) {
         std::map<ObjectId, Pose> poses;
-        for (const ChangeListPtr& list : step.lists | std::views::reverse) takePoses(scene(), *list, poses);
+        for (auto list = step.lists.rbegin(); list != step.lists.rend(); ++list) takePoses(scene(), **list, poses);
         back.emplace_back(poses.begin(), poses.end());
     }
     std::map<ObjectId, Pose> poses;
