@@ -75,6 +75,7 @@ struct Application::Impl {
     Options options;
     ConnectionOptions connectionOptions;
     std::unique_ptr<Connection> connection;  ///< null between a dial that failed and the next
+    Proposals proposals;
     std::optional<Wall> wall;
     std::optional<Error> wallFault;
     Aspect aspect;
@@ -419,9 +420,9 @@ void Application::onBack(std::function<void()> callback) {
 
 Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
     if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
-    const Expected<Proposal> proposal = proposalOf(list, gesture);
-    if (!proposal) return tl::unexpected(proposal.error());
-    return impl_->settled(impl_->askFor<answer::Committed>(proposal->request, std::nullopt, proposal->arrays));
+    const auto known = [&](const BlobId& array) { return impl_->connection && impl_->connection->has(array); };
+    const auto ask = [&](const Proposal& proposal) { return impl_->askFor<answer::Committed>(proposal.request, std::nullopt, proposal.arrays); };
+    return impl_->settled(impl_->proposals.propose(list, gesture, known, ask));
 }
 
 Expected<answer::Committed> Application::undo() {

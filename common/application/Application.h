@@ -129,7 +129,8 @@ public:
     // ---- requests: each waits for the server's answer, at most Options::timeout
 
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
-    /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts meanwhile. kLimit: more
+    /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts meanwhile. Those that the
+    /// server took earlier, or has sent, are not, as long as it has them and they are in memory here. kLimit: more
     /// than limits::kMaxUploadBytes (1 GiB) of them, or a list of more than limits::kMaxProposalBytes (64 MiB): nothing is sent. When it
     /// returns, `scene()` holds the change (with followScene; not
     /// from within a callback). A refused list changes nothing.

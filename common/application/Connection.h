@@ -72,6 +72,8 @@ public:
     void request(std::uint64_t id, ByteSlice body);
     /// Arrays of the next proposal, in pieces. The bytes are not copied, but for those of small arrays.
     void upload(std::span<const Blob> blobs);
+    /// The server has sent this array, and it is in memory.
+    [[nodiscard]] bool has(const BlobId& array) const { return store_.find(array).resident(); }
 
 private:
     using Event = std::variant<LinkEvent, message::Request, message::Upload>;
@@ -108,10 +110,11 @@ private:
     Channel<Incoming> out_;
     std::atomic<std::size_t> waiting_{0}, waitingBytes_{0};
 
+    BlobStore store_;
+
     // The session thread's own.
     ClientSession session_;
     std::deque<ClientAction> pending_;
-    BlobStore store_;
     std::vector<Blob> arrived_;  ///< handles that keep blobs findable until lists name them, oldest first
     std::size_t arrivedBytes_ = 0;
     std::map<ChannelKind, LinkId> links_;

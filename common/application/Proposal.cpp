@@ -8,12 +8,18 @@
 
 namespace tessera {
 
-Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture) {
+namespace {
+
+Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture, const Proposals::Known& known) {
     Proposal proposal;
     std::uint64_t bytes = 0;
     std::size_t smallBytes = 0;
     for (Blob& blob : blobsOf(list)) {
         if (!blob.resident()) continue;
+        if (known && known(blob.id())) {
+            proposal.complete = false;
+            continue;
+        }
         bytes += blob.sizeBytes();
         if (blob.sizeBytes() <= limits::kMaxInlineArrayBytes - smallBytes) {
             smallBytes += blob.sizeBytes();
@@ -31,6 +37,24 @@ Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture) {
                                                    proposal.request.list.size(), limits::kMaxProposalBytes >> 20));
     proposal.request.gesture = gesture;
     return proposal;
+}
+
+}  // namespace
+
+Expected<answer::Committed> Proposals::propose(const ChangeList& list, std::uint64_t gesture, const Known& known, const Ask& ask) {
+    Known has = [&](const BlobId& id) { return taken_.find(id).resident() || known(id); };
+    while (true) {
+        const Expected<Proposal> proposal = proposalOf(list, gesture, has);
+        if (!proposal) return tl::unexpected(proposal.error());
+        Expected<answer::Committed> committed = ask(*proposal);
+        if (!committed && !proposal->complete && committed.error().code == ErrorCode::kRefused) {
+            has = nullptr;
+            continue;
+        }
+        if (committed)
+            for (const Blob& array : blobsOf(list)) (void)taken_.add(array);
+        return committed;
+    }
 }
 
 }  // namespace tessera

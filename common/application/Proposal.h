@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/base/Blob.h"
@@ -14,8 +15,20 @@ namespace tessera {
 struct Proposal {
     request::Propose request;
     std::vector<Blob> arrays;  ///< that are uploaded first
+    bool complete = true;      ///< false: the server is trusted to have some of its arrays
 };
-/// kLimit: more than the server takes (`limits` in common/session/Messages.h).
-[[nodiscard]] Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture);
+
+/// Makes proposals without the arrays that the server has as far as anybody knows here: it took them in an earlier proposal, or sent them itself. Only
+/// those count that are still in memory. Where it has let go of them since, it refuses the list, and is sent all of them.
+class Proposals {
+public:
+    using Known = std::function<bool(const BlobId&)>;
+    using Ask = std::function<Expected<answer::Committed>(const Proposal&)>;
+    /// kLimit: more than the server takes (`limits` in common/session/Messages.h). `known`: it has sent this array.
+    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture, const Known& known, const Ask& ask);
+
+private:
+    BlobStore taken_;  ///< arrays of proposals that were committed
+};
 
 }  // namespace tessera

@@ -44,6 +44,7 @@ void uploadRows(SceneTable& table, bool quick) {
     const auto application = wall.connect();
     if (!application) return table.complain("no application can connect");
     std::array<Blob, 2> arrays;
+    std::uint64_t changes = 0;
     for (std::size_t i = 0; i < arrays.size(); ++i) {
         Bytes bytes(kUploadBytes);
         for (std::size_t at = 0; at < bytes.size(); at += 64) bytes[at] = static_cast<std::byte>((at >> 6) * 31 + i);
@@ -58,7 +59,10 @@ void uploadRows(SceneTable& table, bool quick) {
         const Instant from = Clock::now();
         std::size_t sent = 0;
         while (Clock::now() < from + span) {
-            const auto answer = application->propose(keeping(arrays[sent % arrays.size()], sound));
+            // Another one each time: what the server has is not sent again.
+            Blob& array = arrays[sent % arrays.size()];
+            if (const auto changed = array.withRange(0, std::as_bytes(std::span(&++changes, 1)))) array = *changed;
+            const auto answer = application->propose(keeping(array, sound));
             if (answer.has_value() != sound) table.complain(answer ? "what is not sound is taken" : answer.error().message);
             if (sound && answer) {
                 std::vector<ObjectId> node;

@@ -103,6 +103,12 @@ public:
         script_ = std::move(answer);
     }
 
+    /// Of all that it was ever sent none is here any more.
+    void forgetArrays() {
+        const std::scoped_lock lock(mutex_);
+        arraysGone_ = true;
+    }
+
     /// From now on every commit says that these were kept from going where it wanted them.
     void stopEveryCommit(std::vector<ObjectId> transforms) {
         const std::scoped_lock lock(mutex_);
@@ -228,7 +234,10 @@ private:
             if (!keepUploads_) return fail(ErrorCode::kRefused, "the arrays were thrown away");
             std::vector<Blob> arrays = std::exchange(whole_, {});
             for (const ByteSlice& bytes : propose->blobs) arrays.push_back(store_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
-            Expected<ChangeList> list = decodeChangeList(propose->list, store_);
+            BlobStore fresh;
+            for (const Blob& array : arrays) (void)fresh.add(array);
+            Expected<ChangeList> list = decodeChangeList(propose->list, arraysGone_ ? fresh : store_);
+            if (list) arraysGone_ = false;
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
@@ -314,7 +323,7 @@ private:
     Faults faults_;
     request::Subscribe subscription_;
     Uploaded uploaded_;
-    bool keepUploads_ = true;
+    bool keepUploads_ = true, arraysGone_ = false;
     std::deque<BlobInfo> expected_;
     Bytes coming_;
     std::vector<Blob> whole_;  ///< of the next proposal

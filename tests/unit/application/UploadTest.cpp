@@ -58,7 +58,20 @@ TEST(Uploading, SmallArraysGoWithTheListAndLargeOnesBeforeItInPieces) {
     EXPECT_GE(uploaded.bytes, large);
     EXPECT_LE(uploaded.largestPiece, limits::kUploadPieceBytes);
     EXPECT_LE(uploaded.pieces, 32u) << "several small ones in one";
-    ASSERT_TRUE(application->propose(naming(blobs))) << "and once more";
+    // What the server has taken is not sent again, as long as it has it.
+    ASSERT_TRUE(application->propose(naming(blobs)));
+    EXPECT_EQ(server.uploaded().bytes, uploaded.bytes);
+    std::vector<Blob> others{of(large, 3), of(large, 5)};
+    ASSERT_TRUE(application->propose(naming(others))) << "some of them known";
+    EXPECT_EQ(server.uploaded().bytes, uploaded.bytes + large);
+    server.forgetArrays();
+    ASSERT_TRUE(application->propose(naming(others))) << "the server has let go of them";
+    EXPECT_EQ(server.uploaded().bytes, uploaded.bytes + 3 * large);
+    // Nobody here has the old ones any more: these come as if they were new.
+    blobs.clear();
+    blobs.push_back(of(large, 3));
+    server.forgetArrays();
+    ASSERT_TRUE(application->propose(naming(blobs)));
 }
 
 TEST(Uploading, UpToTheLimitIsSentAndOneAboveIsSaidBeforeAnythingIs) {
