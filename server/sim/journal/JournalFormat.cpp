@@ -402,7 +402,7 @@ Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes&& content, const
         case kindOf<journal::Opening>():
             return openingFrom(content);
         case kindOf<journal::Array>():
-            return journal::Array{Blob(std::move(content))};
+            return journal::Array{Blob(std::move(content)).paged()};
         case kindOf<journal::Frame>():
             return frameFrom(content, how);
         case kindOf<journal::Frames>(): {
