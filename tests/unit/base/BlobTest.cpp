@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <array>
 #include <random>
@@ -181,6 +183,16 @@ TEST(Blob, LiesInPagesWhereItIsLarge) {
         slice = edited.slice().slice(edited.bytes().subspan(4, 5));
     }
     EXPECT_EQ(asText(slice), "\a" "abc" "\a") << "a slice keeps its array";
+}
+
+/// Beside its pages (PagedBytes.AnEditTakesThePagesThatItLiesIn): 8 KiB at most.
+TEST(Blob, AnEditOfAHundredMiBTakesNoMoreThan56KiBOfHeap) {
+    std::vector<Blob> all{Blob(Bytes(std::size_t{100} << 20)).paged()};
+    all.reserve(200);
+    const Bytes thousand(1'000, std::byte{7});
+    const std::size_t before = ::mallinfo2().uordblks;
+    for (std::size_t step = 1; step <= 100; ++step) all.push_back(*all.back().withRange(step * 1'000'003 % (all[0].sizeBytes() - 1'000), thousand));
+    EXPECT_LE(::mallinfo2().uordblks - before, 100 * (std::size_t{56} << 10));
 }
 
 TEST(BlobMaker, MakesWhatTheBytesWouldMakeHoweverTheyCome) {
