@@ -267,7 +267,7 @@ TEST_F(CollideProgram, SaysThatAFileMayBeCut) {
     const std::string model = write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3"), poses = write("good.poses", "0 0 0 1 0 0 0\n");
     const Outcome outcome = ask(model, model, poses, "any");
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "touch\n");
+    EXPECT_EQ(outcome.out, "{\"hit\":true}\n");
     EXPECT_NE(outcome.err.find("one.obj: its last line (line 4) has no line break: its last number may be cut off"), std::string::npos) << outcome.err;
 }
 
