@@ -47,7 +47,7 @@ Expected<answer::Committed> Proposals::propose(const ChangeList& list, std::uint
         const Expected<Proposal> proposal = proposalOf(list, gesture, has);
         if (!proposal) return tl::unexpected(proposal.error());
         Expected<answer::Committed> committed = ask(*proposal);
-        if (!committed && !proposal->complete && committed.error().code == ErrorCode::kRefused) {
+        if (!committed && !proposal->complete && committed.error().code == ErrorCode::kNotFound) {
             has = nullptr;
             continue;
         }

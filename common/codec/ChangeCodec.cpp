@@ -182,7 +182,7 @@ Expected<FieldColumn::Values> decodeBlobs(ByteSpan bytes, std::size_t rows, cons
         Blob blob = store.find(id);
         if (blob.empty()) {
             if (absent == AbsentBlobs::kRefuse)
-                return fail(ErrorCode::kRefused,
+                return fail(ErrorCode::kNotFound,
                             fmt::format("change list: blob {} ({} bytes) is not here", toHex(id), record.sizeBytes));
             blob = Blob::absent(id, record.sizeBytes);
         } else if (blob.sizeBytes() != record.sizeBytes) {

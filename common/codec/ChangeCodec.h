@@ -21,7 +21,7 @@ struct ChangeLimits {
 /// The bytes of its ranges, one behind the other, where they lie in a list that decodeChangeList has taken.
 [[nodiscard]] ByteSpan rangeBytesIn(ByteSpan encodedList);
 
-/// What to do with a blob that the store does not have.
+/// What to do with a blob that the store does not have: kRefuse is kNotFound.
 enum class AbsentBlobs { kRefuse, kKeepAbsent };
 
 /// Never crashes whatever the bytes are; takes no memory out of proportion to them. Blob columns are resolved in
