@@ -147,11 +147,10 @@ struct Transport::Impl {
         absence.left(busy() ? kAtOnce : kAbsence);
     }
 
-    [[nodiscard]] bool busy() const {
-        const Duration last = lastLarge.load();
-        return last != Duration::zero() && now().time_since_epoch() < last + kQuiet;
-    }
-    void seeLarge() { lastLarge = now().time_since_epoch(); }
+    static bool isRecent(Duration large) { return large != Duration::zero() && now().time_since_epoch() < large + kQuiet; }
+    [[nodiscard]] bool busy() const { return isRecent(lastLarge); }
+    /// Whether it was busy already.
+    bool seeLarge() { return isRecent(lastLarge.exchange(now().time_since_epoch())); }
 
     /// An alarm that comes too early stays: who is woken by it looks at the clock and asks again.
     void wakeAt(TimePoint until) {
@@ -180,9 +179,8 @@ struct Transport::Impl {
         if (!large && !turn.mine())
             if (const Turn::Hold hold = turn.tryTake(); hold && posted == 0) return queue(id, type, epoch, payload);
         post([this, id, type, epoch, payload = std::move(payload)] { queue(id, type, epoch, payload); });
-        if (!large) return;
-        seeLarge();
-        absence.left(kAtOnce);
+        // While there is much to do the thread inside does it: nobody has to wake it for each of many.
+        if (large && !seeLarge()) absence.left(kAtOnce);
     }
 
     // ---- all members below run on the network thread but those that say otherwise ----------------------------------
