@@ -82,7 +82,7 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
     for (const std::string& remark : frame.remarks) around_.log.warning(remark);
-    if (frame.commit.list) hold(number, *frame.commit.list);
+    if (frame.commit.list) hold(number, *frame.commit.list, frame.unneeded);
     for (const std::string& note : frame.notes) around_.log.info(note);
     if (recording_) recording_->frameDone(number, frame);
     if (around_.journal) around_.journal->frameDone(number, frame, around_.simulation.display());
@@ -152,7 +152,7 @@ void FrameMaker::addNotices(std::vector<Edit>& edits) {
         edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(notices), .undoable = false});
 }
 
-void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {
+void FrameMaker::hold(FrameNumber frame, const ChangeList& list, std::vector<std::shared_ptr<const void>>& unneeded) {
     constexpr std::uint64_t kFrames = 600, kBytes = std::uint64_t{256} << 20;
     Named named{.frame = frame, .blobs = blobsOf(list)};
     // What ranges have made: hosts make it themselves, and those that come later ask for it by name.
@@ -166,6 +166,7 @@ void FrameMaker::hold(FrameNumber frame, const ChangeList& list) {
     named_.push_back(std::move(named));
     while (named_.size() > 1 && (namedBytes_ > kBytes || named_.front().frame.value + kFrames < frame.value)) {
         namedBytes_ -= named_.front().bytes;
+        unneeded.push_back(std::make_shared<const std::vector<Blob>>(std::move(named_.front().blobs)));
         named_.pop_front();
     }
 }

@@ -88,7 +88,8 @@ private:
     void addPictures(bool first, std::vector<Edit>& edits, TimePoint now);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
-    void hold(FrameNumber frame, const ChangeList& list);
+    /// `unneeded`: is given what it held long enough.
+    void hold(FrameNumber frame, const ChangeList& list, std::vector<std::shared_ptr<const void>>& unneeded);
     struct Named {
         FrameNumber frame;
         std::vector<Blob> blobs;

@@ -465,13 +465,18 @@ void EditHistory::letGo(Step step) {
     bytes_ -= memoryOf(step.overlaps);
     for (Held& held : step.lists) {
         bytes_ -= held.bytes;
-        if (step.apart) forgotten_.push_back(std::move(held.list));
+        (step.apart ? forgottenParts_ : forgotten_).push_back(std::move(held.list));
     }
 }
 
-void EditHistory::sweep() {
+std::vector<ChangeListPtr> EditHistory::sweep() {
     constexpr std::size_t kListsAtOnce = 8;
-    forgotten_.resize(forgotten_.size() - std::min(forgotten_.size(), kListsAtOnce));
+    std::vector<ChangeListPtr> swept = std::exchange(forgotten_, {});
+    for (std::size_t left = std::min(forgottenParts_.size(), kListsAtOnce); left > 0; --left) {
+        swept.push_back(std::move(forgottenParts_.back()));
+        forgottenParts_.pop_back();
+    }
+    return swept;
 }
 
 bool EditHistory::mergeLast(Step& step) {

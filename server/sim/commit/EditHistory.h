@@ -137,8 +137,9 @@ public:
     void partDone(ChangeList inverse);
     /// The part is refused: from here on the step goes back to where it came from. Refused on that way too, it is forgotten.
     void partRefused();
-    /// Gives memory of forgotten steps back, some at a time: a large one takes longer than a frame. Call once a frame.
-    void sweep();
+    /// What nobody needs of forgotten steps; of those in parts some at a time. Call once a frame, and free it elsewhere: that takes a large array
+    /// longer than a frame.
+    std::vector<ChangeListPtr> sweep();
 
     /// A step as it is kept elsewhere: its lists in the order in which they were made.
     struct Kept {
@@ -217,7 +218,7 @@ private:
     std::optional<StepMoving> moving_;
     std::optional<Step> arriving_;
     std::vector<HistoryEvent> happened_;
-    std::vector<ChangeListPtr> forgotten_;  ///< of steps in parts; not counted any more
+    std::vector<ChangeListPtr> forgotten_, forgottenParts_;  ///< not counted any more; of steps in parts
     std::uint64_t bytes_ = 0;
 };
 

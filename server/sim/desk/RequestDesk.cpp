@@ -536,6 +536,7 @@ ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
         around_.session.forgetBlobs(outcome.ticket);
         close(found);
     }
+    if (around_.uploads) around_.uploads->letGo(std::move(frame.unneeded));
     append(actions, news_.committed(std::move(frame.collision), number, openQuestions));
     return actions;
 }

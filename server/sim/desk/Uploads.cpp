@@ -92,6 +92,10 @@ void Uploads::letGo(std::vector<Blob> blobs) {
     if (!blobs.empty()) (void)orders_.tryPush(std::move(blobs));
 }
 
+void Uploads::letGo(std::vector<std::shared_ptr<const void>> unneeded) {
+    if (!unneeded.empty()) (void)orders_.tryPush(std::move(unneeded));
+}
+
 // ---- the thread
 
 void Uploads::run() {
@@ -107,7 +111,7 @@ void Uploads::run() {
             if (assembly.error) held_ -= std::exchange(assembly.held, 0);  // it has thrown all away
             continue;
         }
-        if (std::holds_alternative<std::vector<Blob>>(*order)) continue;
+        if (!std::holds_alternative<End>(*order)) continue;
         const End& end = std::get<End>(*order);
         auto assembly = assemblies.extract(end.upload);
         if (!assembly) continue;

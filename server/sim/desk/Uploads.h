@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <unordered_map>
@@ -53,6 +54,7 @@ public:
     void handedOver(std::uint64_t upload);
     /// Lets go of these. Where nobody else holds them they are freed here: that takes a large one longer than a frame has.
     void letGo(std::vector<Blob> blobs);
+    void letGo(std::vector<std::shared_ptr<const void>> unneeded);
 
 private:
     /// The thread's.
@@ -64,7 +66,7 @@ private:
         std::uint64_t upload = 0;
         bool wanted = true;
     };
-    using Order = std::variant<Piece, End, std::vector<Blob>>;
+    using Order = std::variant<Piece, End, std::vector<Blob>, std::vector<std::shared_ptr<const void>>>;
     struct Assembly {
         std::deque<BlobInfo> expected;  ///< the first is being put together
         std::optional<BlobMaker> first;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,6 +61,8 @@ struct FrameResult {
     std::vector<std::string> notes;     ///< of letters that are not as asked for (Typesetter)
     StepResult collision;
     double collisionMs = 0;
+    /// What nobody needs any more: whoever frees it takes longer than a frame where arrays are large.
+    std::vector<std::shared_ptr<const void>> unneeded;
     std::vector<std::string> remarks;  ///< for a person: animations that were paused, and why
 };
 

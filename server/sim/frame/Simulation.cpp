@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -68,7 +69,7 @@ void Simulation::takeOrphansAway() {
 FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span<const Reply> replies) {
     FrameResult result;
     const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
-    history_.sweep();
+    std::ranges::move(history_.sweep(), std::back_inserter(result.unneeded));
     std::optional<EditOutcome> wholeAgain = goOn();
     Wishes wishes;
     for (const MotionStep& m : motions_.advance(scene(), seconds))

@@ -7,11 +7,13 @@
 
 #include <atomic>
 #include <cstring>
+#include <thread>
 
 #include "common/base/Channel.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/cores/ApplicationData.h"
+#include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/desk/RequestDesk.h"
 #include "server/sim/frame/Simulation.h"
@@ -317,6 +319,39 @@ TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) 
     (void)desk.committed(std::move(result), FrameNumber(1), {});
     EXPECT_EQ(uploadAndPropose(application, 8), "") << "what is in the scene needs no room here";
     EXPECT_EQ(everywhere().size(), 1u);
+}
+
+/// An array of 256 MiB takes 20 ms to be given back to the kernel.
+TEST_F(UploadDesk, WhatTheHistoryForgetsIsFreedByTheOtherThread) {
+    std::atomic<pid_t> freedBy{0};
+    const Bytes bytes = someBytes(100'000, 9);
+    FrameNumber number;
+    const auto frame = [&](ChangeList list) {
+        FrameResult result = simulation.step(number == FrameNumber(0), {Edit{.ticket = 1'000'000, .list = std::move(list)}});
+        ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes[0].result.error().message;
+        (void)desk.committed(std::move(result), number, {});
+        number = number.next();
+    };
+    {
+        const Blob watched(std::shared_ptr<const void>(bytes.data(), [&](const void*) { freedBy = gettid(); }), bytes);
+        test::ListMaker maker;
+        const ObjectId data = maker.create<ApplicationData>();
+        setField<&ApplicationData::data>(maker.builder, data, watched);
+        maker.node("n", kRootNode, data);
+        ASSERT_NO_FATAL_FAILURE(frame(maker.builder.take()));
+    }
+    const std::vector<ObjectId> going{simulation.scene().root().children.front()};
+    ASSERT_NO_FATAL_FAILURE(frame(removalOf(simulation.scene(), going)));
+    // Its step is the oldest one day.
+    for (int i = 0; i < 300; ++i) {
+        EXPECT_EQ(freedBy.load(), i < 250 ? 0 : freedBy.load());
+        test::ListMaker maker;
+        maker.node("other", kRootNode);
+        ASSERT_NO_FATAL_FAILURE(frame(maker.builder.take()));
+    }
+    for (const auto deadline = std::chrono::steady_clock::now() + 20s; freedBy == 0 && std::chrono::steady_clock::now() < deadline;) std::this_thread::yield();
+    EXPECT_NE(freedBy.load(), 0) << "nobody has freed it";
+    EXPECT_NE(freedBy.load(), gettid());
 }
 
 TEST_F(UploadDesk, ArraysBesideAListAreSmall) {
