@@ -125,10 +125,6 @@ struct FrameSpan {
 }
 
 /// What frames of a wall take while its guests ask for much, in groups: lies, undo, reset, copies.
-/// Whether a row is among those of --rows.
-[[nodiscard]] inline bool isWanted(const std::string& rows, const std::string& name) {
-    return ("," + rows + ",").find("," + name + ",") != std::string::npos;
-}
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick);
 /// And while an application sends large arrays.
 void uploadRows(SceneTable& table, bool quick);
