@@ -136,7 +136,7 @@ public:
     /// from within a callback). A refused list changes nothing.
     /// `gesture`: proposals in a row of one gesture (a drag) are taken back as one; 0: each by itself.
     [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture = 0);
-    /// Takes back the last committed change of any application, as a new change.
+    /// Takes back the last committed change of any application, as a new change. Of a large load or copy: told when nobody sees any of it.
     [[nodiscard]] Expected<answer::Committed> undo();
     /// Does again what was taken back last; nothing can be done again after another change.
     [[nodiscard]] Expected<answer::Committed> redo();

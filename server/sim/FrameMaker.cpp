@@ -73,7 +73,8 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     addNotices(edits);
     addVerdicts(edits);
     for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
-    if (around_.inlines)
+    // Nothing is read for a node from below which something is just being taken away.
+    if (around_.inlines && !around_.simulation.stepUnderWay())
         if (ChangeList states = around_.inlines->advance(around_.simulation.scene(), around_.simulation.inlines(), lastView_); !states.empty())
             edits.insert(edits.begin(), Edit{.ticket = InlineLoading::kTicket, .list = std::move(states), .undoable = false});
     for (const Edit& edit : edits)

@@ -4,6 +4,7 @@
 /// undone; the view is set back; much is copied; an application sends large arrays.
 ///
 ///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads,edits] [--wide] [--quick]
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "server/sim/frame/LoadParts.h"
 #include "tests/bench/LoadWall.h"
 
 namespace tessera::bench {
@@ -75,7 +77,8 @@ LoadCourse visit(Application& application, const std::string& file, Duration res
     return v;
 }
 
-void loadRows(SceneTable& table, const std::string& file, double rateHz, bool quick) {
+void loadRows(SceneTable& table, const std::string& file, std::uint64_t nodes, double rateHz, bool quick) {
+    constexpr Duration kTail = 400ms;  // hosts show later than an application is answered
     const std::string how = rateHz > 0 ? fmt::format("{:.0f} Hz", rateHz) : "no pause";
     StandstillWatch watch;
     const std::string folder = std::filesystem::path(file).parent_path();
@@ -88,13 +91,30 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
     if (!v.trouble.empty()) table.complain(v.trouble);
     if (v.over == Instant()) return;
 
-    double showing = 0, hiding = 0, bringing = 0;
+    // It appears with the last frames before it is answered; a frame in between, and the one that the answer came after.
+    const auto appearing = [&](Instant answered) {
+        const auto end = std::ranges::upper_bound(released, answered);
+        const auto frames = static_cast<std::ptrdiff_t>(nodes / LoadPartLimits().seen + 3);
+        return end - released.begin() > frames ? *(end - frames) : released.front();
+    };
     const FrameSpan before = spanOf(released, still, v.begun, v.ordered);
-    const FrameSpan during = spanOf(released, still, v.ordered, v.shown, {v.shown}, &showing);
+    const FrameSpan during = spanOf(released, still, v.ordered, appearing(v.shown));
+    const FrameSpan showing = spanOf(released, still, appearing(v.shown), v.shown + kTail);
     const FrameSpan after = spanOf(released, still, v.rested, v.undoing);
-    const FrameSpan undoing = spanOf(released, still, v.undoing, v.gone, {v.undone}, &hiding);
-    const FrameSpan redoing = spanOf(released, still, v.redoing, v.back, {v.back}, &bringing);
+    const FrameSpan hiding = spanOf(released, still, v.undoing, v.undone + kTail);
+    const FrameSpan undoing = spanOf(released, still, v.undone + kTail, v.gone);
+    const FrameSpan redoing = spanOf(released, still, v.redoing, appearing(v.back));
+    const FrameSpan bringing = spanOf(released, still, appearing(v.back), v.back + kTail);
     const double median = before.median().value;
+    // Of that the server's frame thread, at most.
+    const auto worked = [&](Instant from, Instant to) {
+        double most = 0;
+        for (std::size_t i = 1; i < released.size(); ++i)
+            if (released[i] >= from && released[i] < to) most = std::max(most, wall.worked()[i] - wall.worked()[i - 1]);
+        return fmt::format("frame thread {:.1f} ms at most", most);
+    };
+    const auto seconds = [](Duration span) { return std::chrono::duration<double>(span).count(); };
+    const auto frames = [](const FrameSpan& span) { return fmt::format("{} frames, median {:.2f}", span.ms.size(), span.median().value); };
     const auto worst = [&](const std::string& what, const FrameSpan& span, const std::string& remark) {
         table.add({.operation = how + ": " + what,
                    .peer = "50 ms above the median before",
@@ -110,17 +130,14 @@ void loadRows(SceneTable& table, const std::string& file, double rateHz, bool qu
         table.add({.operation = how + ": " + what, .peer = "", .ours = {ms, 0, 1}, .theirs = {}, .unit = "ms", .remark = remark});
     };
     alone("a frame before", median, fmt::format("worst {:.1f}", before.worst));
-    worst("the worst while it is loaded", during,
-          fmt::format("{} frames, median {:.2f}; {:.1f} s until it is seen", during.ms.size(), during.median().value,
-                      std::chrono::duration<double>(v.shown - v.ordered).count()));
-    alone("the frame that shows it", showing);
+    worst("the worst while it is loaded", during, fmt::format("{}; {:.1f} s until all is seen", frames(during), seconds(v.shown - v.ordered)));
+    worst("the worst while it appears", showing, fmt::format("{}; {}", frames(showing), worked(appearing(v.shown), v.shown + kTail)));
     alone("a frame after", after.median().value, fmt::format("worst {:.1f}", after.worst));
-    alone("the frame that undo hides it in", hiding);
-    worst("the worst while undo takes it away", undoing,
-          fmt::format("{:.1f} s", std::chrono::duration<double>(v.gone - v.undone).count()));
-    worst("the worst while redo brings it again", redoing,
-          fmt::format("{:.1f} s", std::chrono::duration<double>(v.back - v.redoing).count()));
-    alone("the frame that redo shows it in", bringing);
+    worst("the worst while undo hides it", hiding,
+          fmt::format("{}; {:.1f} s; {}", frames(hiding), seconds(v.undone - v.undoing), worked(v.undoing, v.undone + kTail)));
+    worst("the worst while undo takes it away", undoing, fmt::format("{}; {:.1f} s", frames(undoing), seconds(v.gone - v.undone)));
+    worst("the worst while redo brings it again", redoing, fmt::format("{}; {:.1f} s until all is seen", frames(redoing), seconds(v.back - v.redoing)));
+    worst("the worst while it appears again", bringing, fmt::format("{}; {}", frames(bringing), worked(appearing(v.back), v.back + kTail)));
 
     Wall4 other({file}, folder, rateHz);
     const auto second = other.connect();
@@ -173,8 +190,8 @@ int bench(const std::vector<std::string>& arguments) {
         table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB{}), four hosts that do not draw", nodes,
                                 static_cast<double>(std::filesystem::file_size(file)) * 1e-6, wide ? ", half of them below one node" : ""));
         if (isWanted(rows, "load")) {
-            loadRows(table, file, 60, quick);
-            loadRows(table, file, 0, quick);
+            loadRows(table, file, nodes, 60, quick);
+            loadRows(table, file, nodes, 0, quick);
         }
         guestRows(table, file, rows, quick);
     }

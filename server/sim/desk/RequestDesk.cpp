@@ -477,7 +477,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
             loading_.push_back(ticket);
             continue;
         }
-        if (step && around_.simulation.stepUnderWay()) {  // it waits for that one, and nobody waits for it
+        if (step && (around_.simulation.stepUnderWay() || around_.simulation.appearing())) {  // it waits for that, and nobody waits for it
             later.push_back(ticket);
             continue;
         }

@@ -45,6 +45,12 @@ bool movesNodes(const ChangeList& list) {
         for (const Creation& creation : list.creations) created.insert(creation.id);
     return std::ranges::any_of(list.placements, [&](const Placement& placement) { return placement.parent && !created.contains(placement.node); });
 }
+tl::unexpected<Error> nobodyWants(ObjectId core) {
+    return fail(ErrorCode::kRefused, fmt::format("#{}: nobody wants what the file holds any more", core.value));
+}
+tl::unexpected<Error> othersCame() {
+    return fail(ErrorCode::kRefused, "nodes have come below it while its file was read; remove them and set wanted");
+}
 
 const std::set<ObjectId> kNoBearers;
 
@@ -144,7 +150,24 @@ void InlineContents::noteNode(const Aspect& scene, ObjectId id) {
     coreOf_[id] = core;
 }
 
-Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list, bool ofServer) const {
+Expected<void> InlineContents::checkPlaces(const Aspect& scene, const ChangeList& part, const IdRange& own) const {
+    ObjectId last;
+    for (const Placement& placement : part.placements) {
+        if (!placement.parent || placement.parent == last || own.contains(placement.parent)) continue;
+        last = placement.parent;
+        const auto bearer = coreOf_.find(last);
+        if (bearer == coreOf_.end()) continue;
+        const std::optional<LoadWish> wish = loadWishOf(scene.find(bearer->second));
+        if (!wish || wish->state != LoadWords::kLoading) return nobodyWants(bearer->second);
+        const ChildList& children = scene.get<Node>(last)->children;
+        if (!children.empty() && !(own.contains(children.front()) && own.contains(children.back()))) return othersCame();
+    }
+    return {};
+}
+
+Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list, bool ofServer, const IdRange& own) const {
+    if (ofServer && own.count > 0)
+        if (Expected<void> wanted = checkPlaces(scene, list, own); !wanted) return wanted;
     for (const FieldColumn& column : list.columns) {
         if (!saysState(column) && !saysProblem(column)) continue;
         const auto* states = std::get_if<std::vector<std::int64_t>>(&column.values);
@@ -155,11 +178,10 @@ Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list
                 return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the state of an Inline or a ProxyGroup; set its wanted",
                                                              column.ids[row].value));
             if (!saysState(column) || !states || (*states)[row] != LoadWords::kThere) continue;
-            if (wish->state != LoadWords::kLoading)
-                return fail(ErrorCode::kRefused, fmt::format("#{}: nobody wants what the file holds any more", column.ids[row].value));
+            if (wish->state != LoadWords::kLoading) return nobodyWants(column.ids[row]);
             for (const ObjectId bearer : bearersOf(column.ids[row]))
-                if (!scene.get<Node>(bearer)->children.empty())
-                    return fail(ErrorCode::kRefused, "nodes have come below it while its file was read; remove them and set wanted");
+                for (const ObjectId child : scene.get<Node>(bearer)->children)
+                    if (!own.contains(child)) return othersCame();
         }
     }
     return {};

@@ -11,6 +11,7 @@
 #include "common/cores/LoadWords.h"
 #include "common/math/Box.h"
 #include "common/scene/Aspect.h"
+#include "server/sim/commit/EditHistory.h"
 
 namespace tessera {
 
@@ -53,8 +54,8 @@ public:
     [[nodiscard]] std::uint64_t work() const { return work_; }
 
     /// What a list of an application may not say of cores that are there (their state), or, of the server's own, what it may not say any more: that
-    /// content is there which nobody waits for.
-    [[nodiscard]] Expected<void> check(const Aspect& scene, const ChangeList& list, bool ofServer) const;
+    /// content is there which nobody waits for. `own`: what the load makes of which the list is a part; no part of it is placed where nobody waits.
+    [[nodiscard]] Expected<void> check(const Aspect& scene, const ChangeList& list, bool ofServer, const IdRange& own = {}) const;
 
     /// What a person's list changes of what a core wants.
     struct Change {
@@ -76,6 +77,7 @@ public:
     [[nodiscard]] std::vector<Consequence> inTheWayOf(const Aspect& scene, const ChangeList& list) const;
 
 private:
+    [[nodiscard]] Expected<void> checkPlaces(const Aspect& scene, const ChangeList& part, const IdRange& own) const;
     void noteNode(const Aspect& scene, ObjectId node);
     void noteCore(const Aspect& scene, ObjectId core);
 

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "common/cores/Animation.h"
+#include "common/cores/CollisionObject.h"
 #include "common/cores/Motion.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/AppearingOrder.h"
 
 namespace tessera {
 namespace {
@@ -74,27 +76,47 @@ std::uint64_t lastReferred(const FieldColumn& column, std::size_t row, std::uint
     return last;
 }
 
-/// What plays from the beginning stands still; what sets those going that are to play is returned.
-FieldColumn holdPlaying(ChangeList& list, ObjectType type, FieldId field) {
+/// Objects of a type that move by themselves unless a field says otherwise.
+struct Held {
+    ObjectType type;
+    std::optional<std::uint16_t> column;  ///< where the list says so, now of none that it creates: they are told to stand with their creation
+    FieldColumn go;                       ///< what sets those going that are to play
+};
+
+Held holdPlaying(ChangeList& list, ObjectType type, FieldId field) {
     const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
-    FieldColumn go = FieldColumn::ofShape(type, field, FieldKind::kBool, 1);
+    Held held{.type = type, .column = {}, .go = FieldColumn::ofShape(type, field, FieldKind::kBool, 1)};
     std::vector<ObjectId> players;
     for (const Creation& creation : list.creations)
         if (creation.type == type) players.push_back(creation.id);
-    if (players.empty()) return go;
+    if (players.empty()) return held;
     auto at = std::ranges::lower_bound(list.columns, std::pair(type, field), {}, order);
-    if (at == list.columns.end() || order(*at) != std::pair(type, field)) at = list.columns.insert(at, go);
-    auto* playing = std::get_if<std::vector<std::uint8_t>>(&at->values);
-    if (!playing) return go;  // the scene refuses it in words
+    if (at == list.columns.end() || order(*at) != std::pair(type, field)) at = list.columns.insert(at, held.go);
+    const auto* playing = std::get_if<std::vector<std::uint8_t>>(&at->values);
+    if (!playing || playing->size() != at->ids.size()) return held;  // the scene refuses it in words
     std::vector<ObjectId> spokenOf = at->ids;
     std::ranges::sort(spokenOf);
-    for (std::size_t row = 0; row < at->ids.size() && row < playing->size(); ++row)
-        if (placeOf(at->ids[row]) < list.creations.size() && std::exchange((*playing)[row], std::uint8_t{0}) != 0)
-            go.append(at->ids[row], true);
-    for (const ObjectId id : players) {
-        if (std::ranges::binary_search(spokenOf, id)) continue;
-        at->append(id, false);
-        go.append(id, true);
+    FieldColumn others = shapeOf(*at);
+    for (std::size_t row = 0; row < at->ids.size(); ++row) {
+        if (placeOf(at->ids[row]) >= list.creations.size())
+            others.append(at->ids[row], at->value(row));
+        else if ((*playing)[row] != 0)
+            held.go.append(at->ids[row], true);
+    }
+    for (const ObjectId id : players)
+        if (!std::ranges::binary_search(spokenOf, id)) held.go.append(id, true);
+    *at = std::move(others);
+    return held;
+}
+
+/// Bodies that would fall before they stand on anything have no mass; what gives it to them is returned.
+FieldColumn holdMasses(ChangeList& list) {
+    FieldColumn go = FieldColumn::ofShape(typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, FieldKind::kDouble, 1);
+    for (FieldColumn& column : list.columns) {
+        auto* masses = std::get_if<std::vector<double>>(&column.values);
+        if (column.type != go.type || column.field != go.field || !masses || column.width != 1) continue;
+        for (std::size_t row = 0; row < std::min(column.ids.size(), masses->size()); ++row)
+            if (placeOf(column.ids[row]) < list.creations.size() && (*masses)[row] != 0) go.append(column.ids[row], toValue(std::exchange((*masses)[row], 0.0)));
     }
     return go;
 }
@@ -104,8 +126,18 @@ class Cutter {
 public:
     Cutter(ChangeList list, const LoadPartLimits& limits)
         : list_(std::move(list)), limits_(limits), count_(list_.creations.size()),
-          go_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>), holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>)} {
+          held_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>), holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>)},
+          appearing_(appearingOrder(list_.placements, count_, limits.seen)), appears_(list_.placements.size()) {
         std::ranges::sort(list_.creations, {}, &Creation::id);
+        for (const std::vector<std::uint32_t>& rows : appearing_)
+            for (const std::uint32_t row : rows) appears_[row] = true;
+        for (Held& held : held_) {
+            const auto said = [&](const FieldColumn& column) { return column.type == held.go.type && column.field == held.go.field; };
+            const auto at = std::ranges::find_if(list_.columns, said);
+            if (at != list_.columns.end() && at->kind() == FieldKind::kBool) held.column = static_cast<std::uint16_t>(at - list_.columns.begin());
+            go_.push_back(std::move(held.go));
+        }
+        if (appearing_.size() > 1) go_.push_back(holdMasses(list_));
     }
 
     LoadParts run() {
@@ -113,6 +145,7 @@ public:
         open_.assign(list_.columns.size(), {});
         for (const Change& change : stream_) take(change);
         close();
+        for (std::size_t i = 0; i + 1 < appearing_.size(); ++i) place(appearing_[i], parts_.lists.emplace_back());
         parts_.lists.push_back(lastOne());
         parts_.objects = count_;
         return std::move(parts_);
@@ -143,8 +176,8 @@ private:
         for (std::uint32_t row = 0; row < count_; ++row) found(row, Change{row, kCreation});
         for (std::size_t row = 0; row < list_.placements.size(); ++row) {
             const Placement& placement = list_.placements[row];
+            if (appears_[row]) continue;
             const std::uint64_t parent = placeOf(placement.parent);
-            if (parent >= count_) continue;
             const std::uint64_t when = std::max({placeOf(placement.node), parent, std::uint64_t{placedBelow[parent]}});
             placedBelow[parent] = static_cast<std::uint32_t>(when);
             found(when, Change{static_cast<std::uint32_t>(row), kPlacement});
@@ -161,20 +194,32 @@ private:
     }
 
     void take(const Change& change) {
-        std::size_t bytes = 24;
+        std::size_t changes = 1, bytes = 24;
         if (change.what < kPlacement) bytes = bytesOf(list_.columns[change.what], change.row);
-        if (changes_ > 0 && (changes_ >= limits_.changes || bytes_ + bytes > limits_.bytes)) close();
-        ++changes_;
+        const std::optional<std::uint16_t> still = change.what == kCreation ? heldIn(list_.creations[change.row].type) : std::nullopt;
+        if (still) ++changes, bytes += 16;
+        if (changes_ > 0 && (changes_ + changes > limits_.changes || bytes_ + bytes > limits_.bytes)) close();
+        changes_ += changes;
         bytes_ += bytes;
         if (change.what == kCreation) {
             part_.creations.push_back(list_.creations[change.row]);
+            if (still) columnOf(*still).append(list_.creations[change.row].id, false);
         } else if (change.what == kPlacement) {
             part_.placements.push_back(list_.placements[change.row]);
         } else {
-            FieldColumn& column = open_[change.what];
-            if (column.ids.empty()) column = shapeOf(list_.columns[change.what]);
-            moveRow(list_.columns[change.what], change.row, column);
+            moveRow(list_.columns[change.what], change.row, columnOf(change.what));
         }
+    }
+
+    [[nodiscard]] std::optional<std::uint16_t> heldIn(ObjectType type) const {
+        const auto held = std::ranges::find(held_, type, &Held::type);
+        return held == held_.end() ? std::nullopt : held->column;
+    }
+    /// Of the part that is being filled.
+    [[nodiscard]] FieldColumn& columnOf(std::uint16_t what) {
+        FieldColumn& column = open_[what];
+        if (column.ids.empty()) column = shapeOf(list_.columns[what]);
+        return column;
     }
 
     void close() {
@@ -185,11 +230,14 @@ private:
         changes_ = bytes_ = 0;
     }
 
-    /// What has to do with objects that were there before, and what plays.
+    void place(const std::vector<std::uint32_t>& rows, ChangeList& list) const {
+        for (const std::uint32_t row : rows) list.placements.push_back(list_.placements[row]);
+    }
+
+    /// The rest of what appears, what has to do with objects that were there before, and what moves by itself.
     ChangeList lastOne() {
         ChangeList last;
-        for (const Placement& placement : list_.placements)
-            if (placeOf(placement.parent) >= count_) last.placements.push_back(placement);
+        place(appearing_.back(), last);
         for (FieldColumn& column : list_.columns) {
             FieldColumn rows = shapeOf(column);
             for (std::size_t row = 0; row < column.ids.size(); ++row)
@@ -205,7 +253,10 @@ private:
     ChangeList list_;
     const LoadPartLimits& limits_;
     const std::uint64_t count_;
-    std::array<FieldColumn, 2> go_;
+    std::array<Held, 2> held_;
+    std::vector<FieldColumn> go_;
+    const std::vector<std::vector<std::uint32_t>> appearing_;
+    std::vector<bool> appears_;  ///< by placement
     std::vector<Change> stream_;
     LoadParts parts_;
     ChangeList part_;

@@ -13,6 +13,7 @@ namespace tessera {
 struct LoadPartLimits {
     std::size_t changes = 8'192;
     std::size_t bytes = std::size_t{1} << 20;  ///< of values; what is named (arrays) is not counted
+    std::size_t seen = 8'192;                  ///< nodes that a list brings into the scene
 };
 
 struct LoadParts {
@@ -20,10 +21,11 @@ struct LoadParts {
     std::uint64_t objects = 0;      ///< that all of them create
 };
 
-/// Lists which, one after the other, make what `list` makes. All but the last create objects that nobody sees yet: nodes
-/// which hang together and nowhere in the scene, motions that stand still. The last one places them in the scene and sets
-/// the motions going. Each keeps the limits, but for the last, which is as large as what was there before makes it, and
-/// for single values beyond them.
+/// Lists which, one after the other, make what `list` makes. The first ones create all objects, and nobody sees them yet:
+/// nodes hang nowhere in the scene, motions stand still. The others place them in the scene (AppearingOrder.h), and the last of these sets
+/// going what moves by itself: motions, animations and, where several lists place something, free bodies, which have no mass
+/// before. Each list keeps the limits, but for the last, which is as large as what was there before makes it, and for
+/// single values beyond them.
 ///
 /// A list stays whole which keeps the limits, or which does more than to create placeholders from kFirstPlaceholder up
 /// without a gap and to place each new node once, behind its siblings. Cost: proportional to the list; on any thread.

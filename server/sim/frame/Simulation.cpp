@@ -19,11 +19,22 @@
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/commit/ServersFields.h"
+#include "server/sim/frame/HandleSizes.h"
+#include "server/sim/frame/InlineLoading.h"
+#include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/LoadParts.h"
 #include "server/sim/frame/PoseFields.h"
 #include "server/text/TextFields.h"
 
 namespace tessera {
+namespace {
+
+/// What the server says in each frame of nodes that are in the scene, some of which may still be on their way.
+bool followsWhatIsSeen(const Edit& edit) {
+    return !edit.undoable && (edit.ticket == LevelChoice::kTicket || edit.ticket == HandleSizes::kTicket || edit.ticket == InlineLoading::kTicket);
+}
+
+}  // namespace
 
 Simulation::Simulation(const SimulationOptions& options)
     : maxObjects_(options.scene.maxObjects),
@@ -127,7 +138,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         }
         edit.list = std::move(*list);
     }
-    outcome.result = checkHidden(edit.list);
+    outcome.result = checkHidden(edit);
     // What the server says itself nobody takes back.
     if (edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
     if (edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
@@ -198,7 +209,7 @@ EditOutcome Simulation::applyPart(Edit edit) {
     EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
     resetVerdicts(edit.list, scene());
-    Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable);
+    Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable, arriving_->ids);
     if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =
         wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count, Committer::Inverse::kMade)
@@ -211,6 +222,8 @@ EditOutcome Simulation::applyPart(Edit edit) {
     }
     history_.partArrived(std::move(applied->inverse), arriving_->ids);
     sceneChanged(applied->list.get());
+    const auto brings = [&](const Placement& placement) { return placement.parent && !arriving_->ids.contains(placement.parent); };
+    arriving_->seen = arriving_->seen || std::ranges::any_of(applied->list->placements, brings);
     if (edit.kind == Edit::Kind::kPart) return outcome;
     outcome.ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
     edit.undoable ? history_.partsWhole() : history_.partsKept();
@@ -237,12 +250,19 @@ Expected<void> Simulation::checkStill() const {
     return fail(ErrorCode::kRefused, "a large step is still being taken back or done again; try again when it is");
 }
 
-Expected<void> Simulation::checkHidden(const ChangeList& list) const {
+Expected<void> Simulation::checkStep() const {
+    if (Expected<void> still = checkStill(); !still) return still;
+    if (!appearing()) return {};
+    return fail(ErrorCode::kRefused, "a large scene or copy is just appearing; try again when it is there");
+}
+
+Expected<void> Simulation::checkHidden(const Edit& edit) const {
+    if (followsWhatIsSeen(edit)) return {};
     if (history_.arriving())
-        if (const std::optional<ObjectId> id = namedIn(list, history_.idsArriving()))
+        if (const std::optional<ObjectId> id = namedIn(edit.list, history_.idsArriving()))
             return fail(ErrorCode::kRefused, fmt::format("#{} is still being loaded", id->value));
     if (history_.underWay())
-        if (const std::optional<ObjectId> id = namedIn(list, history_.idsUnderWay()))
+        if (const std::optional<ObjectId> id = namedIn(edit.list, history_.idsUnderWay()))
             return fail(ErrorCode::kRefused, fmt::format("#{} is still being taken away or brought back", id->value));
     return {};
 }

@@ -49,9 +49,11 @@ struct SimulationOptions {
 /// refused whole, with a name, and stays. So where nothing else has acted the same states come again, overlaps and all. What comes back with its nodes
 /// is there, as what is loaded is.
 ///
-/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until the last; undo hides it with
-/// the first list and takes it away in later frames, redo brings it again as it came. Whatever is on its way is nobody
-/// else's: edits that name it are refused in words. Where a part is refused, those before it are taken away again.
+/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until all is there; then it is seen
+/// within as many frames as it takes (LoadParts.h). Undo hides it as it appeared, then takes it away in later frames; redo brings it
+/// again as it came. Whatever is on its way is nobody else's: edits that name it are refused in words, but for those of the server
+/// that follow what is seen, and no step is taken back or done again while it appears. Where a part is refused, those before
+/// it are taken away again, and of them what has gone by itself is left out.
 ///
 /// **What Inlines hold** goes in the frame in which a person's edit, an undo or a redo says so, by lists that are no steps (InlineContents.h). A step
 /// that speaks of what has gone so is refused and forgotten.
@@ -100,6 +102,8 @@ public:
     [[nodiscard]] std::vector<Blob> arraysOf(Edit::Kind kind) const;
     /// A step is being taken back or done again over several frames: another one, and parts, would be refused.
     [[nodiscard]] bool stepUnderWay() const { return history_.underWay(); }
+    /// Some of what comes in parts is seen, and not yet all: a step would be refused.
+    [[nodiscard]] bool appearing() const { return arriving_ && arriving_->seen; }
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
@@ -155,16 +159,20 @@ private:
     /// Where a Transform stands for the next edit of the frame. What earlier *edits* want counts; a motion's wish is overruled as a whole, because
     /// the motion is paused.
     [[nodiscard]] static Pose poseFor(const Wishes& wishes, ObjectId id, const Transform& now);
-    /// The next list of the step under way. The outcome of a redo when it is whole again.
+    /// The next list of the step under way. The outcome of an undo when nobody sees any of it, of a redo when it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
+    /// Whether the next list of an undo under way hides more.
+    [[nodiscard]] bool hidesMore() const;
     /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.
     void commitInlines(const std::vector<InlineContents::Consequence>& consequences);
     /// A step that could not be applied is none any more where it speaks of what is not there.
     void forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome);
     /// Refuses where a step is under way.
     [[nodiscard]] Expected<void> checkStill() const;
+    /// Refuses a step where one is under way, or something appears.
+    [[nodiscard]] Expected<void> checkStep() const;
     /// Refuses what names anything that is on its way.
-    [[nodiscard]] Expected<void> checkHidden(const ChangeList& list) const;
+    [[nodiscard]] Expected<void> checkHidden(const Edit& edit) const;
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
     /// Commits what playing animations want of all but Transforms, and adds to the wishes what they want of those. Returns how far they get.
@@ -187,6 +195,12 @@ private:
     struct Arriving {
         std::uint64_t ticket = 0;
         IdRange ids;
+        bool seen = false;  ///< some of it
+    };
+    /// A step under way that somebody waits for.
+    struct Awaited {
+        EditOutcome outcome;
+        bool undo = false;
     };
     /// Parts that nobody goes on with go again, once no other step is under way.
     void takeOrphansAway();
@@ -196,7 +210,7 @@ private:
     EditHistory history_;
     std::vector<OpenStep> openSteps_;  ///< of this frame
     std::optional<Arriving> arriving_;
-    std::optional<EditOutcome> redo_;  ///< under way; what its outcome will be
+    std::optional<Awaited> awaited_;
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ContactDisplay display_;

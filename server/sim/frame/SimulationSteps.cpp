@@ -30,6 +30,28 @@ ChangeListPtr withoutWhatHasGone(const Aspect& scene, const ChangeList& step) {
     return rest;
 }
 
+/// The same of a list that is one of several: of what has gone since the others it says nothing. Null: all is there.
+ChangeListPtr ofWhatIsThere(const Aspect& scene, const ChangeList& part) {
+    std::unordered_set<ObjectId> made;
+    for (const Creation& creation : part.creations) made.insert(creation.id);
+    const auto gone = [&](ObjectId id) { return !scene.find(id) && !made.contains(id); };
+    const auto leadsAway = [&](const Placement& placement) { return !placement.parent && gone(placement.node); };
+    const bool whole = std::ranges::none_of(part.destructions, gone) && std::ranges::none_of(part.placements, leadsAway) &&
+                       std::ranges::none_of(part.columns, [&](const FieldColumn& column) { return std::ranges::any_of(column.ids, gone); });
+    if (whole) return nullptr;
+    auto rest = std::make_shared<ChangeList>(part);
+    std::erase_if(rest->placements, leadsAway);
+    std::erase_if(rest->destructions, gone);
+    for (FieldColumn& column : rest->columns) {
+        FieldColumn kept = FieldColumn::ofShape(column.type, column.field, column.kind(), column.width);
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            if (!gone(column.ids[row])) kept.append(column.ids[row], column.value(row));
+        column = std::move(kept);
+    }
+    std::erase_if(rest->columns, [](const FieldColumn& column) { return column.ids.empty(); });
+    return rest;
+}
+
 /// Transforms of the scene that a list puts somewhere, ascending.
 std::vector<ObjectId> movedBy(const Aspect& scene, const ChangeList& list) {
     std::set<ObjectId> moved;
@@ -87,7 +109,7 @@ bool isCarried(const Aspect& scene, ObjectId node, std::span<const ObjectId> tra
 }  // namespace
 
 EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
-    EditOutcome outcome{.ticket = edit.ticket, .result = checkStill(), .ids = {}, .stopped = {}};
+    EditOutcome outcome{.ticket = edit.ticket, .result = checkStep(), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
     const bool undo = edit.kind == Edit::Kind::kUndo;
     // How far an edit of this frame gets is not known yet, nor what its step is.
@@ -135,13 +157,12 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     othersSceneChanged(applied->list.get());
     commitInlines(inlines_.following(scene(), wants));
     for (const ObjectId id : moved) wishes.erase(id);
-    if (undo) {
+    if (undo)
         history_.undone(std::move(applied->inverse), std::move(now));
-        return outcome;
-    }
-    history_.redone(std::move(applied->inverse), std::move(now));
-    if (history_.underWay()) {
-        redo_ = outcome;
+    else
+        history_.redone(std::move(applied->inverse), std::move(now));
+    if (undo ? hidesMore() : history_.underWay()) {
+        awaited_ = Awaited{.outcome = outcome, .undo = undo};
         outcome.underWay = true;
     }
     return outcome;
@@ -252,20 +273,36 @@ void Simulation::forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome
 }
 
 std::optional<EditOutcome> Simulation::goOn() {
-    const ChangeListPtr part = history_.nextPart();
+    ChangeListPtr part = history_.nextPart();
     if (!part) return std::nullopt;
+    if (ChangeListPtr rest = ofWhatIsThere(scene(), *part)) part = std::move(rest);
     commitInlines(inlines_.inTheWayOf(scene(), *part));
     Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
     if (applied) {
         history_.partDone(std::move(applied->inverse));
         sceneChanged(applied->list.get());
     } else {
-        if (redo_) redo_->result = tl::unexpected(applied.error());
+        if (awaited_) awaited_->outcome.result = tl::unexpected(applied.error());
         history_.partRefused();
     }
-    if (history_.underWay()) return std::nullopt;
-    takeOrphansAway();
-    return std::exchange(redo_, std::nullopt);
+    const bool ends = !history_.underWay();
+    if (ends) takeOrphansAway();
+    const bool hidden = awaited_ && awaited_->undo && awaited_->outcome.result && !hidesMore();
+    if (!awaited_ || !(ends || hidden)) return std::nullopt;
+    EditOutcome outcome = std::move(awaited_->outcome);
+    awaited_.reset();
+    return outcome;
+}
+
+/// A list that hides names first what hangs in the scene; those that take away come later, and name what hangs nowhere.
+bool Simulation::hidesMore() const {
+    const ChangeListPtr next = history_.nextPart();
+    if (!next) return false;
+    const auto placed = std::ranges::find_if(next->placements, [&](const Placement& placement) { return scene().get<Node>(placement.node) != nullptr; });
+    if (placed == next->placements.end()) return false;
+    ObjectId top = placed->node;
+    while (const ObjectId above = scene().get<Node>(top)->parent) top = above;
+    return top == kRootNode;
 }
 
 std::vector<Blob> Simulation::arraysOf(Edit::Kind kind) const {

@@ -51,7 +51,7 @@ public:
     void load(std::size_t nodes, std::size_t parts) {
         test::ListMaker make;
         for (std::size_t i = 0; i < nodes; ++i) make.node("n" + std::to_string(i), kRootNode);
-        LoadParts cut = cutForFrames(make.builder.take(), {.changes = 50});
+        LoadParts cut = cutForFrames(make.builder.take(), {.changes = 50, .seen = seen});
         ASSERT_GT(cut.lists.size(), 5u);
         for (std::size_t i = 0; i < std::min(parts, cut.lists.size()); ++i) {
             std::vector<Edit> edits = one(i + 1 < cut.lists.size() ? Edit::Kind::kPart : Edit::Kind::kLastPart, std::move(cut.lists[i]));
@@ -63,6 +63,7 @@ public:
     }
 
     std::unique_ptr<Simulation> simulation;
+    std::size_t seen = 8'192;  ///< more of a load in each frame
 
 private:
     const test::TestFolder folder_;
@@ -109,9 +110,36 @@ TEST(JournalParts, ALoadThatIsHalfThereIsTakenAway) {
     }
 }
 
+TEST(JournalParts, ALoadThatIsHalfSeenIsHiddenAndTakenAway) {
+    for (const JournalLimits& limits : bothWays()) {
+        for (std::size_t parts = 1;; parts += 3) {
+            Servers servers(limits);
+            servers.seen = 20;
+            servers.next();
+            (void)servers.frame(one(Edit::Kind::kChange, newNode("before")));
+            const test::Standing before = test::standingOf(*servers.simulation);
+            servers.load(200, parts);
+            if (!servers.simulation->history().arriving()) break;
+            const bool appears = servers.simulation->appearing();
+            servers.next();
+            EXPECT_FALSE(servers.simulation->appearing());
+            ASSERT_TRUE(servers.simulation->stepUnderWay());
+            for (std::size_t seen = servers.simulation->scene().root().children.size(); servers.simulation->stepUnderWay();) {
+                (void)servers.frame();
+                const std::size_t now = servers.simulation->scene().root().children.size();
+                ASSERT_LE(seen - now, servers.seen);
+                seen = now;
+                if (appears) servers.next();  // and is killed each time
+            }
+            EXPECT_EQ(test::standingOf(*servers.simulation), before) << parts;
+        }
+    }
+}
+
 TEST(JournalParts, ALargeStepThatIsHalfTakenBackOrDoneAgainGoesOn) {
     for (const JournalLimits& limits : bothWays()) {
         Servers servers(limits);
+        servers.seen = limits.compactBytes > 1 ? 60 : 8'192;
         servers.next();
         (void)servers.frame(one(Edit::Kind::kChange, newNode("before")));
         const test::Standing before = test::standingOf(*servers.simulation);

@@ -163,6 +163,7 @@ private:
         if (simulation_.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind) || below(random_, 3) == 0) return std::nullopt;
         if (parts_.empty()) {
             ListMaker make;
+            const std::size_t seen = 1 + below(random_, 20);
             ObjectId below = make.node("loaded", oneInTwo(random_) ? someOf(typeOf<Node>()) : kRootNode);
             for (int i = 0; i < 8; ++i) {
                 const ObjectId place = make.transform(somePlace());
@@ -170,7 +171,7 @@ private:
                 make.node("shape", below, make.box(Vec3d::Constant(between(random_, 0.4, 1.2))));
                 if (i == 3) make.node("motion", below, make.motion(place, {{0, 0, 0, 0}, {1, 1, 0, 0}}));
             }
-            LoadParts parts = cutForFrames(make.builder.take(), {.changes = 20});
+            LoadParts parts = cutForFrames(make.builder.take(), {.changes = 20, .seen = seen});
             ++ticket_;
             for (ChangeList& list : parts.lists)
                 parts_.push_back({.ticket = ticket_,

@@ -43,15 +43,18 @@ struct DeskWithFrames {
     /// Frames until nobody wants anything. The changes of the largest list.
     std::size_t frames() {
         std::size_t most = 0;
-        for (int still = 0; still < 3;) {
-            std::vector<Edit> edits = desk->takeEdits();
-            still = edits.empty() && !simulation.stepUnderWay() ? still + 1 : 0;
-            FrameResult result = simulation.step(false, std::move(edits));
-            if (result.commit.list) most = std::max(most, result.commit.list->changeCount());
-            server.take(desk->committed(std::move(result), number, {}));
-            number = number.next();
-        }
+        for (int still = 0; still < 3; still = idle_ ? still + 1 : 0) most = std::max(most, frame());
         return most;
+    }
+    /// The changes of its list.
+    std::size_t frame() {
+        std::vector<Edit> edits = desk->takeEdits();
+        idle_ = edits.empty() && !simulation.stepUnderWay();
+        FrameResult result = simulation.step(false, std::move(edits));
+        const std::size_t changes = result.commit.list ? result.commit.list->changeCount() : 0;
+        server.take(desk->committed(std::move(result), number, {}));
+        number = number.next();
+        return changes;
     }
     std::vector<message::Reply> replies() { return server.sent<message::Reply>(application); }
     answer::Committed committed(std::size_t which) {
@@ -73,6 +76,9 @@ struct DeskWithFrames {
     ConnectionId application;
     std::uint64_t asked = 0;
     FrameNumber number;
+
+private:
+    bool idle_ = false;
 };
 
 TEST(Copies, LargeOnesComeInPartsAndAreTheSame) {
@@ -149,6 +155,21 @@ TEST(Copies, OneThatIsTooLargeOrHasNowhereToStandIsRefusedInWords) {
     ASSERT_EQ(beside.replies().size(), 3u);
     EXPECT_EQ(std::ranges::count_if(beside.replies(), [](const message::Reply& reply) { return reply.error.empty(); }), 1) << "the shelf has gone";
     EXPECT_EQ(beside.simulation.scene().objectCount(), before - 1) << "what had come is taken away again";
+}
+
+TEST(Copies, AnUndoWhileOneAppearsWaitsUntilItIsThere) {
+    DeskWithFrames beside(true);
+    const ObjectId group = beside.group(20'000);
+    const std::size_t before = beside.simulation.scene().objectCount();
+    beside.ask(request::Clone{.node = group, .deep = true});
+    beside.copy();
+    for (int i = 0; i < 100 && !beside.simulation.appearing(); ++i) (void)beside.frame();
+    ASSERT_TRUE(beside.simulation.appearing());
+    beside.ask(request::Undo{});
+    EXPECT_LE(beside.frames(), LoadPartLimits().changes);
+    EXPECT_EQ(beside.committed(0).created, 40'000u);
+    EXPECT_GT(beside.committed(1).sequence, beside.committed(0).sequence);
+    EXPECT_EQ(beside.simulation.scene().objectCount(), before);
 }
 
 TEST(Copies, WhoLeavesGetsNoAnswerAndTheCopyIsWhole) {

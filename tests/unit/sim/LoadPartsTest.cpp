@@ -1,9 +1,12 @@
 /// A load in parts: bounded, hidden until the last, one step, taken away where it cannot be finished.
-#include "common/cores/CollisionObject.h"
 #include "server/sim/frame/LoadParts.h"
 
 #include <gtest/gtest.h>
 
+#include "common/cores/CollisionObject.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Interest.h"
+#include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
@@ -103,6 +106,190 @@ TEST(LoadParts, AreBoundedHiddenAndMakeTheSameScene) {
     });
 }
 
+/// Motions play, and move nothing: their keys are unsound.
+void standStill(ChangeList& list) {
+    for (FieldColumn& column : list.columns)
+        if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::keys>)
+            for (Blob& keys : std::get<std::vector<Blob>>(column.values)) keys = Blob();
+}
+
+/// A tree of any shape: chains, broad ones, such as grow anywhere; with three tops at most.
+ChangeList tree(Random& random, std::size_t count, ObjectId parent = kRootNode) {
+    test::ListMaker make;
+    std::vector<ObjectId> ids;
+    for (std::size_t i = 0; i < count; ++i) {
+        ids.push_back(make.create<Node>());
+        setField<&Node::name>(make.builder, ids.back(), "n" + std::to_string(i));
+    }
+    for (std::size_t i = count; i > 1; --i) std::swap(ids[i - 1], ids[below(random, i)]);
+    const std::size_t tops = 1 + below(random, 3), shape = below(random, 4);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t above[] = {i % 100 == 0 ? 0 : i - 1, 0, below(random, i), i - 1 - below(random, std::min<std::size_t>(i, 5))};
+        make.builder.place(ids[i], i < tops ? parent : ids[above[shape]]);
+    }
+    make.node("motion", ids[count / 2], make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}}));
+    return make.builder.take();
+}
+
+/// All nodes that can be seen, in document order.
+std::vector<ObjectId> seenNodes(const Aspect& scene) {
+    std::vector<ObjectId> seen, open{kRootNode};
+    while (!open.empty()) {
+        seen.push_back(open.back());
+        const ChildList& children = scene.get<Node>(open.back())->children;
+        open.pop_back();
+        const std::vector<ObjectId> inOrder(children.begin(), children.end());
+        open.insert(open.end(), inOrder.rbegin(), inOrder.rend());
+    }
+    return seen;
+}
+
+TEST(LoadParts, AppearAndAreHiddenAFewNodesAtATimeInDocumentOrder) {
+    forSeeds(60, [](Random& random) {
+        const bool moves = oneIn(random, 2);  // where nothing does states compare
+        ChangeList whole = tree(random, 1 + below(random, 300));
+        if (!moves) standStill(whole);
+        Simulation atOnce, simulation;
+        ASSERT_TRUE(atOnce.load({whole}));
+        const std::vector<ObjectId> order = seenNodes(atOnce.scene());
+        const LoadPartLimits limits{.changes = 50, .bytes = 4096, .seen = 1 + below(random, oneIn(random, 2) ? 10 : 100)};
+        Aspect replica;
+        std::size_t seen = 1;
+        const auto look = [&](const FrameResult& result, bool more) {
+            if (result.commit.list) {
+                ASSERT_TRUE(replica.apply(*result.commit.list));
+            }
+            ASSERT_EQ(replica.stateHash(), simulation.scene().stateHash());
+            const std::vector<ObjectId> now = seenNodes(simulation.scene());
+            ASSERT_LE(more ? now.size() - seen : seen - now.size(), limits.seen);
+            ASSERT_TRUE(now.size() <= order.size() && std::equal(now.begin(), now.end(), order.begin())) << "what is seen has nothing before it that is not";
+            seen = now.size();
+        };
+        Loading loading(whole, limits);
+        if (loading.count() == 1) return;
+        while (!loading.done()) {
+            EXPECT_EQ(simulation.motions().playingCount(), 0u) << "what moves by itself begins together";
+            const FrameResult result = loading.frame(simulation);
+            ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes[0].result.error().message;
+            EXPECT_EQ(simulation.appearing(), seenNodes(simulation.scene()).size() > 1 && !loading.done());
+            look(result, true);
+        }
+        ASSERT_EQ(seen, order.size());
+        EXPECT_EQ(simulation.motions().playingCount(), 1u);
+        EXPECT_EQ(simulation.scene().stateHash(), atOnce.scene().stateHash());
+        EXPECT_EQ(simulation.history().undoDepth(), 1u);
+        for (int round = 0; round < 2; ++round) {
+            FrameResult result = simulation.step(false, one(Edit::Kind::kUndo));
+            ASSERT_TRUE(result.outcomes.at(0).result);
+            look(result, false);
+            while (result.outcomes.empty() || result.outcomes[0].underWay) {
+                ASSERT_GT(seen, 1u) << "whoever undoes it is told when nobody sees it";
+                result = simulation.step(false, {});
+                look(result, false);
+            }
+            EXPECT_TRUE(result.outcomes[0].result);
+            EXPECT_EQ(seen, 1u);
+            while (simulation.stepUnderWay()) {
+                result = simulation.step(false, {});
+                EXPECT_TRUE(result.outcomes.empty());
+                look(result, false);
+            }
+            EXPECT_EQ(simulation.scene().objectCount(), 1u);
+            result = simulation.step(false, one(Edit::Kind::kRedo));
+            look(result, true);
+            while (simulation.stepUnderWay()) {
+                result = simulation.step(false, {});
+                look(result, true);
+            }
+            ASSERT_TRUE(result.outcomes.at(0).result);
+            EXPECT_EQ(seen, order.size());
+            EXPECT_EQ(simulation.motions().playingCount(), 1u);
+            if (!moves) {
+                EXPECT_EQ(simulation.scene().stateHash(), atOnce.scene().stateHash());
+            }
+            EXPECT_EQ(simulation.history().undoDepth(), 1u);
+        }
+    });
+}
+
+TEST(LoadParts, BodiesFallWhenTheFloorIsThere) {
+    test::ListMaker make;
+    std::vector<ObjectId> bodies;
+    for (int i = 0; i < 20; ++i) {
+        const ObjectId body = make.node("body", kRootNode, make.transform(Vec3d(3.0 * i, 0.6, 0)));
+        make.node("box", body, make.box(Vec3d::Ones()));
+        const ObjectId object = make.create<CollisionObject>();
+        setField<&CollisionObject::node>(make.builder, object, body);
+        setField<&CollisionObject::mass>(make.builder, object, i % 5 == 4 ? 0.0 : 1.0 + i);
+        make.node("object", kRootNode, object);
+        const ObjectId interest = make.create<Interest>();
+        setField<&Interest::object>(make.builder, interest, body);
+        setField<&Interest::response>(make.builder, interest, Interest::kBounce);
+        make.node("interest", kRootNode, interest);
+    }
+    const ObjectId surroundings = make.create<Environment>();
+    setField<&Environment::gravity>(make.builder, surroundings, Vec3d(0, -9.81, 0));
+    make.node("surroundings", kRootNode, surroundings);
+    make.node("floor", make.node("ground", kRootNode, make.transform(Vec3d(30, -0.5, 0))), make.box(Vec3d(100, 1, 10)));
+    const ChangeList whole = make.builder.take();
+    Simulation atOnce, few;
+    for (auto& [simulation, seen] : {std::pair(&atOnce, std::size_t{1000}), std::pair(&few, std::size_t{2})}) {
+        (void)simulation->step(true, {});
+        Loading loading(whole, {.changes = 50, .bytes = 4096, .seen = seen});
+        while (!loading.done()) ASSERT_TRUE(loading.frame(*simulation).outcomes.at(0).result);
+    }
+    ASSERT_EQ(few.scene().stateHash(), atOnce.scene().stateHash());
+    const StateHash begun = few.scene().stateHash();
+    for (int i = 0; i < 60; ++i) {
+        (void)atOnce.step(false, {});
+        (void)few.step(false, {});
+        ASSERT_EQ(few.scene().stateHash(), atOnce.scene().stateHash()) << i;
+    }
+    EXPECT_NE(few.scene().stateHash(), begun) << "they fall";
+    for (const ObjectId id : few.scene().root().children) {
+        const Transform* place = few.scene().coreOf<Transform>(*few.scene().get<Node>(id));
+        if (place && few.scene().get<Node>(id)->name == "body") {
+            EXPECT_GT(place->translation.y(), 0.4);
+        }
+    }
+}
+
+TEST(LoadParts, WhatAppearsIsNobodyElsesButWhatFollowsItIsSaid) {
+    Random random(1);
+    Simulation simulation;
+    test::ListMaker make;
+    make.node("mine", kRootNode);
+    ASSERT_TRUE(simulation.step(true, one(Edit::Kind::kChange, make.builder.take())).outcomes[0].result);
+    Loading loading(tree(random, 200), {.changes = 50, .bytes = 4096, .seen = 10});
+    while (!simulation.appearing()) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
+    const ObjectId seen = seenNodes(simulation.scene()).back();
+    const auto edit = [&](ChangeList list) { return Edit{.list = std::move(list)}; };
+    ChangeListBuilder name;
+    setField<&Node::name>(name, seen, std::string("mine"));
+    FrameResult result = simulation.step(false, one(edit(name.take())));
+    ASSERT_FALSE(result.outcomes[0].result);
+    EXPECT_NE(result.outcomes[0].result.error().message.find("is still being loaded"), std::string::npos);
+    // Of the server only what it says of what is seen.
+    ChangeListBuilder levels;
+    setField<&Node::levels>(levels, seen, std::int64_t{1});
+    Edit choice{.ticket = LevelChoice::kTicket, .list = levels.take(), .undoable = false};
+    Edit others = choice;
+    others.ticket = 12;
+    EXPECT_FALSE(simulation.step(false, one(std::move(others))).outcomes[0].result);
+    EXPECT_TRUE(simulation.step(false, one(std::move(choice))).outcomes[0].result);
+    EXPECT_EQ(simulation.scene().get<Node>(seen)->levels, 1);
+    // Steps wait: one of them may take away what the rest is to hang below.
+    result = simulation.step(false, one(Edit::Kind::kUndo));
+    ASSERT_FALSE(result.outcomes[0].result);
+    EXPECT_NE(result.outcomes[0].result.error().message.find("is just appearing"), std::string::npos);
+    EXPECT_EQ(simulation.history().undoDepth(), 1u);
+    while (!loading.done()) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
+    EXPECT_FALSE(simulation.appearing());
+    ASSERT_TRUE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes[0].result);
+    while (simulation.stepUnderWay()) (void)simulation.step(false, {});
+    EXPECT_EQ(simulation.scene().objectCount(), 2u);
+}
+
 TEST(LoadParts, LeaveAListWholeThatIsSmallOrDoesMoreThanCreate) {
     test::ListMaker make;
     for (int i = 0; i < 10; ++i) make.node("n", kRootNode);
@@ -135,9 +322,7 @@ TEST(LoadParts, AreOneStepInBothDirectionsAPartAFrame) {
         const StateHash before = simulation.scene().stateHash();
 
         ChangeList whole = forest(random, 200);
-        for (FieldColumn& column : whole.columns)
-            if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::keys>)
-                for (Blob& keys : std::get<std::vector<Blob>>(column.values)) keys = Blob();  // unsound: it moves nothing
+        standStill(whole);
         Loading loading(whole);
         const std::size_t frames = loading.count();
         while (!loading.done()) ASSERT_TRUE(loading.frame(simulation).outcomes[0].result);
