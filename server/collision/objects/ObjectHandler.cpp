@@ -34,7 +34,7 @@ void ObjectHandler::update(const Aspect& aspect, const ChangeList* list) {
     ++update_;
     if (effects.structural()) {
         tree_.follow(aspect, effects.placements, together(effects.cores), together(effects.choices));
-        standings_.resize(tree_.places().size());
+        standings_.growTo(tree_.places().size());
         for (const std::span<const ObjectId> rows : effects.objectRules)
             for (const ObjectId core : rows)
                 if (objects_.find(core) != IdTable::kNone) tree_.changes().objects.push_back(core);
@@ -140,7 +140,7 @@ void ObjectHandler::seeAll(const Aspect& aspect) {
     deformingDirty_ = true;
     interestsDirty_ = true;
     tree_.begin(aspect);
-    standings_.resize(tree_.places().size());
+    standings_.growTo(tree_.places().size());
     settleStructure(aspect);
 }
 

@@ -59,7 +59,7 @@ public:
     [[nodiscard]] std::uint64_t structure() const { return structure_; }
 
     // Rows by number; what has no node is free.
-    [[nodiscard]] std::span<const Place> places() const { return tree_.places(); }
+    [[nodiscard]] const PagedRow<Place>& places() const { return tree_.places(); }
     [[nodiscard]] std::span<const Part> parts() const { return parts_; }
     [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
     [[nodiscard]] std::size_t placeCount() const { return tree_.size(); }
@@ -301,7 +301,7 @@ private:
     Work work_;
 
     VisibleTree tree_;
-    std::vector<Standing> standings_;  // per place
+    PagedRow<Standing> standings_;  // per place
     CollisionObjectTable objects_;
     std::vector<ObjectId> overlaid_;  // Transforms
     std::vector<std::uint32_t> movedPlaces_;

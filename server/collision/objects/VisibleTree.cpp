@@ -211,7 +211,7 @@ std::uint32_t VisibleTree::show(const Aspect& aspect, ObjectId nodeId, std::uint
 
 std::uint32_t VisibleTree::take() {
     if (free_.empty()) {
-        places_.emplace_back();
+        places_.growTo(places_.size() + 1);
         links_.emplace_back();
         return static_cast<std::uint32_t>(places_.size() - 1);
     }

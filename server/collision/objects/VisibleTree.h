@@ -10,6 +10,7 @@
 #include "common/scene/Aspect.h"
 #include "server/collision/objects/DocumentOrder.h"
 #include "server/collision/objects/IdTable.h"
+#include "server/collision/objects/PagedRow.h"
 #include "server/collision/objects/Place.h"
 
 namespace tessera {
@@ -49,7 +50,7 @@ public:
     /// Ends an update: the numbers of what is gone may be given again.
     void recycle();
 
-    [[nodiscard]] std::span<const Place> places() const { return places_; }
+    [[nodiscard]] const PagedRow<Place>& places() const { return places_; }
     [[nodiscard]] Place& at(std::uint32_t place) { return places_[place]; }
     [[nodiscard]] const Place& at(std::uint32_t place) const { return places_[place]; }
     /// kNone where the node is hidden, detached or none.
@@ -122,7 +123,7 @@ private:
     void drop(const Aspect& aspect);
     void countAbove(std::uint32_t place, std::int32_t parts, std::int32_t objects);
 
-    std::vector<Place> places_;
+    PagedRow<Place> places_;
     std::vector<Links> links_;
     std::vector<std::uint32_t> free_;
     IdTable placeOf_;

@@ -38,7 +38,7 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
 }
 
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
-    const std::span<const Place> places = handler.places();
+    const PagedRow<Place>& places = handler.places();
     WorldTransforms worlds(aspect);
     // What stands elsewhere in the handler is laid over the scene. It may be in the scene by the next time, and the
     // handler, where nothing has moved then, does not say so.

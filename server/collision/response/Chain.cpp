@@ -137,7 +137,7 @@ BodyMotion Chain::asCarriedMotion() const {
 }
 
 ChainPair chainsOf(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf) {
-    const auto places = handler.places();
+    const PagedRow<Place>& places = handler.places();
     const auto above = [&](std::uint32_t part) {
         std::vector<std::uint32_t> up;
         for (std::uint32_t at = handler.parts()[part].place; at != Place::kNone; at = places[at].frame())
