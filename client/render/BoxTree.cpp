@@ -16,6 +16,8 @@ constexpr double kLargestShare = 0.8;
 constexpr std::uint32_t kSmall = 4 * BoxTree::kItemsPerLeaf;
 /// Beyond this share of all items, changes are not taken one by one.
 constexpr std::size_t kMany = 4;
+/// A new top has so many subtrees below it, or a few times as many.
+constexpr std::uint32_t kPieces = 256;
 
 double halfSurface(const Box& box) {
     if (box.empty()) return 0;
@@ -103,7 +105,7 @@ double BoxTree::buildAt(std::uint32_t index, std::span<const Box> boxes, std::sp
     nodes_[index] = node;
     care_[index].changes = 0;
     care_[index].builtCount = count;
-    care_[index].builtCost = cost;
+    care_[index].builtCost = count > kLarge ? costOf(index) : cost;
     return cost;
 }
 
@@ -123,6 +125,7 @@ void BoxTree::collect(std::uint32_t index, std::vector<std::uint32_t>& items, st
 }
 
 void BoxTree::rebuild(std::uint32_t index, std::span<const Box> boxes) {
+    spent_ += nodes_[index].count;
     std::vector<std::uint32_t> items, nodes;
     items.reserve(nodes_[index].count);
     collect(index, items, nodes);
@@ -130,6 +133,74 @@ void BoxTree::rebuild(std::uint32_t index, std::span<const Box> boxes) {
     std::sort(nodes.begin(), nodes.end(), std::greater<>());
     for (const std::uint32_t node : nodes) freeNode(node);
     buildAt(index, boxes, items);
+    refitAbove(index, boxes);
+}
+
+/// A hierarchy above subtrees, as `buildAt` makes one above items: their numbers stay. Returns the summed half surfaces.
+double BoxTree::buildAbove(std::uint32_t index, std::span<std::uint32_t> pieces) {
+    ++work_;
+    Node node{.count = 0, .leaf = false};
+    Box centers;
+    for (const std::uint32_t piece : pieces) {
+        const Node& below = nodes_[piece];
+        node.count += below.count;
+        node.box.extend(below.box);
+        if (!below.box.empty()) centers.extend(below.box.center());
+    }
+    int axis = 0;
+    if (!centers.empty()) centers.size().maxCoeff(&axis);
+    std::sort(pieces.begin(), pieces.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const auto key = [&](std::uint32_t piece) {
+            const Box& box = nodes_[piece].box;
+            return box.empty() ? -std::numeric_limits<double>::infinity() : box.center()[axis];
+        };
+        const double ka = key(a), kb = key(b);
+        return ka < kb || (ka == kb && a < b);
+    });
+    // As near to the median of the items as pieces allow.
+    std::size_t half = 1;
+    for (std::uint32_t count = nodes_[pieces[0]].count; half + 1 < pieces.size(); ++half) {
+        const std::uint32_t next = nodes_[pieces[half]].count;
+        if (2 * count + next > node.count) break;
+        count += next;
+    }
+    double cost = halfSurface(node.box);
+    const std::array<std::span<std::uint32_t>, 2> halves{pieces.first(half), pieces.subspan(half)};
+    for (std::size_t side = 0; side < 2; ++side) {
+        if (halves[side].size() == 1) {
+            node.below[side] = halves[side].front();
+            care_[node.below[side]].parent = index;
+            cost += care_[node.below[side]].builtCost;
+        } else {
+            node.below[side] = addNode(index);
+            cost += buildAbove(node.below[side], halves[side]);
+        }
+    }
+    nodes_[index] = node;
+    care_[index].changes = 0;
+    care_[index].builtCount = node.count;
+    care_[index].builtCost = node.count > kLarge ? costOf(index) : cost;
+    return cost;
+}
+
+void BoxTree::rebuildTop(std::uint32_t index, std::span<const Box> boxes) {
+    const std::uint32_t largest = nodes_[index].count / kPieces;
+    std::vector<std::uint32_t> open{index}, pieces, nodes;
+    while (!open.empty()) {
+        const std::uint32_t at = open.back();
+        open.pop_back();
+        ++work_;
+        if (nodes_[at].count <= largest) {
+            pieces.push_back(at);
+            continue;
+        }
+        if (at != index) nodes.push_back(at);
+        open.insert(open.end(), nodes_[at].below.begin(), nodes_[at].below.begin() + 2);
+    }
+    std::sort(nodes.begin(), nodes.end(), std::greater<>());
+    for (const std::uint32_t node : nodes) freeNode(node);
+    spent_ += 4 * pieces.size();
+    buildAbove(index, pieces);
     refitAbove(index, boxes);
 }
 
@@ -155,29 +226,48 @@ Box BoxTree::boxOf(const Node& node, std::span<const Box> boxes) const {
 }
 
 double BoxTree::costOf(std::uint32_t index) const {
+    const std::uint32_t least = nodes_[index].count > kLarge ? nodes_[index].count / kPieces : 0;
     double cost = 0;
     std::vector<std::uint32_t> open{index};
     while (!open.empty()) {
         const Node& node = nodes_[open.back()];
         open.pop_back();
+        if (node.count < least) continue;
         ++work_;
+        ++spent_;
         cost += halfSurface(node.box);
         if (!node.leaf) open.insert(open.end(), node.below.begin(), node.below.begin() + 2);
     }
     return cost;
 }
 
-bool BoxTree::needsRebuild(std::uint32_t index) {
+void BoxTree::look(std::uint32_t index, Worn& worn) {
     const Node& node = nodes_[index];
-    if (node.leaf) return false;
-    if (node.count <= kItemsPerLeaf / 2) return true;  // a leaf would do
-    const std::uint32_t larger = std::max(nodes_[node.below[0]].count, nodes_[node.below[1]].count);
-    if (node.count > kSmall && larger > kLargestShare * node.count) return true;
+    if (node.leaf) return;
     Care& care = care_[index];
-    if (care.changes <= 2 * node.count) return false;
+    const auto anew = [&](bool whole) {
+        if (whole)
+            worn = {.whole = index, .top = kNone};
+        else
+            worn.top = index;
+    };
+    if (node.count <= kItemsPerLeaf / 2) return anew(true);  // a leaf would do
+    if (spent_ >= mayBeSpent_ && node.count > kSmall) return;  // the next change below it looks again
+    const std::uint32_t larger = std::max(nodes_[node.below[0]].count, nodes_[node.below[1]].count);
+    // Pieces below a new top are of unlike sizes, and only some changes make that worse.
+    if (node.count > kSmall && larger > kLargestShare * node.count && care.changes > node.count / 16) return anew(node.count <= kLarge);
+    if (care.changes <= 2 * node.count) return;
     // Looked at so seldom that it costs each change a constant per level.
     care.changes = 0;
-    return node.count > 2 * care.builtCount || costOf(index) > kWornOut * care.builtCost;
+    if (node.count > 2 * care.builtCount) return anew(node.count <= kLarge);
+    // More items have more boxes, none of which need be worn.
+    const double more = std::max(1.0, static_cast<double>(node.count) / care.builtCount);
+    if (costOf(index) > kWornOut * more * care.builtCost) anew(true);
+}
+
+void BoxTree::mend(const Worn& worn, std::span<const Box> boxes) {
+    if (worn.whole != kNone) rebuild(worn.whole, boxes);
+    if (worn.top != kNone) rebuildTop(worn.top, boxes);
 }
 
 void BoxTree::insert(std::uint32_t item, std::span<const Box> boxes) {
@@ -186,7 +276,7 @@ void BoxTree::insert(std::uint32_t item, std::span<const Box> boxes) {
         buildAt(addNode(kNone), boxes, std::span(&item, 1));
         return;
     }
-    std::uint32_t worn = kNone;
+    Worn worn;
     std::uint32_t at = kRoot;
     for (;;) {
         ++work_;
@@ -220,9 +310,9 @@ void BoxTree::insert(std::uint32_t item, std::span<const Box> boxes) {
     }
     for (std::uint32_t up = care_[at].parent; up != kNone; up = care_[up].parent) {
         ++work_;
-        if (needsRebuild(up)) worn = up;
+        look(up, worn);
     }
-    if (worn != kNone) rebuild(worn, boxes);
+    mend(worn, boxes);
 }
 
 void BoxTree::remove(std::uint32_t item, std::span<const Box> boxes) {
@@ -258,16 +348,16 @@ void BoxTree::remove(std::uint32_t item, std::span<const Box> boxes) {
         freeNode(at);
         at = parent;
     }
-    std::uint32_t worn = kNone;
+    Worn worn;
     for (std::uint32_t up = care_[at].parent; up != kNone; up = care_[up].parent) {
         ++work_;
         Node& node = nodes_[up];
         --node.count;
         node.box = boxOf(node, boxes);
         ++care_[up].changes;
-        if (needsRebuild(up)) worn = up;
+        look(up, worn);
     }
-    if (worn != kNone) rebuild(worn, boxes);
+    mend(worn, boxes);
 }
 
 void BoxTree::move(std::uint32_t item, std::span<const Box> boxes) {
@@ -277,7 +367,7 @@ void BoxTree::move(std::uint32_t item, std::span<const Box> boxes) {
         insert(item, boxes);
         return;
     }
-    std::uint32_t worn = kNone;
+    Worn worn;
     for (std::uint32_t up = leafOf_[item]; up != kNone; up = care_[up].parent) {
         ++work_;
         Node& node = nodes_[up];
@@ -285,25 +375,22 @@ void BoxTree::move(std::uint32_t item, std::span<const Box> boxes) {
         if (same(box, node.box)) break;
         node.box = box;
         ++care_[up].changes;
-        if (needsRebuild(up)) worn = up;
+        look(up, worn);
     }
-    if (worn != kNone) rebuild(worn, boxes);
+    mend(worn, boxes);
 }
 
-/// Returns the summed half surfaces.
-double BoxTree::refitAll(std::uint32_t index, std::span<const Box> boxes) {
+void BoxTree::refitAll(std::uint32_t index, std::span<const Box> boxes) {
     ++work_;
-    double cost = 0;
-    if (!nodes_[index].leaf) {
-        cost += refitAll(nodes_[index].below[0], boxes);
-        cost += refitAll(nodes_[index].below[1], boxes);
-    }
     Node& node = nodes_[index];
+    if (!node.leaf)
+        for (const std::uint32_t child : {node.below[0], node.below[1]}) refitAll(child, boxes);
     node.box = boxOf(node, boxes);
-    return cost + halfSurface(node.box);
 }
 
 void BoxTree::follow(std::span<const Box> boxes, std::span<const std::uint32_t> changed) {
+    spent_ = 0;
+    mayBeSpent_ = 2 * kLarge + 8 * changed.size();
     leafOf_.resize(std::max(leafOf_.size(), boxes.size()), kNone);
     const std::size_t before = nodes_.empty() ? 0 : nodes_[kRoot].count;
     std::size_t comeOrGo = 0, moved = 0;
@@ -318,9 +405,9 @@ void BoxTree::follow(std::span<const Box> boxes, std::span<const std::uint32_t> 
         if (leafOf_[item] != kNone && boxes[item].empty()) remove(item, boxes);
     const bool all = moved > kItemsPerLeaf && kMany * moved > before;
     if (all) {
-        const double cost = refitAll(kRoot, boxes);
+        refitAll(kRoot, boxes);
         care_[kRoot].changes = 0;
-        if (cost > kWornOut * care_[kRoot].builtCost) return build(boxes);
+        if (costOf(kRoot) > kWornOut * care_[kRoot].builtCost) return build(boxes);
     }
     for (const std::uint32_t item : changed) {
         if (boxes[item].empty()) continue;

@@ -156,6 +156,57 @@ TEST(BoxTree, StaysNearlyAsGoodAsOneBuiltAnewWhenItemsWander) {
     }
 }
 
+// What is loaded comes so, and goes so when that is undone: no frame may rebuild all that is there.
+TEST(BoxTree, AFewThatComeOrGoCostNoFrameWhatAllWouldCost) {
+    constexpr std::uint32_t kAll = 100'000, kAtOnce = 200;
+    for (const int order : {0, 1, 2}) {
+        for (const bool sameOrder : {true, false}) {
+            SCOPED_TRACE(testing::Message() << "order " << order << (sameOrder ? ", the first goes first" : ", the last goes first"));
+            std::mt19937 random(7);
+            std::uniform_real_distribution<double> place(0, 50);
+            const auto next = [&](std::uint32_t i) {
+                // Along a line; anywhere; many in few places.
+                if (order == 0) return boxAt({i * 0.5, 0, 0}, 1);
+                if (order == 1) return boxAt({place(random), place(random), place(random)}, 0.5);
+                return boxAt({i % 10 - 4.5, 0.1 * (i % 60), -1.3}, 0.2 + 0.05 * (i % 16));
+            };
+            std::vector<Box> boxes;
+            BoxTree tree;
+            std::uint64_t most = 0;
+            const auto follow = [&](std::vector<std::uint32_t> changed) {
+                const std::uint64_t before = tree.work();
+                tree.follow(boxes, changed);
+                most = std::max(most, tree.work() - before);
+            };
+            for (std::uint32_t i = 0; i < kAll;) {
+                std::vector<std::uint32_t> changed;
+                for (const std::uint32_t end = i + kAtOnce; i < end; ++i) {
+                    boxes.push_back(next(i));
+                    changed.push_back(i);
+                }
+                follow(std::move(changed));
+            }
+            const Shape shape = check(tree, boxes);
+            EXPECT_LE(shape.depth, deepest(kAll));
+            BoxTree anew;
+            anew.build(boxes);
+            EXPECT_LE(shape.cost, 2 * check(anew, boxes).cost);
+            for (std::uint32_t gone = 0; gone < kAll - 1000;) {
+                std::vector<std::uint32_t> changed;
+                for (const std::uint32_t end = gone + kAtOnce; gone < end; ++gone) {
+                    const std::uint32_t item = sameOrder ? gone : kAll - 1 - gone;
+                    boxes[item] = Box();
+                    changed.push_back(item);
+                }
+                follow(std::move(changed));
+            }
+            EXPECT_LE(check(tree, boxes).depth, deepest(1000));
+            // 300 nodes an item: on their way down and up, and where parts are built anew. All of them are 130,000.
+            EXPECT_LE(most, kAtOnce * 300);
+        }
+    }
+}
+
 TEST(BoxTree, OneChangeCostsAsGoodAsTheSameInAHundredTimesAsManyItems) {
     const auto workOfOne = [](std::size_t count) {
         std::mt19937 random(1);

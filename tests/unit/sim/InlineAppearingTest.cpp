@@ -49,6 +49,22 @@ TEST(InlinesAppear, WhatAppearsAndIsNotWantedAnyMoreGoesBeforeTheNextFileComes) 
     EXPECT_EQ(stage.scene().get<Node>(stage.scene().get<Node>(stage.node)->children.front())->name, "/b");
 }
 
+TEST(InlinesAppear, NothingOfWhatIsNotWantedAnyMore) {
+    test::InlineStage stage;
+    stage.parts = {.changes = 40, .seen = 1};
+    stage.nodesInFile = 20;
+    const ObjectId node = stage.place(Inline{.file = "/a"});
+    stage.frame();
+    stage.fileComes();
+    stage.frames(2);
+    EXPECT_TRUE(stage.set<&Inline::file>(node, std::string("/b")).result);
+    for (int i = 0; i < 200 && !stage.order; ++i) {
+        stage.frame();
+        EXPECT_EQ(stage.below(node), 0u);
+    }
+    EXPECT_TRUE(stage.order);
+}
+
 TEST(InlinesAppear, ThatLetTheirContentGoTakeAlongWhatIsJustAppearingInIt) {
     test::InlineStage stage;
     const std::size_t empty = stage.scene().objectCount();
