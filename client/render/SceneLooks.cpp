@@ -121,12 +121,13 @@ void SceneLooks::drop(ObjectId core) {
 }
 
 void SceneLooks::clear() {
-    for (const DrawableUse& use : drawables_.slots())
-        if (use.id) {
-            meshes_.release(use.mesh);
-            for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
-            for (const KeptPattern& pattern : use.patterns) meshes_.release(pattern.mesh);
-        }
+    for (std::size_t slot = 0; slot < drawables_.slots().size(); ++slot) {
+        const DrawableUse& use = drawables_.slots()[slot];
+        if (!use.id) continue;
+        meshes_.release(use.mesh);
+        for (const KeptStep& step : use.steps) meshes_.release(step.mesh);
+        for (const KeptPattern& pattern : use.patterns) meshes_.release(pattern.mesh);
+    }
     drawables_.clear();
     stepped_.clear();
     materials_.clear();

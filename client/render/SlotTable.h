@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/render/IdIndex.h"
+#include "common/base/PagedRow.h"
 
 namespace tessera {
 
@@ -18,11 +19,11 @@ public:
     [[nodiscard]] std::uint32_t find(ObjectId id) const { return id ? index_.find(id) : kNone; }
     [[nodiscard]] T& operator[](std::uint32_t slot) { return slots_[slot]; }
     [[nodiscard]] const T& operator[](std::uint32_t slot) const { return slots_[slot]; }
-    /// The id must be new here. References to other values do not survive it.
+    /// The id must be new here.
     std::uint32_t add(ObjectId id) {
         std::uint32_t slot = static_cast<std::uint32_t>(slots_.size());
         if (free_.empty()) {
-            slots_.emplace_back();
+            slots_.growTo(slots_.size() + 1);
         } else {
             slot = free_.back();
             free_.pop_back();
@@ -44,10 +45,10 @@ public:
     }
     [[nodiscard]] std::size_t size() const { return index_.size(); }
     /// Free ones too: the id tells.
-    [[nodiscard]] const std::vector<T>& slots() const { return slots_; }
+    [[nodiscard]] const PagedRow<T>& slots() const { return slots_; }
 
 private:
-    std::vector<T> slots_;
+    PagedRow<T> slots_;
     std::vector<std::uint32_t> free_;
     IdIndex index_;
 };

@@ -7,10 +7,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/base/PagedRow.h"
 #include "common/scene/Aspect.h"
 #include "server/collision/objects/DocumentOrder.h"
 #include "server/collision/objects/IdTable.h"
-#include "server/collision/objects/PagedRow.h"
 #include "server/collision/objects/Place.h"
 
 namespace tessera {

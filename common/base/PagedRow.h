@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-/// Where a vector grows it copies all that it holds, which takes longer than a frame where that is a million places. Here a page comes now and then.
-/// References stay good until `clear`.
+/// Where a vector grows it copies all that it holds, which takes longer than a frame where that is a million places.
+/// Here a page comes now and then. References stay good until `clear`.
 template <typename T>
 class PagedRow {
 public:
