@@ -59,9 +59,11 @@ void uploadRows(SceneTable& table, bool quick) {
         const Instant from = Clock::now();
         std::size_t sent = 0;
         while (Clock::now() < from + span) {
-            // Another one each time: what the server has is not sent again.
+            // Where they are taken another one each time: what the server has is not sent again. What it refused is, and hosts have it after the
+            // first time.
             Blob& array = arrays[sent % arrays.size()];
-            if (const auto changed = array.withRange(0, std::as_bytes(std::span(&++changes, 1)))) array = *changed;
+            if (sound)
+                if (const auto changed = array.withRange(0, std::as_bytes(std::span(&++changes, 1)))) array = *changed;
             const auto answer = application->propose(keeping(array, sound));
             if (answer.has_value() != sound) table.complain(answer ? "what is not sound is taken" : answer.error().message);
             if (sound && answer) {

@@ -14,6 +14,7 @@ namespace tessera {
 std::uint64_t memoryWithoutArrays(const ChangeList& list) {
     std::uint64_t bytes = sizeof(ChangeList) + list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
                           list.destructions.size() * sizeof(ObjectId) + list.ranges.size() * sizeof(RangeEdit);
+    for (const RangeEdit& range : list.ranges) bytes += range.bytes.sizeBytes();
     for (const FieldColumn& column : list.columns) {
         bytes += sizeof(FieldColumn) + column.ids.size() * sizeof(ObjectId);
         std::visit(

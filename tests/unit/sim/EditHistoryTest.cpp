@@ -139,5 +139,16 @@ TEST(EditHistory, IsBoundedInStepsAndInBytesAndKeepsTheNewest) {
     EXPECT_LT(history.bytes(), 1000u);
 }
 
+TEST(EditHistory, CountsTheBytesThatRangesLeadBackTo) {
+    EditHistory history({.steps = 100, .bytes = 10'000});
+    for (std::size_t i = 0; i < 10; ++i) {
+        ChangeListBuilder list;
+        list.setRange(ObjectId(7), typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, Blob(Bytes(4000 + i)));
+        history.edited(list.take());
+    }
+    EXPECT_EQ(history.undoDepth(), 2u);
+    EXPECT_LE(history.bytes(), 10'000u);
+}
+
 }  // namespace
 }  // namespace tessera
