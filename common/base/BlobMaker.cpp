@@ -1,5 +1,7 @@
 #include "common/base/BlobMaker.h"
 
+#include <algorithm>
+
 namespace tessera {
 
 void BlobMaker::append(ByteSpan bytes) {

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <mutex>
 
+#include "common/base/Error.h"
+
 namespace tessera {
 namespace {
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -58,10 +59,11 @@ void expectSame(const Version& version, std::mt19937_64& random) {
     const std::size_t size = version.bytes.size(), from = random() % size, count = 1 + random() % (size - from);
     Bytes part(count);
     version.paged->read(from, part);
-    ASSERT_TRUE(std::equal(part.begin(), part.end(), version.bytes.begin() + static_cast<std::ptrdiff_t>(from))) << "[" << from << ", +" << count << ")";
+    ASSERT_EQ(std::memcmp(part.data(), version.bytes.data() + from, count), 0) << "[" << from << ", +" << count << ")";
     if (random() % 3 != 0) return;
     const ByteSpan view = version.paged->view();
-    ASSERT_TRUE(std::equal(view.begin(), view.end(), version.bytes.begin(), version.bytes.end()));
+    ASSERT_EQ(view.size(), size);
+    ASSERT_EQ(std::memcmp(view.data(), version.bytes.data(), size), 0);
 }
 
 TEST(PagedBytes, EveryVersionKeepsItsBytesWhateverBecomesOfOthers) {
