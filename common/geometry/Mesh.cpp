@@ -116,7 +116,7 @@ ByteRange elementsOf(const ByteRange& bytes, std::size_t elementBytes) {
 
 bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
     const auto within = [](const Blob& blob, const ByteRange& bytes, auto sound) {
-        using Number = decltype(sound)::Number;
+        using Number = typename decltype(sound)::Number;
         const ByteRange which = elementsOf(bytes, sizeof(Number));
         const std::uint64_t end = std::min<std::uint64_t>(which.end, blob.sizeBytes() / sizeof(Number));
         constexpr std::uint64_t kAtOnce = 4096;
