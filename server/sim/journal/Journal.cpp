@@ -218,9 +218,10 @@ void Journal::tell() {
 
 std::optional<Error> Journal::trouble() const {
     const int error = error_;
-    if (ended_)
-        return Error{ErrorCode::kFailed,
-                     fmt::format("the journal {} has ended; to go on from it, start the server again", folder())};
+    if (ended_) {
+        const std::scoped_lock lock(whyMutex_);
+        return Error{ErrorCode::kFailed, fmt::format("the journal {} has ended: {}", folder(), whyEnded_)};
+    }
     if (error == 0) return std::nullopt;
     return Error{ErrorCode::kFailed,
                  fmt::format("the journal {} cannot be written: {}", folder(), std::strerror(error))};
@@ -231,9 +232,8 @@ std::optional<Error> Journal::trouble() const {
 void Journal::run() {
     compact();  // where earlier servers have left much
     while (true) {
-        const std::optional<std::unique_ptr<const Item>> item =
-            unsynced_ ? queue_.popFor(std::max<Duration>(Duration{1}, unsyncedSince_ + limits_.syncEvery - Clock::now()))
-                      : queue_.pop();
+        const TimePoint wakeAt = unsynced_ ? std::min(unsyncedSince_ + limits_.syncEvery, lookedAt_ + limits_.lookEvery) : lookedAt_ + limits_.lookEvery;
+        const std::optional<std::unique_ptr<const Item>> item = queue_.popFor(std::max<Duration>(Duration{1}, wakeAt - Clock::now()));
         if (item) {
             write(**item);
             if (!ended_) rotateIfLong();
@@ -241,6 +241,7 @@ void Journal::run() {
             break;
         }
         syncIfDue(false);
+        lookAround();
     }
     // What came between the last look and the end.
     while (const auto item = queue_.tryPop()) write(**item);
@@ -258,6 +259,7 @@ void Journal::write(const Item& item) {
         std::this_thread::sleep_for(closing_ ? std::min<std::chrono::milliseconds>(limits_.retryEvery, std::chrono::milliseconds(100))
                                              : limits_.retryEvery);
     }
+    endWhereItWasTakenAway();
     if (ended_) return;
     if (error_.exchange(0) != 0) log_.info(fmt::format("{}: the journal is written again", folder()));
     if (const auto* frame = std::get_if<FrameItem>(&item.what)) {
@@ -298,6 +300,22 @@ void Journal::endWhereASyncFailed() {
     if (const int error = folder_.disk().failedSync()) end(fmt::format("the disk could not be made to keep it: {}", std::strerror(error)));
 }
 
+/// What goes into a file that has no name any more fails nowhere, and is lost.
+void Journal::endWhereItWasTakenAway() {
+    if (ended_) return;
+    if (const std::optional<std::string> loss = folder_.findLoss(file_, logNumber_)) end(*loss, "look into the folder before another start");
+}
+
+void Journal::lookAround() {
+    if (ended_ || Clock::now() < lookedAt_ + limits_.lookEvery) return;
+    lookedAt_ = Clock::now();
+    endWhereItWasTakenAway();
+    // (While a snapshot replaces logs, a list of names may have neither.)
+    if (ended_ || compacting_) return;
+    const Expected<JournalFiles> files = folder_.files();
+    if (!files && files.error().code == ErrorCode::kBadInput) end(files.error().message, "look into the folder before another start");
+}
+
 void Journal::failed(int error) {
     if (error_.exchange(error) != error)
         log_.warning(fmt::format("{}: the journal cannot be written: {}; edits are refused until it can", folder(),
@@ -305,10 +323,12 @@ void Journal::failed(int error) {
     tell();
 }
 
-void Journal::end(const std::string& why) {
-    if (!ended_.exchange(true))
-        log_.warning(fmt::format("{}: the journal ends here: {}; edits are refused; what is written can be gone on from",
-                                 folder(), why));
+void Journal::end(const std::string& why, std::string_view whatIsLeft) {
+    {
+        const std::scoped_lock lock(whyMutex_);
+        if (whyEnded_.empty()) whyEnded_ = fmt::format("{}; {}", why, whatIsLeft);
+        if (!ended_.exchange(true)) log_.warning(fmt::format("{}: the journal ends here: {}; edits are refused; {}", folder(), why, whatIsLeft));
+    }
     tell();
 }
 

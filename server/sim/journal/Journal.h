@@ -4,7 +4,9 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -99,7 +101,9 @@ private:
     void syncIfDue(bool now);
     void endWhereASyncFailed();
     void failed(int error);
-    void end(const std::string& why);
+    void end(const std::string& why, std::string_view whatIsLeft = "what is written can be gone on from");
+    void endWhereItWasTakenAway();
+    void lookAround();
     void tell();
     [[nodiscard]] journal::Opening openingOf(std::uint64_t number) const;
     void rotateIfLong();
@@ -124,6 +128,8 @@ private:
     std::atomic<std::uint64_t> tellAt_{0};  ///< 0: nobody asked
     std::atomic<int> error_{0};             ///< errno of the write that is tried again
     std::atomic<bool> ended_{false};
+    mutable std::mutex whyMutex_;
+    std::string whyEnded_;
     std::atomic<bool> closing_{false};
 
     // The writing thread's.
@@ -135,7 +141,7 @@ private:
     Sequence sequence_;
     StateHash stateHash_;
     bool unsynced_ = false, saidThatItGrows_ = false;
-    TimePoint unsyncedSince_{}, rotateAgainAt_{};
+    TimePoint unsyncedSince_{}, rotateAgainAt_{}, lookedAt_{};
     std::thread thread_;
 
     // Of the thread that makes snapshots.

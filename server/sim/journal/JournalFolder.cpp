@@ -47,6 +47,14 @@ std::string holderOf(int lock) {
     return got > 0 ? std::string(text, static_cast<std::size_t>(got)) : std::string("another server");
 }
 
+/// Whether the name stands for the open file. A name that cannot be looked at is not known to be gone.
+bool standsFor(const std::string& path, int file, std::uint64_t leastBytes) {
+    struct stat named {}, open {};
+    if (::fstat(file, &open) != 0) return true;
+    if (::stat(path.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
+    return named.st_dev == open.st_dev && named.st_ino == open.st_ino && static_cast<std::uint64_t>(open.st_size) >= leastBytes;
+}
+
 }  // namespace
 
 int JournalDisk::remembered(int error) {
@@ -135,6 +143,12 @@ Expected<JournalFiles> JournalFolder::files() const {
     for (const std::uint64_t log : files.logs)
         if (log != expected++) return fail(ErrorCode::kBadInput, fmt::format("{} is missing", logPath(expected - 1)));
     return files;
+}
+
+std::optional<std::string> JournalFolder::findLoss(const JournalFile& log, std::uint64_t number) const {
+    if (!standsFor(lockPath(), lock_, 0)) return lockPath() + " was taken away or replaced";
+    if (!log.isWhole(logPath(number))) return logPath(number) + " was taken away, replaced or shortened";
+    return std::nullopt;
 }
 
 int JournalFolder::name(const std::string& unfinished, const std::string& path) const {
@@ -355,6 +369,10 @@ Expected<void> JournalFile::append(const RecordHeader& about, const std::functio
     ++number_;
     bytes_ += sizeof(header) + about.bytes;
     return {};
+}
+
+bool JournalFile::isWhole(const std::string& path) const {
+    return standsFor(path, file_, bytes_);
 }
 
 /// What was begun leaves no trace.

@@ -65,6 +65,8 @@ public:
     /// error, or that of the disk, in words.
     [[nodiscard]] Expected<void> append(const RecordHeader& about, const std::function<Expected<ByteSpan>(std::uint64_t at)>& piece);
     [[nodiscard]] int sync() const { return disk_->sync(file_); }
+    /// Whether that name stands for it, with all that is written.
+    [[nodiscard]] bool isWhole(const std::string& path) const;
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
 private:
@@ -95,6 +97,9 @@ public:
     [[nodiscard]] std::string lastPath() const { return path_ + "/last"; }
     /// Refused: a log is missing. Of the newest ones nothing but the file `last` tells that they have been.
     [[nodiscard]] Expected<JournalFiles> files() const;
+    /// What somebody has taken away, replaced or shortened while it is held, in words: the lock, or the log of that number, which is `log`. What is
+    /// written then is not what a start would find.
+    [[nodiscard]] std::optional<std::string> findLoss(const JournalFile& log, std::uint64_t number) const;
 
     /// A log that begins with this; one of this number is replaced. `last` names it once it is there, and before anybody builds on it. Fails without a
     /// trace, but where a sync has failed.
@@ -110,6 +115,7 @@ public:
 
 private:
     JournalFolder(std::string path, std::shared_ptr<JournalDisk> disk, int lock) : path_(std::move(path)), disk_(std::move(disk)), lock_(lock) {}
+    [[nodiscard]] std::string lockPath() const { return path_ + "/lock"; }
     [[nodiscard]] Expected<std::uint64_t> lastOfAll() const;
     [[nodiscard]] Expected<void> writeLast(std::uint64_t number) const;
     /// An errno; 0: it has its name for good.
