@@ -75,49 +75,63 @@ inline ChangeList hostileEdit(const Aspect& scene, const Choose& choose) {
     ListMaker make;
     ChangeListBuilder& list = make.builder;
     for (std::size_t edits = 1 + choose(3); edits > 0; --edits) {
+        // One choice a statement: compilers differ in the order in which they work out what a call is given.
+        ObjectId it;
         switch (choose(17)) {
             case 0:
-                setField<&Transform::translation>(list, any(1), vector());
+                it = any(1);
+                setField<&Transform::translation>(list, it, vector());
                 break;
             case 1: {
                 const double w = number(), x = number(), y = number();
-                setField<&Transform::rotation>(list, any(1), Quatd(w, x, y, number()));
+                it = any(1);
+                setField<&Transform::rotation>(list, it, Quatd(w, x, y, number()));
                 break;
             }
             case 2:
-                setField<&Transform::scale>(list, any(1), vector());
+                it = any(1);
+                setField<&Transform::scale>(list, it, vector());
                 break;
             case 3:
-                setField<&CollisionObject::velocity>(list, any(2), vector());
+                it = any(2);
+                setField<&CollisionObject::velocity>(list, it, vector());
                 break;
             case 4:
-                setField<&CollisionObject::spin>(list, any(2), vector());
+                it = any(2);
+                setField<&CollisionObject::spin>(list, it, vector());
                 break;
             case 5:
-                setField<&CollisionObject::mass>(list, any(2), number());
+                it = any(2);
+                setField<&CollisionObject::mass>(list, it, number());
                 break;
             case 6:
-                setField<&Interest::response>(list, any(3), static_cast<std::int64_t>(choose(6)));
+                it = any(3);
+                setField<&Interest::response>(list, it, static_cast<std::int64_t>(choose(6)));
                 break;
             case 7:
-                setField<&Interest::mode>(list, any(3), static_cast<std::int64_t>(choose(4)));
+                it = any(3);
+                setField<&Interest::mode>(list, it, static_cast<std::int64_t>(choose(4)));
                 break;
             case 8:
-                setField<&Environment::gravity>(list, any(4), vector());
+                it = any(4);
+                setField<&Environment::gravity>(list, it, vector());
                 break;
             case 9:
-                setField<&Motion::time>(list, any(5), number());
+                it = any(5);
+                setField<&Motion::time>(list, it, number());
                 break;
             case 10: {
                 std::vector<double> keys;
                 for (int key = 0; key < 2; ++key)
                     for (std::size_t k = 0; k < kScalarsPerKey; ++k) keys.push_back(number());
                 if (keys[0] > keys[kScalarsPerKey]) std::swap(keys[0], keys[kScalarsPerKey]);
-                setField<&Motion::keys>(list, any(5), Blob::of(std::span<const double>(keys)));
+                it = any(5);
+                setField<&Motion::keys>(list, it, Blob::of(std::span<const double>(keys)));
                 break;
             }
             case 11: {  // another body
-                const ObjectId body = make.node("", any(0), make.transform(vector()));
+                it = any(0);
+                const ObjectId body = make.node("", it, make.transform(vector()));
                 make.node("", body, any(6));
                 const ObjectId object = make.create<CollisionObject>();
                 setField<&CollisionObject::node>(list, object, body);
@@ -127,7 +141,8 @@ inline ChangeList hostileEdit(const Aspect& scene, const Choose& choose) {
                 break;
             }
             case 12:
-                list.place(any(0), any(0));
+                it = any(0);
+                list.place(it, any(0));
                 break;
             case 13:
                 list.detach(any(0));
@@ -139,10 +154,12 @@ inline ChangeList hostileEdit(const Aspect& scene, const Choose& choose) {
                 break;
             }
             case 15:
-                setField<&Camera::worldUnitsPerMetre>(list, any(7), number());
+                it = any(7);
+                setField<&Camera::worldUnitsPerMetre>(list, it, number());
                 break;
             default:
-                setField<&Motion::playing>(list, any(5), choose(2) == 0);
+                it = any(5);
+                setField<&Motion::playing>(list, it, choose(2) == 0);
         }
     }
     return list.take();
@@ -154,8 +171,8 @@ struct HostileCounts {
 
 /// So many frames of it. Says what is wrong, or nothing: every list leads a replica along, undo leads back, and there is always a
 /// view that can be drawn. That it returns at all is the rest of the promise.
-inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& counts) {
-    Simulation simulation;
+inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& counts, const CollisionLimits& limits = {}) {
+    Simulation simulation({.collision = limits});
     if (!simulation.load({bodyScene(Vec3d(0, -10, 0), Vec3d::Zero(), {{0, 0, 0, 0}, {1, 6, 0, 0}})})) return "the scene to begin with is refused";
     ViewSource source(wallOfOne(), "");
     source.update(simulation.scene(), nullptr);

@@ -206,6 +206,21 @@ TEST(RigidImpact, GivesUpWhereToldToAndSaysHowFarItIsFree) {
     EXPECT_GT(before, 0.1);
 }
 
+/// So that what bounds a frame's tests bounds its time.
+TEST(RigidImpact, AStepCountsAsAHundredTests) {
+    const Body sheet = bodies::grid(40, 1.0);
+    BodyMotion turning = from(Vec3d(0, 0, 3e-4), Vec3d(0.7, 0.4, 3e-4));
+    turning.end.rotation = Quatd(Eigen::AngleAxisd(0.5, Vec3d::UnitZ()));
+    QueryWork bounded{.limit = 100'000}, stepped;
+    const Impact atLimit = timeOfImpact(sheet.tree(), {}, sheet.tree(), turning, bounded);
+    const Impact atSteps = timeOfImpact(sheet.tree(), {}, sheet.tree(), turning, stepped, {.maxSteps = 1000});
+    EXPECT_FALSE(atLimit.complete);
+    EXPECT_FALSE(atSteps.complete);
+    EXPECT_LE(atLimit.t, atSteps.t);
+    EXPECT_GE(stepped.triangleTests, 100'000u);
+    EXPECT_LE(bounded.boxTests + bounded.triangleTests, 110'000u);
+}
+
 TEST(RigidImpact, BadInputHasDefinedAnswers) {
     const Body box = bodies::box(Vec3d(2, 2, 2)), nothing;
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();

@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 /// With so little work motions are tried one after the other.
-constexpr std::uint64_t kOneByOne = 99'999;
+constexpr std::uint64_t kOneByOne = 199'999;
 
 /// Heaps of blocks far from each other, each with a post that stands. Blocks of a heap are in each other's way, so a
 /// heap's are tried one after the other; their transforms come in turns, heap by heap, and in some heaps one block
