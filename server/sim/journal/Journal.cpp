@@ -79,7 +79,9 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to sync is
     // synced before another log stands on it.
     std::uint64_t last = files->lastLog();
-    if (story->tornBytes > 0 && !story->hollow)
+    if (story->hollow && last > 0)
+        log.warning(fmt::format("{}: not even its opening is whole (the server was killed): begun anew", folder->logPath(last)));
+    else if (story->tornBytes > 0)
         log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", folder->logPath(last),
                                 story->tornBytes));
     if (story->hollow && last > 0)

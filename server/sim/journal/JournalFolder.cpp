@@ -134,6 +134,7 @@ Expected<JournalFiles> JournalFolder::files() const {
             files.logs.push_back(log);
     const Expected<std::uint64_t> last = lastOfAll();
     if (!last) return tl::unexpected(last.error());
+    files.newest = *last;
     if (files.lastLog() < *last)
         return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
                                                       logPath(*last), lastPath()));
@@ -287,7 +288,13 @@ Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& fil
         story.hollow = story.wholeBytes <= kJournalMark.size();
         if (!story.hollow && story.state.number != number)
             return fail(ErrorCode::kBadInput, fmt::format("{}: it is log {}", reader->name(), story.state.number));
-        if (number == files.lastLog()) break;
+        if (number == files.lastLog()) {
+            // It is named once its opening is on the disk, and before anything else is in it.
+            if (story.hollow && number == files.newest)
+                return fail(ErrorCode::kBadInput, fmt::format("{}: it is cut off within its opening, and the journal's newest edits were behind that; put it back, or "
+                                                              "remove it and {} to go on without it", reader->name(), folder.lastPath()));
+            break;
+        }
         if (Expected<void> whole = wholeOrRefused(*reader); !whole || story.hollow)
             return whole ? fail(ErrorCode::kBadInput, reader->name() + ": nothing is in it, and other logs follow it")
                          : tl::unexpected(whole.error());

@@ -24,6 +24,7 @@ struct JournalFiles {
     std::vector<std::uint64_t> logs;          ///< ascending, without a gap
     std::vector<std::string> leftOver;        ///< paths: what nobody needs any more
     std::vector<std::string> unfinished;      ///< paths: somebody was killed while he made them; or makes them now
+    std::uint64_t newest = 0;                 ///< log that the file `last` names; 0: there is no such file
     [[nodiscard]] std::uint64_t lastLog() const { return logs.empty() ? 0 : logs.back(); }
 };
 

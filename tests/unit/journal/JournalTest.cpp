@@ -215,6 +215,19 @@ TEST(Journal, NewestFilesThatAreMissingAreNamed) {
         ASSERT_TRUE(opened) << opened.error().message;
         EXPECT_EQ(opened->state.begun, gone.size() < 3);
     }
+    // Emptied, or cut within what it opens with, is gone as well.
+    for (const std::uint64_t left : {0, 7, 60, 120}) {
+        std::filesystem::remove_all(folder / "copy");
+        std::filesystem::copy(folder / "wall", folder / "copy");
+        std::filesystem::resize_file(folder / "copy/log-0000000003", left);
+        const Expected<Journal::Opened> refused = start("copy");
+        ASSERT_FALSE(refused) << left << " bytes: list " << refused->state.sequence.value << " is gone on from";
+        EXPECT_EQ(refused.error().code, ErrorCode::kBadInput);
+        EXPECT_NE(refused.error().message.find("log-0000000003: it is cut off within its opening"), std::string::npos) << refused.error().message;
+        std::filesystem::remove(folder / "copy/last");
+        EXPECT_TRUE(start("copy"));
+        EXPECT_NE(words.said().find("log-0000000003: not even its opening is whole"), std::string::npos) << words.said();
+    }
     // As older versions left it; and what is no number.
     std::filesystem::remove(folder / "wall/last");
     ASSERT_TRUE(start("wall"));
