@@ -3,11 +3,35 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
 #include <utility>
 
 namespace tessera {
 namespace {
+
+/// "PROGRAM: out of memory", made beforehand: there may be no memory for it then.
+std::array<char, 128> outOfMemory{};
+std::size_t outOfMemoryBytes = 0;
+
+/// Whatever else ends a program without a word is a fault of ours, and leaves a core.
+[[noreturn]] void endInWords() {
+    try {
+        if (const std::exception_ptr why = std::current_exception()) std::rethrow_exception(why);
+    } catch (const std::bad_alloc&) {
+        (void)!::write(STDERR_FILENO, outOfMemory.data(), outOfMemoryBytes);
+        ::_exit(1);
+    } catch (...) {
+        __gnu_cxx::__verbose_terminate_handler();
+    }
+    std::abort();
+}
 
 CLI::Validator shown(CLI::Validator validator, ShowValues show) {
     return show == ShowValues::kInHelp ? validator : validator.description("");
@@ -120,6 +144,9 @@ struct Options::Impl {
 Options::Options(const std::string& program, const std::string& description, const std::string& version)
     : impl_(new Impl{program, CLI::App(description, program)}) {
     if (!version.empty()) impl_->app.set_version_flag("--version", version);
+    const auto end = fmt::format_to_n(outOfMemory.data(), outOfMemory.size(), "{}: out of memory\n", program);
+    outOfMemoryBytes = std::min(end.size, outOfMemory.size());
+    std::set_terminate(endInWords);
 }
 
 Options::~Options() = default;

@@ -70,6 +70,7 @@ private:
 class Options {
 public:
     /// --help and, with a `version` to print, --version are there from the beginning.
+    /// A program that runs out of memory from then on says so, and ends with 1.
     Options(const std::string& program, const std::string& description, const std::string& version = {});
     ~Options();
     Options(const Options&) = delete;

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <exception>
 #include <limits>
+#include <new>
+#include <stdexcept>
 
 #include "common/base/Error.h"
 
@@ -234,6 +237,19 @@ TEST(Options, EndAProgramWithTextOrFault) {
     EXPECT_EQ(parse({"x", "--whole", "x"}), exitCode(ErrorCode::kUsage));
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "tessera-x: Could not convert: --whole = x; see --help\n");
+}
+
+TEST(OptionsDeathTest, OutOfMemoryIsSaid) {
+    const Options options("tessera-x", "does something");
+    const auto endWith = [](const auto& thrown) {
+        try {
+            throw thrown;
+        } catch (...) {
+            std::terminate();
+        }
+    };
+    EXPECT_EXIT(endWith(std::bad_alloc()), testing::ExitedWithCode(1), "^tessera-x: out of memory\n$");
+    EXPECT_DEATH(endWith(std::runtime_error("our fault")), "our fault");
 }
 
 }  // namespace
