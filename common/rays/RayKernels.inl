@@ -18,7 +18,7 @@ constexpr float kGrown = 1.0f + 16.0f / 16777216.0f;
 /// A ray in all lanes of registers, for a whole walk.
 struct Slabs {
     Floats8 nearOrigin[3], farOrigin[3], inverse[3];
-    const float* nearRow[3];  ///< of the tree's first node
+    const float* nearRow[3];  ///< of the tree's first node; null: it has none
     const float* farRow[3];
 
     Slabs(const Tree& tree, const PreparedRay& ray) {
@@ -27,8 +27,8 @@ struct Slabs {
             nearOrigin[k] = Floats8::all(forward ? ray.originUp[k] : ray.originDown[k]);
             farOrigin[k] = Floats8::all(forward ? ray.originDown[k] : ray.originUp[k]);
             inverse[k] = Floats8::all(ray.inverse[k]);
-            nearRow[k] = tree.nodes->box[ray.nearRow[k]];
-            farRow[k] = tree.nodes->box[ray.farRow[k]];
+            nearRow[k] = tree.nodes ? tree.nodes->box[ray.nearRow[k]] : nullptr;
+            farRow[k] = tree.nodes ? tree.nodes->box[ray.farRow[k]] : nullptr;
         }
     }
 };
