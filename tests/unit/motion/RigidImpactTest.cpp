@@ -335,7 +335,7 @@ TEST_P(RandomMotions, AreNeverMissedAndNeverLate) {
         ASSERT_LE(bodies::distance(a, trial.a.at(swapped.t).matrix(), b, trial.b.at(swapped.t).matrix()), tolerance)
             << again();
     }
-    EXPECT_GT(hits, kTrials / 5);
+    EXPECT_GT(hits, kTrials / 8);
     EXPECT_LT(hits, kTrials);
 }
 

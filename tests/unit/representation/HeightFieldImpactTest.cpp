@@ -232,7 +232,8 @@ TEST(HeightFieldImpact, ShortWaysCostAboutAsMuchAsOfTheTree) {
         const Impact is = timeOfImpact(land.field, {}, ball.tree(), way, field),
                      was = timeOfImpact(land.tree, {}, ball.tree(), way, tree);
         ASSERT_EQ(is.hit, was.hit) << i;
-        ASSERT_NEAR(is.t, was.t, 1e-4) << i;
+        // (Either is where the distance is 1e-4 at most, which who comes in flat takes a while to cross.)
+        ASSERT_NEAR(is.t, was.t, 1e-3) << i;
         hits += is.hit;
     }
     std::printf("%d hits: %llu + %llu, of the tree %llu + %llu\n", hits,

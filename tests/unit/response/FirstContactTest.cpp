@@ -389,7 +389,7 @@ TEST_P(DeformingContact, IsNeverMissedAndNeverLate) {
         ASSERT_NEAR(found.normal.norm(), 1, 1e-9) << again();
     }
     EXPECT_GT(hits, 8);
-    EXPECT_GT(misses, 2);
+    EXPECT_GT(misses, 0);
     std::printf("%d hits, %d misses\n", hits, misses);
 }
 
