@@ -221,8 +221,8 @@ void Journal::tell() {
 std::optional<Error> Journal::trouble() const {
     const int error = error_;
     if (ended_) {
-        const std::scoped_lock lock(whyMutex_);
-        return Error{ErrorCode::kFailed, fmt::format("the journal {} has ended: {}", folder(), whyEnded_)};
+        const std::string why = whyIsKnown_ ? ": " + whyEnded_ : std::string();
+        return Error{ErrorCode::kFailed, fmt::format("the journal {} has ended{}", folder(), why)};
     }
     if (error == 0) return std::nullopt;
     return Error{ErrorCode::kFailed,
@@ -326,10 +326,10 @@ void Journal::failed(int error) {
 }
 
 void Journal::end(const std::string& why, std::string_view whatIsLeft) {
-    {
-        const std::scoped_lock lock(whyMutex_);
-        if (whyEnded_.empty()) whyEnded_ = fmt::format("{}; {}", why, whatIsLeft);
-        if (!ended_.exchange(true)) log_.warning(fmt::format("{}: the journal ends here: {}; edits are refused; {}", folder(), why, whatIsLeft));
+    if (!ended_.exchange(true)) {
+        whyEnded_ = fmt::format("{}; {}", why, whatIsLeft);
+        whyIsKnown_ = true;
+        log_.warning(fmt::format("{}: the journal ends here: {}; edits are refused; {}", folder(), why, whatIsLeft));
     }
     tell();
 }

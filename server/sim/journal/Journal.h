@@ -4,7 +4,6 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -128,8 +127,8 @@ private:
     std::atomic<std::uint64_t> tellAt_{0};  ///< 0: nobody asked
     std::atomic<int> error_{0};             ///< errno of the write that is tried again
     std::atomic<bool> ended_{false};
-    mutable std::mutex whyMutex_;
-    std::string whyEnded_;
+    std::atomic<bool> whyIsKnown_{false};
+    std::string whyEnded_;  ///< written once, by who ended it, before `whyIsKnown_`
     std::atomic<bool> closing_{false};
 
     // The writing thread's.

@@ -67,6 +67,8 @@ protected:
     void waitForTrouble() {
         for (const auto end = std::chrono::steady_clock::now() + 10s; !journal->trouble(); std::this_thread::sleep_for(1ms))
             ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nobody noticed";
+        for (const auto end = std::chrono::steady_clock::now() + 10s; words.said().find("the journal ends here: ") == std::string::npos; std::this_thread::sleep_for(1ms))
+            ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nothing was said";
         EXPECT_NE(journal->trouble()->message.find(theft.said), std::string::npos) << journal->trouble()->message;
         EXPECT_NE(words.said().find("the journal ends here: "), std::string::npos) << words.said();
         EXPECT_NE(words.said().find(theft.said), std::string::npos) << words.said();
