@@ -55,7 +55,6 @@ namespace tessera {
     X(GetTextureImage, GETTEXTUREIMAGE)                                         \
     X(GetUniformLocation, GETUNIFORMLOCATION)                                   \
     X(LinkProgram, LINKPROGRAM)                                                 \
-    X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(NamedBufferSubData, NAMEDBUFFERSUBDATA)                                   \
     X(MapNamedBufferRange, MAPNAMEDBUFFERRANGE)                                 \
     X(NamedBufferStorage, NAMEDBUFFERSTORAGE)                                   \
@@ -102,6 +101,7 @@ namespace tessera {
     X(Disable, DISABLE)                                                         \
     X(Enable, ENABLE)                                                           \
     X(FrontFace, FRONTFACE)                                                     \
+    X(NamedBufferData, NAMEDBUFFERDATA)                                         \
     X(PixelStorei, PIXELSTOREI)                                                 \
     X(Scissor, SCISSOR)                                                         \
     X(UseProgram, USEPROGRAM)                                                   \

@@ -54,6 +54,7 @@ void GlState::restore() {
     forEachBit(sampled_, [this](GLuint unit) { GlFunctions::BindSampler(unit, 0); });
     forEachBit(uniforms_, [this](GLuint index) { GlFunctions::BindBufferBase(GL_UNIFORM_BUFFER, index, 0); });
     forEachBit(storage_, [this](GLuint index) { GlFunctions::BindBufferBase(GL_SHADER_STORAGE_BUFFER, index, 0); });
+    partsOf_.fill(0);
 }
 
 void GlState::BindTextureUnit(GLuint unit, GLuint texture) {
@@ -68,19 +69,26 @@ void GlState::BindSampler(GLuint unit, GLuint sampler) {
     GlFunctions::BindSampler(unit, sampler);
 }
 
-void GlState::noteBound(GLenum target, GLuint index) {
-    TESSERA_CHECK((target == GL_UNIFORM_BUFFER || target == GL_SHADER_STORAGE_BUFFER) && index < 64, "a binding that is put back");
+void GlState::noteBound(GLenum target, GLuint index, GLuint partOf) {
+    TESSERA_CHECK((target == GL_UNIFORM_BUFFER || target == GL_SHADER_STORAGE_BUFFER) && index < kMostBindings, "a binding that is put back");
     (target == GL_UNIFORM_BUFFER ? uniforms_ : storage_) |= std::uint64_t{1} << index;
+    if (target == GL_UNIFORM_BUFFER) partsOf_[index] = partOf;
 }
 
 void GlState::BindBufferBase(GLenum target, GLuint index, GLuint buffer) {
-    noteBound(target, index);
+    noteBound(target, index, 0);
     GlFunctions::BindBufferBase(target, index, buffer);
 }
 
 void GlState::BindBufferRange(GLenum target, GLuint index, GLuint buffer, GLintptr offset, GLsizeiptr size) {
-    noteBound(target, index);
+    noteBound(target, index, buffer);
     GlFunctions::BindBufferRange(target, index, buffer, offset, size);
+}
+
+void GlState::NamedBufferData(GLuint buffer, GLsizeiptr size, const void* data, GLenum usage) {
+    for (GLuint index = 0; index < kMostBindings; ++index)
+        if (partsOf_[index] == buffer) BindBufferBase(GL_UNIFORM_BUFFER, index, 0);
+    GlFunctions::NamedBufferData(buffer, size, data, usage);
 }
 
 }  // namespace tessera

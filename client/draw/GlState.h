@@ -76,13 +76,18 @@ public:
     /// Of uniforms, or storage.
     void BindBufferBase(GLenum target, GLuint index, GLuint buffer);
     void BindBufferRange(GLenum target, GLuint index, GLuint buffer, GLintptr offset, GLsizeiptr size);
+    /// Where parts of the buffer are bound as uniforms nothing is afterwards: what it holds now may end before them, and llvmpipe (Mesa 22.3.6) copies
+    /// what is bound whether a program reads it or not.
+    void NamedBufferData(GLuint buffer, GLsizeiptr size, const void* data, GLenum usage);
 
 private:
-    void noteBound(GLenum target, GLuint index);
+    static constexpr std::size_t kMostBindings = 64;
+    void noteBound(GLenum target, GLuint index, GLuint partOf);
     void set(GLenum what, bool enabled) { enabled ? GlFunctions::Enable(what) : GlFunctions::Disable(what); }
 
     std::uint64_t textured_ = 0, sampled_ = 0;  ///< units that have something: a bit each
     std::uint64_t uniforms_ = 0, storage_ = 0;  ///< the same of buffers
+    std::array<GLuint, kMostBindings> partsOf_{};  ///< of uniforms: the buffer of which a part is bound; 0: of none
     std::array<GLint, 4> viewport_{}, scissor_{};           ///< at first
     bool packsUpsideDown_ = false;
     int calls_ = 0;
