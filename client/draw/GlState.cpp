@@ -70,7 +70,8 @@ void GlState::BindSampler(GLuint unit, GLuint sampler) {
 }
 
 void GlState::noteBound(GLenum target, GLuint index, GLuint partOf) {
-    TESSERA_CHECK((target == GL_UNIFORM_BUFFER || target == GL_SHADER_STORAGE_BUFFER) && index < kMostBindings, "a binding that is put back");
+    TESSERA_CHECK((target == GL_UNIFORM_BUFFER || target == GL_SHADER_STORAGE_BUFFER) && index < kMostBindings,
+                  "a binding that is put back");
     (target == GL_UNIFORM_BUFFER ? uniforms_ : storage_) |= std::uint64_t{1} << index;
     if (target == GL_UNIFORM_BUFFER) partsOf_[index] = partOf;
 }

@@ -76,8 +76,8 @@ public:
     /// Of uniforms, or storage.
     void BindBufferBase(GLenum target, GLuint index, GLuint buffer);
     void BindBufferRange(GLenum target, GLuint index, GLuint buffer, GLintptr offset, GLsizeiptr size);
-    /// Where parts of the buffer are bound as uniforms nothing is afterwards: what it holds now may end before them, and llvmpipe (Mesa 22.3.6) copies
-    /// what is bound whether a program reads it or not.
+    /// Where parts of the buffer are bound as uniforms nothing is afterwards: what it holds now may end before them,
+    /// and llvmpipe (Mesa 22.3.6) copies what is bound whether a program reads it or not.
     void NamedBufferData(GLuint buffer, GLsizeiptr size, const void* data, GLenum usage);
 
 private:

@@ -8,7 +8,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     // Instrumented, a step of a search takes a quarter of a millisecond, which counts as a hundred tests.
     const tessera::CollisionLimits limits{.maxTests = 200'000};
     const std::string wrong =
-        tessera::test::hostileShow([&](std::size_t n) { return in.below(n); }, 1 + static_cast<int>(std::min<std::size_t>(size / 8, 40)), counts, limits);
+        tessera::test::hostileShow([&](std::size_t n) { return in.below(n); },
+                                   1 + static_cast<int>(std::min<std::size_t>(size / 8, 40)), counts, limits);
     tessera::fuzz::must(wrong.empty(), wrong.c_str());
     return 0;
 }

@@ -171,7 +171,8 @@ struct HostileCounts {
 
 /// So many frames of it. Says what is wrong, or nothing: every list leads a replica along, undo leads back, and there is always a
 /// view that can be drawn. That it returns at all is the rest of the promise.
-inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& counts, const CollisionLimits& limits = {}) {
+inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& counts,
+                               const CollisionLimits& limits = {}) {
     Simulation simulation({.collision = limits});
     if (!simulation.load({bodyScene(Vec3d(0, -10, 0), Vec3d::Zero(), {{0, 0, 0, 0}, {1, 6, 0, 0}})})) return "the scene to begin with is refused";
     ViewSource source(wallOfOne(), "");

@@ -55,8 +55,9 @@ struct ImpactOptions {
     /// In units of the shared frame. Less than rounding can tell (about 1e-13 of the coordinates involved), zero, a
     /// negative number or none at all is taken for as near as rounding can tell.
     double tolerance = 1e-4;
-    /// Pairs of faces that are looked at, one by one, at one moment after the other; each costs, and counts as, a hundred box tests. Where
-    /// they are not enough (a face as long as a continent that turns by, a hair away), the answer is not complete. Rigid motions.
+    /// Pairs of faces that are looked at, one by one, at one moment after the other; each costs, and counts as, a
+    /// hundred box tests. Where they are not enough (a face as long as a continent that turns by, a hair away), the
+    /// answer is not complete. Rigid motions.
     std::uint64_t maxSteps = 100'000;
     /// Rigid motions. Where there are any, a hit names the faces that met and looks for no nearer ones.
     std::span<const Support> supports = {};

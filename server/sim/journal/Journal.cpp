@@ -80,7 +80,8 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     // synced before another log stands on it.
     std::uint64_t last = files->lastLog();
     if (story->hollow && last > 0)
-        log.warning(fmt::format("{}: not even its opening is whole (the server was killed): begun anew", folder->logPath(last)));
+        log.warning(fmt::format("{}: not even its opening is whole (the server was killed): begun anew",
+                                folder->logPath(last)));
     else if (story->tornBytes > 0)
         log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", folder->logPath(last),
                                 story->tornBytes));
@@ -234,8 +235,10 @@ std::optional<Error> Journal::trouble() const {
 void Journal::run() {
     compact();  // where earlier servers have left much
     while (true) {
-        const TimePoint wakeAt = unsynced_ ? std::min(unsyncedSince_ + limits_.syncEvery, lookedAt_ + limits_.lookEvery) : lookedAt_ + limits_.lookEvery;
-        const std::optional<std::unique_ptr<const Item>> item = queue_.popFor(std::max<Duration>(Duration{1}, wakeAt - Clock::now()));
+        const TimePoint wakeAt = unsynced_ ? std::min(unsyncedSince_ + limits_.syncEvery, lookedAt_ + limits_.lookEvery)
+                                           : lookedAt_ + limits_.lookEvery;
+        const std::optional<std::unique_ptr<const Item>> item =
+            queue_.popFor(std::max<Duration>(Duration{1}, wakeAt - Clock::now()));
         if (item) {
             write(**item);
             if (!ended_) rotateIfLong();
@@ -305,7 +308,8 @@ void Journal::endWhereASyncFailed() {
 /// What goes into a file that has no name any more fails nowhere, and is lost.
 void Journal::endWhereItWasTakenAway() {
     if (ended_) return;
-    if (const std::optional<std::string> loss = folder_.findLoss(file_, logNumber_)) end(*loss, "look into the folder before another start");
+    if (const std::optional<std::string> loss = folder_.findLoss(file_, logNumber_))
+        end(*loss, "look into the folder before another start");
 }
 
 void Journal::lookAround() {
@@ -315,7 +319,8 @@ void Journal::lookAround() {
     // (While a snapshot replaces logs, a list of names may have neither.)
     if (ended_ || compacting_) return;
     const Expected<JournalFiles> files = folder_.files();
-    if (!files && files.error().code == ErrorCode::kBadInput) end(files.error().message, "look into the folder before another start");
+    if (!files && files.error().code == ErrorCode::kBadInput)
+        end(files.error().message, "look into the folder before another start");
 }
 
 void Journal::failed(int error) {

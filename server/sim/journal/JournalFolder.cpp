@@ -49,10 +49,11 @@ std::string holderOf(int lock) {
 
 /// Whether the name stands for the open file. A name that cannot be looked at is not known to be gone.
 bool standsFor(const std::string& path, int file, std::uint64_t leastBytes) {
-    struct stat named {}, open {};
+    struct stat named = {}, open = {};
     if (::fstat(file, &open) != 0) return true;
     if (::stat(path.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
-    return named.st_dev == open.st_dev && named.st_ino == open.st_ino && static_cast<std::uint64_t>(open.st_size) >= leastBytes;
+    return named.st_dev == open.st_dev && named.st_ino == open.st_ino &&
+           static_cast<std::uint64_t>(open.st_size) >= leastBytes;
 }
 
 }  // namespace
@@ -291,8 +292,10 @@ Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& fil
         if (number == files.lastLog()) {
             // It is named once its opening is on the disk, and before anything else is in it.
             if (story.hollow && number == files.newest)
-                return fail(ErrorCode::kBadInput, fmt::format("{}: it is cut off within its opening, and the journal's newest edits were behind that; put it back, or "
-                                                              "remove it and {} to go on without it", reader->name(), folder.lastPath()));
+                return fail(ErrorCode::kBadInput, fmt::format("{}: it is cut off within its opening, and the journal's "
+                                                              "newest edits were behind that; put it back, or "
+                                                              "remove it and {} to go on without it",
+                                                              reader->name(), folder.lastPath()));
             break;
         }
         if (Expected<void> whole = wholeOrRefused(*reader); !whole || story.hollow)

@@ -98,8 +98,8 @@ public:
     [[nodiscard]] std::string lastPath() const { return path_ + "/last"; }
     /// Refused: a log is missing. Of the newest ones nothing but the file `last` tells that they have been.
     [[nodiscard]] Expected<JournalFiles> files() const;
-    /// What somebody has taken away, replaced or shortened while it is held, in words: the lock, or the log of that number, which is `log`. What is
-    /// written then is not what a start would find.
+    /// What somebody has taken away, replaced or shortened while it is held, in words: the lock, or the log of that
+    /// number, which is `log`. What is written then is not what a start would find.
     [[nodiscard]] std::optional<std::string> findLoss(const JournalFile& log, std::uint64_t number) const;
 
     /// A log that begins with this; one of this number is replaced. `last` names it once it is there, and before anybody builds on it. Fails without a

@@ -40,7 +40,8 @@ struct JournalLimits {
     std::chrono::milliseconds syncEvery{200};
     /// After a write that failed.
     std::chrono::milliseconds retryEvery{500};
-    /// Whether all files of the folder are still there. Whether the one that is written to is, is looked at with each record.
+    /// Whether all files of the folder are still there. Whether the one that is written to is, is looked at with each
+    /// record.
     std::chrono::milliseconds lookEvery{1000};
     /// Frames without a change leave no record: so many numbers are taken at once.
     std::uint64_t framesAhead = 64;

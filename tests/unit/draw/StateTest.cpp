@@ -177,8 +177,8 @@ TEST_F(StateTest, ASkyOfBlocksIsTheSameAfterAnyReadBack) {
         }
 }
 
-/// What a buffer holds next may end before the part that is bound, and who draws without it has it copied all the same (found by ASan: a list of
-/// shadows with more looks than that of the cell behind it).
+/// What a buffer holds next may end before the part that is bound, and who draws without it has it copied all the same
+/// (found by ASan: a list of shadows with more looks than that of the cell behind it).
 TEST_F(StateTest, APartOfABufferThatIsFilledAnewIsBoundNoMore) {
     ASSERT_TRUE(surface_->makeCurrent());
     static std::map<GLuint, GLuint> bound;  // what the functions that are GL's own were told last

@@ -223,10 +223,12 @@ TEST(Journal, NewestFilesThatAreMissingAreNamed) {
         const Expected<Journal::Opened> refused = start("copy");
         ASSERT_FALSE(refused) << left << " bytes: list " << refused->state.sequence.value << " is gone on from";
         EXPECT_EQ(refused.error().code, ErrorCode::kBadInput);
-        EXPECT_NE(refused.error().message.find("log-0000000003: it is cut off within its opening"), std::string::npos) << refused.error().message;
+        EXPECT_NE(refused.error().message.find("log-0000000003: it is cut off within its opening"), std::string::npos)
+            << refused.error().message;
         std::filesystem::remove(folder / "copy/last");
         EXPECT_TRUE(start("copy"));
-        EXPECT_NE(words.said().find("log-0000000003: not even its opening is whole"), std::string::npos) << words.said();
+        EXPECT_NE(words.said().find("log-0000000003: not even its opening is whole"), std::string::npos)
+            << words.said();
     }
     // As older versions left it; and what is no number.
     std::filesystem::remove(folder / "wall/last");

@@ -23,7 +23,8 @@ struct Theft {
 const std::vector<Theft>& thefts() {
     static const std::vector<Theft> all{
         {"the folder is removed", [](const std::string& folder) { fs::remove_all(folder); }, "/lock"},
-        {"the folder gets another name", [](const std::string& folder) { fs::rename(folder, folder + "-old"); }, "/lock"},
+        {"the folder gets another name", [](const std::string& folder) { fs::rename(folder, folder + "-old"); },
+         "/lock"},
         {"another folder comes in its place",
          [](const std::string& folder) {
              fs::copy(folder, folder + "-copy");
@@ -32,15 +33,18 @@ const std::vector<Theft>& thefts() {
          },
          "/lock"},
         {"the lock is removed", [](const std::string& folder) { fs::remove(folder + "/lock"); }, "/lock"},
-        {"the open log is removed", [](const std::string& folder) { fs::remove(folder + "/log-0000000002"); }, "/log-0000000002"},
-        {"the open log is emptied", [](const std::string& folder) { fs::resize_file(folder + "/log-0000000002", 0); }, "/log-0000000002"},
+        {"the open log is removed", [](const std::string& folder) { fs::remove(folder + "/log-0000000002"); },
+         "/log-0000000002"},
+        {"the open log is emptied", [](const std::string& folder) { fs::resize_file(folder + "/log-0000000002", 0); },
+         "/log-0000000002"},
         {"a copy of the open log comes in its place",
          [](const std::string& folder) {
              fs::copy_file(folder + "/log-0000000002", folder + "/copy");
              fs::rename(folder + "/copy", folder + "/log-0000000002");
          },
          "/log-0000000002"},
-        {"an earlier log is removed", [](const std::string& folder) { fs::remove(folder + "/log-0000000001"); }, "/log-0000000001"},
+        {"an earlier log is removed", [](const std::string& folder) { fs::remove(folder + "/log-0000000001"); },
+         "/log-0000000001"},
     };
     return all;
 }
@@ -65,9 +69,11 @@ protected:
         ASSERT_FALSE(journal->trouble()) << journal->trouble()->message;
     }
     void waitForTrouble() {
-        for (const auto end = std::chrono::steady_clock::now() + 10s; !journal->trouble(); std::this_thread::sleep_for(1ms))
+        for (const auto end = std::chrono::steady_clock::now() + 10s; !journal->trouble();
+             std::this_thread::sleep_for(1ms))
             ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nobody noticed";
-        for (const auto end = std::chrono::steady_clock::now() + 10s; words.said().find("the journal ends here: ") == std::string::npos; std::this_thread::sleep_for(1ms))
+        for (const auto end = std::chrono::steady_clock::now() + 10s;
+             words.said().find("the journal ends here: ") == std::string::npos; std::this_thread::sleep_for(1ms))
             ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nothing was said";
         EXPECT_NE(journal->trouble()->message.find(theft.said), std::string::npos) << journal->trouble()->message;
         EXPECT_NE(words.said().find("the journal ends here: "), std::string::npos) << words.said();

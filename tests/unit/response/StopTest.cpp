@@ -325,7 +325,8 @@ TEST(Stop, ALongWayPastManyThingsCostsLittle) {
     EXPECT_TRUE(scene.goTo(box.transform, Vec3d(400, 0, 0)).stopped);
     EXPECT_NEAR(scene.placeOf(box.transform).x(), 139.4, kGap);
     EXPECT_LT(scene.queries, 10u);
-    EXPECT_LT(scene.work.boxTests + scene.work.triangleTests, 8'000u);  // most of them three dozen steps, which count as a hundred each
+    // (Most of them are of some fifty steps, which count as a hundred each.)
+    EXPECT_LT(scene.work.boxTests + scene.work.triangleTests, 8'000u);
 }
 
 }  // namespace

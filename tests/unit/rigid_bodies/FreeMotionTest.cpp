@@ -127,8 +127,9 @@ TEST_P(Cloud, KeepsItsMomentumAndGainsNoEnergy) {
             met += w.last.contactPoints;
             const Quantities now = quantitiesOf(w, size);
             EXPECT_LT((now.momentum - before.momentum).norm(), 1e-12) << "seed " << seed << " frame " << frame;
-            // What rotation in place does to spin × inertia is no gain: an axis that stays turns with the body. (Of 7,200 frames of clouds that bounce
-            // without loss one gained 3.4e-6 of the first energy, as far as impulses are worked out.)
+            // What rotation in place does to spin × inertia is no gain: an axis that stays turns with the body. (Of
+            // 7,200 frames of clouds that bounce without loss one gained 3.4e-6 of the first energy, as far as impulses
+            // are worked out.)
             EXPECT_LT(now.energy, before.energy + 1e-5 * first) << "seed " << seed << " frame " << frame;
             before = now;
         }
