@@ -53,11 +53,16 @@ protected:
 
     /// The same things by the same numbers. Of normals a colour each, and nothing of light, where `normals`.
     static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, BallsAs as, bool normals = false) {
+        return sceneOf(clouds, camera, std::vector<BallsAs>(clouds.size(), as), normals);
+    }
+    static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, const std::vector<BallsAs>& ways, bool normals) {
         TestScene scene;
         scene.setEnvironment(Vec3f::Constant(0.3f), Vec3f::Constant(0.1f), Vec3f(0, 0, 0.4f));
         scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.9f, 0.8f}, 1);
         const ObjectId program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = 0.5 + 0.5 * normalize(s.normal); }", .verdict = SurfaceProgram::kGood});
-        for (const Cloud& cloud : clouds) {
+        for (std::size_t which = 0; which < clouds.size(); ++which) {
+            const Cloud& cloud = clouds[which];
+            const BallsAs as = ways[which];
             Material material{.doubleSided = cloud.bothSides, .unlit = normals};
             if (normals) material.program = program;
             const ObjectId paint = scene.add(material);
@@ -99,11 +104,26 @@ protected:
         return seen;
     }
 
+    /// A cloud may be where it is in front if it is as large as it may be, and all others as small: most often neither matters.
+    std::size_t idsThatCannotBe(const std::vector<Cloud>& clouds, const ScreenCamera& camera, const std::vector<std::uint64_t>& seen, const std::vector<std::uint64_t>& inner,
+                                const std::vector<std::uint64_t>& outer) {
+        std::vector<std::size_t> left;
+        for (std::size_t i = 0; i < seen.size(); ++i)
+            if (seen[i] != inner[i] && seen[i] != outer[i]) left.push_back(i);
+        for (std::size_t k = 0; k < clouds.size() && !left.empty(); ++k) {
+            std::vector<BallsAs> ways(clouds.size(), BallsAs::kInner);
+            ways[k] = BallsAs::kOuter;
+            const Seen one = look(sceneOf(clouds, camera, ways, false), camera);
+            std::erase_if(left, [&](std::size_t i) { return one.ids[i] == seen[i]; });
+        }
+        return left.size();
+    }
+
     /// `cut`: by the near plane.
     void expectBetween(const std::vector<Cloud>& clouds, const ScreenCamera& camera, bool cut = false) {
         const Seen inner = look(sceneOf(clouds, camera, BallsAs::kInner), camera), outer = look(sceneOf(clouds, camera, BallsAs::kOuter), camera);
         const Seen seen = look(sceneOf(clouds, camera, BallsAs::kPoints), camera);
-        std::size_t outside = 0, undecided = 0, otherId = 0;
+        std::size_t outside = 0, undecided = 0;
         float worst = 0;
         for (std::size_t i = 0; i < seen.depths.size(); ++i) {
             const float low = std::min(inner.depths[i], outer.depths[i]);
@@ -116,9 +136,8 @@ protected:
             undecided += high - low > 0.02f * high;
             shown_ += seen.depths[i] > 0;
         }
-        for (std::size_t i = 0; i < seen.ids.size(); ++i) otherId += seen.ids[i] != inner.ids[i] && seen.ids[i] != outer.ids[i];
         EXPECT_EQ(outside, 0u) << "worst by " << worst;
-        EXPECT_EQ(otherId, 0u);
+        EXPECT_EQ(idsThatCannotBe(clouds, camera, seen.ids, inner.ids, outer.ids), 0u);
         undecided_ += undecided;
         pixels_ += seen.depths.size();
     }
