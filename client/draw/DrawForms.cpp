@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/math/Decompositions.h"
+#include "common/math/Srgb.h"
 
 namespace tessera {
 namespace {
@@ -25,9 +26,7 @@ const std::array<std::uint16_t, 256>& linearTable() {
     static const auto kTable = [] {
         std::array<std::uint16_t, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const double s = static_cast<double>(i) / 255.0;
-            const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-            table[i] = static_cast<std::uint16_t>(std::lround(linear * 65535.0));
+            table[i] = static_cast<std::uint16_t>(std::lround(linearOfSrgb(static_cast<double>(i) / 255.0) * 65535.0));
         }
         return table;
     }();

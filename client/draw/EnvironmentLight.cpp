@@ -112,10 +112,6 @@ double solidAngleOf(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 }  // namespace
 
-double linearOfSrgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 Vec3d SurroundingsPicture::at(const Vec3d& d) const {
     const auto w = static_cast<double>(width), h = static_cast<double>(height);
     const FacePlace place = cube ? faceOf(d) : FacePlace{0, 0.5 + std::atan2(d.x(), -d.z()) / (2 * kPi), std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi};

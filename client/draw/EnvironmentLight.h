@@ -6,11 +6,9 @@
 
 #include "client/render/DrawList.h"
 #include "common/base/Error.h"
+#include "common/math/Srgb.h"
 
 namespace tessera {
-
-/// IEC 61966-2-1.
-[[nodiscard]] double linearOfSrgb(double encoded);
 
 /// What there is to see all around, linear: an equirectangular picture, or six squares as Image::kCube has them, one after the other; rows from the top.
 struct SurroundingsPicture {

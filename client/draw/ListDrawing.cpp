@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "client/draw/RendererImpl.h"
+#include "common/math/Srgb.h"
 #include "common/wall/Detail.h"
 
 namespace tessera {
@@ -44,10 +45,7 @@ Vec3d shownOf(const Vec3d& radiance) {
         const double newPeak = 1 - 0.04 / (peak - 0.6), whiter = 1 - 1 / (0.15 * (peak - newPeak) + 1);
         c = (1 - whiter) * (newPeak / peak) * radiance + Vec3d::Constant(whiter * newPeak);
     }
-    const auto encoded = [](double v) {
-        v = std::clamp(v, 0.0, 1.0);
-        return std::round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055)) / 255;
-    };
+    const auto encoded = [](double v) { return std::round(255 * srgbOfLinear(std::clamp(v, 0.0, 1.0))) / 255; };
     return {encoded(c.x()), encoded(c.y()), encoded(c.z())};
 }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "client/output/OutputTable.h"
+#include "common/math/Srgb.h"
 
 namespace tessera {
 namespace {
@@ -66,8 +67,7 @@ private:
         constexpr double kMatrix[3][6] = {{0.437, 0.449, 0.164, -0.011, -0.032, -0.007}, {-0.062, -0.062, -0.024, 0.377, 0.761, 0.009}, {-0.048, -0.050, -0.017, -0.026, -0.093, 1.234}};
         for (std::size_t from = 0; from < 6; ++from) {
             for (std::size_t value = 0; value < 256; ++value) {
-                const double v = static_cast<double>(value) / 255;
-                const double light = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+                const double light = linearOfSrgb(static_cast<double>(value) / 255);
                 std::uint64_t packed = 0;
                 for (std::size_t to = 0; to < 3; ++to)
                     packed |= static_cast<std::uint64_t>(std::llround(kMatrix[to][from] * light * 4 * kWhite) + kBias) << (kLane * to);
@@ -75,9 +75,7 @@ private:
             }
         }
         for (std::size_t i = 0; i < values_.size(); ++i) {
-            const double light = static_cast<double>(i) / kWhite;
-            const double v = light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
-            values_[i] = static_cast<std::uint8_t>(std::lround(255 * v));
+            values_[i] = static_cast<std::uint8_t>(std::lround(255 * srgbOfLinear(static_cast<double>(i) / kWhite)));
         }
     }
     std::array<std::array<std::uint64_t, 256>, 6> parts_{};

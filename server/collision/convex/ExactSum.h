@@ -59,43 +59,16 @@ private:
         if (term != 0) terms_.push_back(term);
     }
 
-    /// Fast-Expansion-Sum.
     [[nodiscard]] static Sum merged(const Sum& e, const Sum& f) {
         Sum out;
-        const std::size_t total = e.terms_.size() + f.terms_.size();
-        if (total == 0) return out;
-        out.terms_.reserve(total);
-        std::size_t i = 0, j = 0;
-        const auto next = [&] {
-            if (j == f.terms_.size() || (i < e.terms_.size() && std::fabs(e.terms_[i]) < std::fabs(f.terms_[j])))
-                return e.terms_[i++];
-            return f.terms_[j++];
-        };
-        double carry = next();
-        for (std::size_t k = 1; k < total; ++k) {
-            const Rounded r = add(carry, next());
-            out.push(r.low);
-            carry = r.high;
-        }
-        out.push(carry);
+        out.terms_.reserve(e.terms_.size() + f.terms_.size());
+        sumTerms(e.terms_.data(), e.terms_.size(), f.terms_.data(), f.terms_.size(), [&](double t) { out.push(t); });
         return out;
     }
-
-    /// Scale-Expansion.
     [[nodiscard]] static Sum scaled(const Sum& e, double b) {
         Sum out;
-        if (e.terms_.empty()) return out;
         out.terms_.reserve(2 * e.terms_.size());
-        Rounded q = multiply(e.terms_.front(), b);
-        out.push(q.low);
-        for (std::size_t i = 1; i < e.terms_.size(); ++i) {
-            const Rounded product = multiply(e.terms_[i], b);
-            const Rounded lower = add(q.high, product.low);
-            out.push(lower.low);
-            q = addOrdered(product.high, lower.high);
-            out.push(q.low);
-        }
-        out.push(q.high);
+        scaleTerms(e.terms_.data(), e.terms_.size(), b, [&](double t) { out.push(t); });
         return out;
     }
 

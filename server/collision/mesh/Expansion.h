@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 
 namespace tessera::exact {
 
@@ -71,25 +72,46 @@ struct Expansion {
     return out;
 }
 
-/// Shewchuk's Fast-Expansion-Sum: merge by magnitude, then carry upwards.
+/// Shewchuk's Fast-Expansion-Sum of two lists of terms: merge by magnitude, then carry upwards. `push` takes terms of
+/// the sum, smallest first, zeros too.
+template <typename Push>
+inline void sumTerms(const double* e, std::size_t eSize, const double* f, std::size_t fSize, Push&& push) {
+    std::size_t i = 0, j = 0;
+    const auto next = [&] {
+        if (j == fSize || (i < eSize && std::fabs(e[i]) < std::fabs(f[j]))) return e[i++];
+        return f[j++];
+    };
+    const std::size_t total = eSize + fSize;
+    if (total == 0) return;
+    double carry = next();
+    for (std::size_t k = 1; k < total; ++k) {
+        const Rounded r = add(carry, next());
+        push(r.low);
+        carry = r.high;
+    }
+    push(carry);
+}
+
+/// Shewchuk's Scale-Expansion, likewise.
+template <typename Push>
+inline void scaleTerms(const double* e, std::size_t size, double b, Push&& push) {
+    if (size == 0 || b == 0.0) return;
+    Rounded q = multiply(e[0], b);
+    push(q.low);
+    for (std::size_t i = 1; i < size; ++i) {
+        const Rounded product = multiply(e[i], b);
+        const Rounded lower = add(q.high, product.low);
+        push(lower.low);
+        q = addOrdered(product.high, lower.high);
+        push(q.low);
+    }
+    push(q.high);
+}
+
 template <int N, int M>
 [[nodiscard]] Expansion<N + M> sum(const Expansion<N>& e, const Expansion<M>& f) {
     Expansion<N + M> out;
-    int i = 0;
-    int j = 0;
-    const auto next = [&] {
-        if (j == f.size || (i < e.size && std::fabs(e.terms[i]) < std::fabs(f.terms[j]))) return e.terms[i++];
-        return f.terms[j++];
-    };
-    const int total = e.size + f.size;
-    if (total == 0) return out;
-    double carry = next();
-    for (int k = 1; k < total; ++k) {
-        const Rounded r = add(carry, next());
-        out.push(r.low);
-        carry = r.high;
-    }
-    out.push(carry);
+    sumTerms(e.terms, static_cast<std::size_t>(e.size), f.terms, static_cast<std::size_t>(f.size), [&](double t) { out.push(t); });
     return out;
 }
 
@@ -99,21 +121,10 @@ template <int N>
     return e;
 }
 
-/// Shewchuk's Scale-Expansion.
 template <int N>
 [[nodiscard]] Expansion<2 * N> scaled(const Expansion<N>& e, double b) {
     Expansion<2 * N> out;
-    if (e.size == 0 || b == 0.0) return out;
-    Rounded q = multiply(e.terms[0], b);
-    out.push(q.low);
-    for (int i = 1; i < e.size; ++i) {
-        const Rounded product = multiply(e.terms[i], b);
-        const Rounded lower = add(q.high, product.low);
-        out.push(lower.low);
-        q = addOrdered(product.high, lower.high);
-        out.push(q.low);
-    }
-    out.push(q.high);
+    scaleTerms(e.terms, static_cast<std::size_t>(e.size), b, [&](double t) { out.push(t); });
     return out;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/Srgb.h"
 #include "server/import/reader/GltfReader.h"
 #include "server/import/reader/SoundParts.h"
 
@@ -14,11 +15,9 @@ int attribute(const tinygltf::Primitive& primitive, const char* name) {
     return found == primitive.attributes.end() ? -1 : found->second;
 }
 
-/// IEC 61966-2-1. glTF's vertex colours are linear, ours are sRGB.
+/// glTF's vertex colours are linear, ours are sRGB.
 std::uint8_t toSrgbByte(float linear) {
-    const float value = std::clamp(linear, 0.0f, 1.0f);
-    const float encoded = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1.0f / 2.4f) - 0.055f;
-    return static_cast<std::uint8_t>(std::lround(encoded * 255.0f));
+    return static_cast<std::uint8_t>(std::lround(srgbOfLinear(std::clamp(linear, 0.0f, 1.0f)) * 255.0f));
 }
 
 bool isLines(const tinygltf::Primitive& primitive) {
