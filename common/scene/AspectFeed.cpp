@@ -1,31 +1,14 @@
 #include "common/scene/AspectFeed.h"
 
-#include <algorithm>
-#include <array>
-#include <utility>
-
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "common/change/LikeSizes.h"
+
 namespace tessera {
-namespace {
-
-/// Lists of like size become one, so that each change is merged a few times at most.
-void mergeLikeSizes(std::vector<PublishedState>& waiting) {
-    while (waiting.size() > 1) {
-        const PublishedState& older = waiting[waiting.size() - 2];
-        const PublishedState& newer = waiting.back();
-        if (older.list->changeCount() > 2 * newer.list->changeCount()) return;
-        // Two where an id that was destroyed comes back: they stay apart.
-        std::vector<ChangeList> merged = compact(std::array{older.list, newer.list});
-        if (merged.size() > 1) return;
-        PublishedState both{.number = newer.number, .hash = newer.hash, .list = std::make_shared<const ChangeList>(merged.empty() ? ChangeList() : std::move(merged.front()))};
-        waiting.pop_back();
-        waiting.back() = std::move(both);
-    }
-}
-
-}  // namespace
-
 AspectReader::~AspectReader() { mailbox_->close(); }
 
 Expected<bool> AspectReader::catchUp() {
@@ -58,7 +41,9 @@ void AspectFeed::publish(const Aspect& scene, ChangeListPtr list) {
     for (Reader& reader : readers_) {
         if (!empty) {
             reader.waiting.push_back({.number = number_, .hash = scene.stateHash(), .list = list});
-            mergeLikeSizes(reader.waiting);
+            mergeLikeSizes(reader.waiting, std::numeric_limits<std::size_t>::max(), [](const PublishedState&, const PublishedState& newer, ChangeListPtr merged) {
+                return PublishedState{.number = newer.number, .hash = newer.hash, .list = std::move(merged)};
+            });
         }
         std::size_t taken = 0;
         while (taken < reader.waiting.size() && reader.mailbox->tryPush(reader.waiting[taken])) ++taken;
