@@ -19,11 +19,12 @@ constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said o
 
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
-constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
-                            std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Move> || std::is_same_v<Request, request::Remove> ||
-                            std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
-                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages> ||
-                            std::is_same_v<Request, request::SetView>;
+constexpr bool kStaysOpen =
+    std::is_same_v<Request, request::ProposeChanges> || std::is_same_v<Request, request::UndoStep> ||
+    std::is_same_v<Request, request::RedoStep> || std::is_same_v<Request, request::MoveNode> ||
+    std::is_same_v<Request, request::RemoveNode> || std::is_same_v<Request, request::CloneNode> ||
+    std::is_same_v<Request, request::Manipulate> || std::is_same_v<Request, request::LoadFile> ||
+    std::is_same_v<Request, request::GetImages> || std::is_same_v<Request, request::SetView>;
 
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
 std::string lineOf(const TrackerInfo& tracker) {
@@ -55,7 +56,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         [&]<typename Request>(const Request& request) {
             if constexpr (kStaysOpen<Request>)
                 if (std::optional<Error> why = tooManyOpen(asker)) {
-                    if (std::is_same_v<Request, request::Propose> && around_.uploads) around_.uploads->drop(asker.connection);
+                    if (std::is_same_v<Request, request::ProposeChanges> && around_.uploads)
+                        around_.uploads->drop(asker.connection);
                     return refuse(asker, std::move(*why));
                 }
             return on(asker, request, now);
@@ -80,7 +82,7 @@ std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
     return std::nullopt;
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Propose& proposal, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::ProposeChanges& proposal, TimePoint now) {
     const Expected<Uploads::Closed> upload = around_.uploads ? around_.uploads->close(asker.connection) : Uploads::Closed();
     if (!upload) return refuse(asker, failWith("proposal", upload.error()).value());
     const std::uint64_t ticket = nextTicket_++;
@@ -92,7 +94,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Propose& propos
     return {};
 }
 
-ServerActions RequestDesk::propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now) {
+ServerActions RequestDesk::propose(std::uint64_t ticket, const request::ProposeChanges& proposal, TimePoint now) {
     Open& open = open_.at(ticket);
     Expected<ChangeList> list = listFrom(proposal);
     if (!list) {
@@ -129,11 +131,11 @@ ServerActions RequestDesk::uploaded(UploadFinished finished, TimePoint now) {
     return actions;
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::UndoStep&, TimePoint now) {
     return step(asker, Edit::Kind::kUndo, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Redo&, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::RedoStep&, TimePoint now) {
     return step(asker, Edit::Kind::kRedo, now);
 }
 
@@ -143,7 +145,7 @@ ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint n
     return queueEdit(ticket, around_.simulation.arraysOf(kind), now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::LoadFile& load, TimePoint) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     const ObjectId parent = load.parent ? load.parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(parent))
@@ -213,7 +215,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, 
     return views_.ask(asker, wish);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::ShowPicture& wish, TimePoint) {
     if (!around_.showing) return refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
     *around_.showing = wish.showing;
     return answer(asker, answer::Done{});
@@ -225,7 +227,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetBudget& wish
     return answer(asker, answer::Done{});
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Navigate& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     if (!around_.steering) return refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
     const Expected<void> done = around_.steering->asked(asker.connection.value, wish, now);
@@ -253,13 +255,13 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetQuestions&, 
     return answer(asker, ApplicationAnswer(news_.questions()));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Respond& decision, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::AnswerQuestion& decision, TimePoint) {
     const Expected<void> taken = news_.decide(decision);
     if (!taken) return refuse(asker, taken.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Subscribe& wanted, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::SubscribeNews& wanted, TimePoint) {
     ServerActions actions = news_.subscribe(asker.connection, wanted);
     append(actions, answer(asker, ApplicationAnswer(answer::Done{})));
     return actions;
@@ -283,14 +285,14 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Move& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::MoveNode& wish, TimePoint now) {
     const std::uint64_t ticket = nextTicket_++;
     open_[ticket] = {.asker = asker,
                      .edit = {.ticket = ticket, .gesture = {asker.connection.value, wish.gesture}, .move = MoveWish{wish.node, wish.move}}};
     return queueEdit(ticket, {}, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::RemoveNode& wish, TimePoint now) {
     // Each node is taken from its place and destroyed: two changes at least.
     Expected<ChangeList> list = removalList(around_.simulation.scene(), wish.node, limits_.maxProposalChanges / 2);
     if (!list) return refuse(asker, list.error());
@@ -305,7 +307,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
     return queueEdit(ticket, {}, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::CloneNode& wish, TimePoint now) {
     const Aspect& scene = around_.simulation.scene();
     CloneOptions options{.under = wish.under,
                          .name = wish.name,
@@ -361,14 +363,14 @@ ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
     return queueEdit(made.ticket, std::move(made.named), now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::FindNodes& wanted, TimePoint) {
     Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
     if (!page) return refuse(asker, page.error());
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-Expected<ChangeList> RequestDesk::listFrom(const request::Propose& proposal) {
+Expected<ChangeList> RequestDesk::listFrom(const request::ProposeChanges& proposal) {
     std::size_t bytes = 0;
     for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
     if (bytes > limits_.maxInlineArrayBytes)

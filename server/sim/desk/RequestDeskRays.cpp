@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::PickAt& wish, TimePoint) {
     const Expected<Ray> ray = rayOf(wish);
     if (!ray) return refuse(asker, ray.error());
     answer::Picked picked{
@@ -60,7 +60,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wis
     return queueEdit(ticket, {}, now);
 }
 
-Expected<Ray> RequestDesk::rayOf(const request::Pick& wish) const {
+Expected<Ray> RequestDesk::rayOf(const request::PickAt& wish) const {
     if (wish.wand.empty()) {
         const Expected<View> view = around_.view.view(around_.simulation.scene());
         if (!view) return tl::unexpected(view.error());
