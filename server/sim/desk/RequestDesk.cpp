@@ -17,15 +17,6 @@ constexpr std::size_t kMostNoteBytes = 500;
 constexpr std::size_t kCopiedAtOnce = 1024;  ///< changes: of a copy that takes more the list is made beside the frames
 constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said of held handles; nobody waits for it
 
-/// Whether an answer comes later: with a frame, a file or from hosts.
-template <typename Request>
-constexpr bool kStaysOpen =
-    std::is_same_v<Request, request::ProposeChanges> || std::is_same_v<Request, request::UndoStep> ||
-    std::is_same_v<Request, request::RedoStep> || std::is_same_v<Request, request::MoveNode> ||
-    std::is_same_v<Request, request::RemoveNode> || std::is_same_v<Request, request::CloneNode> ||
-    std::is_same_v<Request, request::Manipulate> || std::is_same_v<Request, request::LoadFile> ||
-    std::is_same_v<Request, request::GetImages> || std::is_same_v<Request, request::SetView>;
-
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
 std::string lineOf(const TrackerInfo& tracker) {
     std::size_t speaking = 0;
@@ -54,10 +45,9 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     if (!decoded) return refuse(asker, decoded.error());
     return std::visit(
         [&]<typename Request>(const Request& request) {
-            if constexpr (kStaysOpen<Request>)
+            if constexpr (Request::kInfo.answered == Answered::kLater)
                 if (std::optional<Error> why = tooManyOpen(asker)) {
-                    if (std::is_same_v<Request, request::ProposeChanges> && around_.uploads)
-                        around_.uploads->drop(asker.connection);
+                    if (Request::kInfo.bringsArrays && around_.uploads) around_.uploads->drop(asker.connection);
                     return refuse(asker, std::move(*why));
                 }
             return on(asker, request, now);
@@ -145,13 +135,24 @@ ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint n
     return queueEdit(ticket, around_.simulation.arraysOf(kind), now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::LoadFile& load, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::LoadFile& wish, TimePoint) {
+    return load(asker, {.path = wish.path, .parent = wish.parent, .placing = wish.placing});
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::LoadAsset& wish, TimePoint) {
+    return load(
+        asker,
+        {.path = std::string(request::LoadAsset::kPrefix) + wish.name, .parent = wish.parent, .placing = wish.placing});
+}
+
+ServerActions RequestDesk::load(const Asker& asker, LoadOrder order) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    const ObjectId parent = load.parent ? load.parent : kRootNode;
-    if (!around_.simulation.scene().get<Node>(parent))
-        return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
-    const std::uint64_t ticket = nextTicket_++;
-    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent, .placing = load.placing}))
+    if (!order.parent) order.parent = kRootNode;
+    if (!around_.simulation.scene().get<Node>(order.parent))
+        return refuse(asker,
+                      {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", order.parent.value)});
+    const std::uint64_t ticket = order.ticket = nextTicket_++;
+    if (!around_.loader.order(std::move(order)))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
     return {};
@@ -212,7 +213,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    return views_.ask(asker, wish);
+    return views_.ask(asker, wish.wish);
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::ShowPicture& wish, TimePoint) {
@@ -230,7 +231,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetBudget& wish
 ServerActions RequestDesk::on(const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     if (!around_.steering) return refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
-    const Expected<void> done = around_.steering->asked(asker.connection.value, wish, now);
+    const Expected<void> done = around_.steering->asked(asker.connection.value, wish.wish, now);
     if (!done) return refuse(asker, done.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
@@ -256,27 +257,27 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetQuestions&, 
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::AnswerQuestion& decision, TimePoint) {
-    const Expected<void> taken = news_.decide(decision);
+    const Expected<void> taken = news_.decide(decision.reply);
     if (!taken) return refuse(asker, taken.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SubscribeNews& wanted, TimePoint) {
-    ServerActions actions = news_.subscribe(asker.connection, wanted);
+    ServerActions actions = news_.subscribe(asker.connection, wanted.wanted);
     append(actions, answer(asker, ApplicationAnswer(answer::Done{})));
     return actions;
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::GetObjects& wanted, TimePoint) {
-    answer::Objects objects = describe(around_.simulation.scene(), wanted);
+    answer::Objects objects = describe(around_.simulation.scene(), wanted.wish);
     objects.sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(objects)));
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted, TimePoint) {
-    Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted);
+    Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted.wish);
     if (!page) return refuse(asker, page.error());
-    if (wanted.coreType == typeOf<Movie>() && around_.filmLength)
+    if (wanted.wish.coreType == typeOf<Movie>() && around_.filmLength)
         for (const TreeNode& told : page->nodes) {
             const ObjectId core = around_.simulation.scene().get<Node>(told.node)->core;
             if (const double seconds = around_.filmLength(core); seconds > 0) page->lengths.push_back({core, seconds});
@@ -307,7 +308,8 @@ ServerActions RequestDesk::on(const Asker& asker, const request::RemoveNode& wis
     return queueEdit(ticket, {}, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::CloneNode& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::CloneNode& request, TimePoint now) {
+    const CloneWish& wish = request.wish;
     const Aspect& scene = around_.simulation.scene();
     CloneOptions options{.under = wish.under,
                          .name = wish.name,
@@ -364,7 +366,7 @@ ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::FindNodes& wanted, TimePoint) {
-    Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
+    Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted.wish);
     if (!page) return refuse(asker, page.error());
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));

@@ -157,10 +157,13 @@ private:
     [[nodiscard]] ServerActions on(const Asker&, const request::ShowPicture&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::NavigateView&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Manipulate&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::LoadAsset&, TimePoint now);
+    [[nodiscard]] ServerActions load(const Asker& asker, LoadOrder order);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GrabHandle&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::DragHandle&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::ReleaseHandle&, TimePoint now);
 
-    /// Of a pick: through a pixel, or along a wand.
-    [[nodiscard]] Expected<Ray> rayOf(const request::PickAt& wish) const;
+    [[nodiscard]] Expected<Ray> rayOf(const Aim& aim) const;
     [[nodiscard]] std::optional<Error> tooManyOpen(const Asker& asker) const;
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
         return answerTo(around_.session, asker, answer);
