@@ -1,8 +1,6 @@
 /// Requests about what the wall shows, and where it stands in the world.
 #pragma once
 
-#include <fmt/format.h>
-
 #include "common/request/EditRequests.h"
 #include "common/wall/Wall.h"
 
@@ -59,7 +57,7 @@ struct NavigationWish {
     [[nodiscard]] std::optional<std::string> fault() const {
         const bool needsNumber = deed == Deed::kGoToBookmark || deed == Deed::kKeepBookmark;
         if (!needsNumber || (bookmark >= 1 && bookmark <= kBookmarks)) return std::nullopt;
-        return fmt::format("there is no bookmark {}: 1 to {} are possible", bookmark, kBookmarks);
+        return "there is no bookmark " + std::to_string(bookmark) + ": 1 to " + std::to_string(kBookmarks) + " are possible";
     }
 };
 template <>

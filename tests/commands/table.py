@@ -93,7 +93,7 @@ ROWS = {
     "tessera-ctl types": Row("Asked", "tessera-ctl types", says="Geometry"),
     "tessera-ctl requests": Row("Asked", "tessera-ctl requests", says="LoadFile"),
     "tessera-ctl requests --json": Row("Asked", "tessera-ctl requests --json", says="stays_open"),
-    "tessera-ctl requests --proto": Row("Asked", "tessera-ctl requests --proto", says="RequestHead"),
+    "tessera-ctl requests --proto > proto/application.proto": Row("Asked", "tessera-ctl requests --proto", says="RequestHead"),
     "tessera-ctl budget": asked("ctl budget"),
     "tessera-ctl contacts": asked("ctl contacts"),
     "tessera-ctl --server ADDR:PORT contacts": asked("ctl contacts"),
