@@ -1,6 +1,7 @@
 /// What descriptions of requests, answers and notices have to be.
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <set>
 
 #include "common/request/Catalogue.h"
