@@ -17,14 +17,6 @@ constexpr std::size_t kMostNoteBytes = 500;
 constexpr std::size_t kCopiedAtOnce = 1024;  ///< changes: of a copy that takes more the list is made beside the frames
 constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said of held handles; nobody waits for it
 
-/// Whether an answer comes later: with a frame, a file or from hosts.
-template <typename Request>
-constexpr bool kStaysOpen = std::is_same_v<Request, request::Propose> || std::is_same_v<Request, request::Undo> ||
-                            std::is_same_v<Request, request::Redo> || std::is_same_v<Request, request::Move> || std::is_same_v<Request, request::Remove> ||
-                            std::is_same_v<Request, request::Clone> || std::is_same_v<Request, request::Manipulate> ||
-                            std::is_same_v<Request, request::Load> || std::is_same_v<Request, request::GetImages> ||
-                            std::is_same_v<Request, request::SetView>;
-
 /// "art: dtrack, 2 of 3 sensors at 60 Hz".
 std::string lineOf(const TrackerInfo& tracker) {
     std::size_t speaking = 0;
@@ -53,9 +45,9 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     if (!decoded) return refuse(asker, decoded.error());
     return std::visit(
         [&]<typename Request>(const Request& request) {
-            if constexpr (kStaysOpen<Request>)
+            if constexpr (Request::kInfo.answered == Answered::kLater)
                 if (std::optional<Error> why = tooManyOpen(asker)) {
-                    if (std::is_same_v<Request, request::Propose> && around_.uploads) around_.uploads->drop(asker.connection);
+                    if (Request::kInfo.bringsArrays && around_.uploads) around_.uploads->drop(asker.connection);
                     return refuse(asker, std::move(*why));
                 }
             return on(asker, request, now);
@@ -80,7 +72,7 @@ std::optional<Error> RequestDesk::tooManyOpen(const Asker& asker) const {
     return std::nullopt;
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Propose& proposal, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::ProposeChanges& proposal, TimePoint now) {
     const Expected<Uploads::Closed> upload = around_.uploads ? around_.uploads->close(asker.connection) : Uploads::Closed();
     if (!upload) return refuse(asker, failWith("proposal", upload.error()).value());
     const std::uint64_t ticket = nextTicket_++;
@@ -92,7 +84,7 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Propose& propos
     return {};
 }
 
-ServerActions RequestDesk::propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now) {
+ServerActions RequestDesk::propose(std::uint64_t ticket, const request::ProposeChanges& proposal, TimePoint now) {
     Open& open = open_.at(ticket);
     Expected<ChangeList> list = listFrom(proposal);
     if (!list) {
@@ -129,11 +121,11 @@ ServerActions RequestDesk::uploaded(UploadFinished finished, TimePoint now) {
     return actions;
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Undo&, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::UndoStep&, TimePoint now) {
     return step(asker, Edit::Kind::kUndo, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Redo&, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::RedoStep&, TimePoint now) {
     return step(asker, Edit::Kind::kRedo, now);
 }
 
@@ -143,13 +135,24 @@ ServerActions RequestDesk::step(const Asker& asker, Edit::Kind kind, TimePoint n
     return queueEdit(ticket, around_.simulation.arraysOf(kind), now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Load& load, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::LoadFile& wish, TimePoint) {
+    return load(asker, {.path = wish.path, .parent = wish.parent, .placing = wish.placing});
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::LoadAsset& wish, TimePoint) {
+    return load(
+        asker,
+        {.path = std::string(request::LoadAsset::kPrefix) + wish.name, .parent = wish.parent, .placing = wish.placing});
+}
+
+ServerActions RequestDesk::load(const Asker& asker, LoadOrder order) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    const ObjectId parent = load.parent ? load.parent : kRootNode;
-    if (!around_.simulation.scene().get<Node>(parent))
-        return refuse(asker, {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", parent.value)});
-    const std::uint64_t ticket = nextTicket_++;
-    if (!around_.loader.order({.ticket = ticket, .path = load.path, .parent = parent, .placing = load.placing}))
+    if (!order.parent) order.parent = kRootNode;
+    if (!around_.simulation.scene().get<Node>(order.parent))
+        return refuse(asker,
+                      {ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", order.parent.value)});
+    const std::uint64_t ticket = order.ticket = nextTicket_++;
+    if (!around_.loader.order(std::move(order)))
         return refuse(asker, {ErrorCode::kLimit, "too many files wait to be loaded already"});
     open_[ticket] = {.asker = asker, .edit = {.ticket = ticket}, .isLoad = true};
     return {};
@@ -210,10 +213,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetStatus&, Tim
 
 ServerActions RequestDesk::on(const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-    return views_.ask(asker, wish);
+    return views_.ask(asker, wish.wish);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Show& wish, TimePoint) {
+ServerActions RequestDesk::on(const Asker& asker, const request::ShowPicture& wish, TimePoint) {
     if (!around_.showing) return refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
     *around_.showing = wish.showing;
     return answer(asker, answer::Done{});
@@ -225,10 +228,10 @@ ServerActions RequestDesk::on(const Asker& asker, const request::SetBudget& wish
     return answer(asker, answer::Done{});
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Navigate& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
     if (!around_.steering) return refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
-    const Expected<void> done = around_.steering->asked(asker.connection.value, wish, now);
+    const Expected<void> done = around_.steering->asked(asker.connection.value, wish.wish, now);
     if (!done) return refuse(asker, done.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
@@ -253,28 +256,28 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetQuestions&, 
     return answer(asker, ApplicationAnswer(news_.questions()));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Respond& decision, TimePoint) {
-    const Expected<void> taken = news_.decide(decision);
+ServerActions RequestDesk::on(const Asker& asker, const request::AnswerQuestion& decision, TimePoint) {
+    const Expected<void> taken = news_.decide(decision.reply);
     if (!taken) return refuse(asker, taken.error());
     return answer(asker, ApplicationAnswer(answer::Done{}));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Subscribe& wanted, TimePoint) {
-    ServerActions actions = news_.subscribe(asker.connection, wanted);
+ServerActions RequestDesk::on(const Asker& asker, const request::SubscribeNews& wanted, TimePoint) {
+    ServerActions actions = news_.subscribe(asker.connection, wanted.wanted);
     append(actions, answer(asker, ApplicationAnswer(answer::Done{})));
     return actions;
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::GetObjects& wanted, TimePoint) {
-    answer::Objects objects = describe(around_.simulation.scene(), wanted);
+    answer::Objects objects = describe(around_.simulation.scene(), wanted.wish);
     objects.sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(objects)));
 }
 
 ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted, TimePoint) {
-    Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted);
+    Expected<answer::TreePage> page = treePage(around_.simulation.scene(), wanted.wish);
     if (!page) return refuse(asker, page.error());
-    if (wanted.coreType == typeOf<Movie>() && around_.filmLength)
+    if (wanted.wish.coreType == typeOf<Movie>() && around_.filmLength)
         for (const TreeNode& told : page->nodes) {
             const ObjectId core = around_.simulation.scene().get<Node>(told.node)->core;
             if (const double seconds = around_.filmLength(core); seconds > 0) page->lengths.push_back({core, seconds});
@@ -283,14 +286,14 @@ ServerActions RequestDesk::on(const Asker& asker, const request::GetTree& wanted
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Move& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::MoveNode& wish, TimePoint now) {
     const std::uint64_t ticket = nextTicket_++;
     open_[ticket] = {.asker = asker,
                      .edit = {.ticket = ticket, .gesture = {asker.connection.value, wish.gesture}, .move = MoveWish{wish.node, wish.move}}};
     return queueEdit(ticket, {}, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::RemoveNode& wish, TimePoint now) {
     // Each node is taken from its place and destroyed: two changes at least.
     Expected<ChangeList> list = removalList(around_.simulation.scene(), wish.node, limits_.maxProposalChanges / 2);
     if (!list) return refuse(asker, list.error());
@@ -305,7 +308,8 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Remove& wish, T
     return queueEdit(ticket, {}, now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Clone& wish, TimePoint now) {
+ServerActions RequestDesk::on(const Asker& asker, const request::CloneNode& request, TimePoint now) {
+    const CloneWish& wish = request.wish;
     const Aspect& scene = around_.simulation.scene();
     CloneOptions options{.under = wish.under,
                          .name = wish.name,
@@ -361,14 +365,14 @@ ServerActions RequestDesk::copied(CopyMade made, TimePoint now) {
     return queueEdit(made.ticket, std::move(made.named), now);
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Find& wanted, TimePoint) {
-    Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted);
+ServerActions RequestDesk::on(const Asker& asker, const request::FindNodes& wanted, TimePoint) {
+    Expected<answer::FoundPage> page = foundPage(around_.simulation.scene(), wanted.wish);
     if (!page) return refuse(asker, page.error());
     page->sequence = around_.simulation.sequence();
     return answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-Expected<ChangeList> RequestDesk::listFrom(const request::Propose& proposal) {
+Expected<ChangeList> RequestDesk::listFrom(const request::ProposeChanges& proposal) {
     std::size_t bytes = 0;
     for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
     if (bytes > limits_.maxInlineArrayBytes)

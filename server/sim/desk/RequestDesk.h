@@ -40,7 +40,7 @@ public:
         std::chrono::milliseconds imageDeadline{5'000};
         /// Of the arrays that come with a list: they are copied and hashed between two frames. The others come before it (Uploads).
         std::size_t maxInlineArrayBytes = limits::kMaxInlineArrayBytes;
-        /// Of one proposal, or of what a Remove takes: a list is checked and applied between two frames.
+        /// Of one proposal, or of what a removal takes: a list is checked and applied between two frames.
         std::size_t maxProposalBytes = limits::kMaxProposalBytes;
         std::size_t maxProposalChanges = 500'000;
         /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
@@ -118,9 +118,9 @@ private:
         Asker asker;
         Edit edit;  ///< waiting for blobs or a frame
         std::vector<Blob> announced;  ///< can be fetched until its outcome is known
-        std::uint64_t removed = 0;  ///< of a Remove: objects
-        std::uint64_t created = 0;  ///< of a Clone: objects
-        ObjectId copy = {};         ///< of a Clone: the placeholder of the node's copy
+        std::uint64_t removed = 0;    ///< of a removal: objects
+        std::uint64_t created = 0;    ///< of a copy: objects
+        ObjectId copy = {};           ///< of a copy: the placeholder of the node's copy
         std::size_t bytes = 0;  ///< of the proposal, or that a copy holds once it is made
         bool isCopy = false;    ///< one that is made beside the frames
         std::uint64_t upload = 0;  ///< whose room it takes (Uploads::handedOver); 0: none
@@ -132,35 +132,38 @@ private:
     };
 
     // What each request means; one that is not here does not compile.
-    [[nodiscard]] ServerActions on(const Asker&, const request::Propose&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Undo&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Redo&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::ProposeChanges&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::UndoStep&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::RedoStep&, TimePoint now);
     [[nodiscard]] ServerActions step(const Asker& asker, Edit::Kind kind, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetStatus&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Load&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::LoadFile&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetView&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Pick&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::PickAt&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetContacts&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetImages&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Subscribe&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::SubscribeNews&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetEvents&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetDistances&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetQuestions&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Respond&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::AnswerQuestion&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetObjects&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTree&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Move&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Remove&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Clone&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Find&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::MoveNode&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::RemoveNode&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::CloneNode&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::FindNodes&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::GetTrackers&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Show&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::ShowPicture&, TimePoint now);
     [[nodiscard]] ServerActions on(const Asker&, const request::SetBudget&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Navigate&, TimePoint now);
-    [[nodiscard]] ServerActions on(const Asker&, const request::Manipulate&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::NavigateView&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::LoadAsset&, TimePoint now);
+    [[nodiscard]] ServerActions load(const Asker& asker, LoadOrder order);
+    [[nodiscard]] ServerActions on(const Asker&, const request::GrabHandle&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::DragHandle&, TimePoint now);
+    [[nodiscard]] ServerActions on(const Asker&, const request::ReleaseHandle&, TimePoint now);
 
-    /// Of a pick: through a pixel, or along a wand.
-    [[nodiscard]] Expected<Ray> rayOf(const request::Pick& wish) const;
+    [[nodiscard]] Expected<Ray> rayOf(const Aim& aim) const;
     [[nodiscard]] std::optional<Error> tooManyOpen(const Asker& asker) const;
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
         return answerTo(around_.session, asker, answer);
@@ -173,9 +176,9 @@ private:
     [[nodiscard]] std::optional<Error> editsRefused() const {
         return around_.editsRefused ? around_.editsRefused() : std::nullopt;
     }
-    [[nodiscard]] Expected<ChangeList> listFrom(const request::Propose& proposal);
+    [[nodiscard]] Expected<ChangeList> listFrom(const request::ProposeChanges& proposal);
     /// The arrays of its list are here.
-    [[nodiscard]] ServerActions propose(std::uint64_t ticket, const request::Propose& proposal, TimePoint now);
+    [[nodiscard]] ServerActions propose(std::uint64_t ticket, const request::ProposeChanges& proposal, TimePoint now);
     [[nodiscard]] ServerActions queueEdit(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);
     void takePart(std::vector<Edit>& edits);
     /// Its outcome is known, or nobody wants it. What comes behind it.
@@ -189,7 +192,7 @@ private:
     std::map<std::uint64_t, Open> open_;  ///< by ticket
     struct Awaiting {
         std::uint64_t ticket = 0;
-        request::Propose proposal;
+        request::ProposeChanges proposal;
     };
     std::map<std::uint64_t, Awaiting> awaiting_;  ///< proposals whose arrays are being put together, by upload
     std::vector<std::uint64_t> ready_;    ///< tickets whose edits go into the next frame

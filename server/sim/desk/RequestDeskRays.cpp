@@ -7,11 +7,11 @@
 
 namespace tessera {
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, TimePoint) {
-    const Expected<Ray> ray = rayOf(wish);
+ServerActions RequestDesk::on(const Asker& asker, const request::PickAt& wish, TimePoint) {
+    const Expected<Ray> ray = rayOf(wish.aim);
     if (!ray) return refuse(asker, ray.error());
     answer::Picked picked{
-        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
     if (const std::optional<PickHit> hit = around_.simulation.pick(*ray)) {
         picked.hit = true;
         picked.node = hit->node;
@@ -27,32 +27,35 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Pick& wish, Tim
     return actions;
 }
 
-ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wish, TimePoint now) {
-    using Deed = request::Manipulate::Deed;
+ServerActions RequestDesk::on(const Asker& asker, const request::GrabHandle& wish, TimePoint) {
+    const Expected<Ray> ray = rayOf(wish.aim);
+    if (!ray) return refuse(asker, ray.error());
+    if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
+    Simulation& simulation = around_.simulation;
+    const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
+    const Expected<ManipulatorDrags::Held> held =
+        around_.drags.grab(simulation.scene(), simulation.manipulators(), asker.connection.value, *ray, drivers);
+    if (!held) return refuse(asker, held.error());
+    return answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
+                                                          .node = held->node,
+                                                          .face = static_cast<std::uint32_t>(held->handle),
+                                                          .point = held->point,
+                                                          .xPx = wish.aim.xPx,
+                                                          .yPx = wish.aim.yPx,
+                                                          .t = held->t}));
+}
+
+ServerActions RequestDesk::on(const Asker& asker, const request::DragHandle& wish, TimePoint now) {
+    const Expected<Ray> ray = rayOf(wish.aim);
+    if (!ray) return refuse(asker, ray.error());
     const std::uint64_t holder = asker.connection.value;
     Simulation& simulation = around_.simulation;
-    if (wish.deed == Deed::kRelease) {
-        around_.drags.release(holder);
-        return answer(asker, ApplicationAnswer(answer::Done{}));
-    }
-    const Expected<Ray> ray = wish.ray ? *wish.ray : rayOf(wish.aim);
-    if (!ray) return refuse(asker, ray.error());
     const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
-    if (wish.deed == Deed::kGrab) {
-        if (const std::optional<Error> why = editsRefused()) return refuse(asker, *why);
-        const Expected<ManipulatorDrags::Held> held = around_.drags.grab(simulation.scene(), simulation.manipulators(), holder, *ray, drivers);
-        if (!held) return refuse(asker, held.error());
-        return answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
-                                                              .node = held->node,
-                                                              .face = static_cast<std::uint32_t>(held->handle),
-                                                              .point = held->point,
-                                                              .xPx = wish.aim.xPx,
-                                                              .yPx = wish.aim.yPx,
-                                                              .t = held->t}));
-    }
     Expected<ChangeList> list = around_.drags.drag(simulation.scene(), holder, *ray, drivers);
     if (!list) return refuse(asker, list.error());
-    if (list->empty()) return answer(asker, ApplicationAnswer(answer::Committed{.sequence = simulation.sequence(), .ids = {}, .stopped = {}}));
+    if (list->empty())
+        return answer(
+            asker, ApplicationAnswer(answer::Committed{.sequence = simulation.sequence(), .ids = {}, .stopped = {}}));
     const std::uint64_t ticket = nextTicket_++;
     // Not a number that proposals of this application could name: theirs count from 1 up.
     const Gesture gesture{holder, ~around_.drags.gesture(holder)};
@@ -60,7 +63,13 @@ ServerActions RequestDesk::on(const Asker& asker, const request::Manipulate& wis
     return queueEdit(ticket, {}, now);
 }
 
-Expected<Ray> RequestDesk::rayOf(const request::Pick& wish) const {
+ServerActions RequestDesk::on(const Asker& asker, const request::ReleaseHandle&, TimePoint) {
+    around_.drags.release(asker.connection.value);
+    return answer(asker, ApplicationAnswer(answer::Done{}));
+}
+
+Expected<Ray> RequestDesk::rayOf(const Aim& wish) const {
+    if (wish.ray) return *wish.ray;
     if (wish.wand.empty()) {
         const Expected<View> view = around_.view.view(around_.simulation.scene());
         if (!view) return tl::unexpected(view.error());
