@@ -24,7 +24,9 @@ struct CoreRule {
     Expected<void> (*check)(const Object& draft, const Object& present);
 };
 
-bool dependsOnAll(const FieldEntry&) { return true; }
+bool dependsOnAll(const FieldEntry&) {
+    return true;
+}
 
 /// Arrays, and what else says how they are to be read.
 bool dependsOnArrays(const FieldEntry& field) {
@@ -54,7 +56,8 @@ const CoreRule* ruleFor(ObjectType type) {
 /// A core as a list leaves it behind.
 class Draft {
 public:
-    Draft(const CoreRule& rule, const Object& present) : rule_(rule), type_(present.info()), memory_(::operator new(type_.size, kAlignment)) {
+    Draft(const CoreRule& rule, const Object& present)
+        : rule_(rule), type_(present.info()), memory_(::operator new(type_.size, kAlignment)) {
         type_.copy(memory_, present.data());
     }
     ~Draft() {
@@ -67,7 +70,9 @@ public:
     void set(const FieldEntry& field, const FieldValue& value) {
         if (checkValue(field, value)) field.store(memory_, value);
     }
-    [[nodiscard]] Expected<void> check(const Object& present) const { return rule_.check(Object(type_, memory_), present); }
+    [[nodiscard]] Expected<void> check(const Object& present) const {
+        return rule_.check(Object(type_, memory_), present);
+    }
     [[nodiscard]] std::string_view typeName() const { return type_.name; }
 
 private:
@@ -92,14 +97,17 @@ Expected<void> checkCores(const Aspect& scene, const ChangeList& list) {
         const CoreRule* rule = ruleFor(column.type);
         const TypeInfo* type = rule ? findType(column.type) : nullptr;
         const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
-        if (!field || field->kind != column.kind() || field->width != column.width || !rule->dependsOn(*field)) continue;
+        if (!field || field->kind != column.kind() || field->width != column.width || !rule->dependsOn(*field))
+            continue;
         if (column.scalarCount() != column.ids.size() * column.width) continue;
-        for (std::size_t row = 0; row < column.ids.size(); ++row) draftOf(column.ids[row], *rule, *type).set(*field, column.value(row));
+        for (std::size_t row = 0; row < column.ids.size(); ++row)
+            draftOf(column.ids[row], *rule, *type).set(*field, column.value(row));
     }
     for (const RangeEdit& range : list.ranges)
         if (const CoreRule* rule = ruleFor(range.type))
             if (const TypeInfo* type = findType(range.type))
-                if (const FieldEntry* field = findField(*type, range.field)) draftOf(range.object, *rule, *type).set(*field, range.result);
+                if (const FieldEntry* field = findField(*type, range.field))
+                    draftOf(range.object, *rule, *type).set(*field, range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
     for (const auto& [id, draft] : touched)
         if (const Expected<void> sound = draft.check(scene.find(id)); !sound)

@@ -25,7 +25,8 @@ Sound checkRules(const Aspect& scene, const ChangeList& list, const std::set<Obj
 void SceneRules::follow(const Aspect& scene, const ChangeList* list) {
     if (!list) {
         movies_.clear();
-        std::ranges::copy_if(scene.ids(), std::inserter(movies_, movies_.end()), [&](ObjectId id) { return scene.get<Movie>(id); });
+        std::ranges::copy_if(scene.ids(), std::inserter(movies_, movies_.end()),
+                             [&](ObjectId id) { return scene.get<Movie>(id); });
         return;
     }
     for (const Creation& creation : list->creations)

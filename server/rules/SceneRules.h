@@ -19,7 +19,9 @@ class SceneRules {
 public:
     /// After each list applied to the scene, with that list; null: anything may have changed.
     void follow(const Aspect& scene, const ChangeList* list);
-    [[nodiscard]] Sound check(const Aspect& scene, const ChangeList& list) const { return checkRules(scene, list, movies_); }
+    [[nodiscard]] Sound check(const Aspect& scene, const ChangeList& list) const {
+        return checkRules(scene, list, movies_);
+    }
 
 private:
     std::set<ObjectId> movies_;  ///< of the scene
