@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <iterator>
+#include <memory>
 
 #include <fmt/format.h>
 
+#include "server/sim/frame/Emitters.h"
 #include "server/sim/frame/OutsideActors.h"
 
 namespace tessera {
@@ -50,6 +52,14 @@ Actor animationsRow(Animations& animations) {
                         ChangeListBuilder& list) { animations.hear(scene, outcome, list); },
             .drivers = [&](const ChangeList& list,
                            std::vector<Actor::Driver>& drivers) { animations.appendDrivers(list, drivers); }};
+}
+
+/// Nobody asks them anything: they live in their row.
+Actor emittersRow() {
+    const auto emitters = std::make_shared<Emitters>();
+    return {.name = "emitters",
+            .follow = [emitters](const Aspect& scene, const ChangeList* list) { emitters->update(scene, list); },
+            .want = [emitters](ActorStage& stage) { emitters->want(stage); }};
 }
 
 /// What Inlines hold, and which file is read next.
@@ -207,6 +217,7 @@ std::vector<Actor> actorsOf(StepActors& step, OutsideActors* outside) {
     return {
         // First in the step.
         motionsRow(step.motions),
+        emittersRow(),
         animationsRow(step.animations),
         // As edits, before those of people.
         inlinesRow(step.inlines, outside),

@@ -13,6 +13,7 @@
 #include "common/cores/DistanceLOD.h"
 #include "common/cores/Inline.h"
 #include "common/cores/Manipulator.h"
+#include "common/cores/ParticleEmitter.h"
 #include "common/cores/Skin.h"
 #include "server/sim/FrameMaker.h"
 #include "server/sim/frame/OutsideActors.h"
@@ -201,6 +202,23 @@ TEST(Actors, OfMotionOrAnimationAndPeopleTheLaterRowMovesTheThing) {
         contest.frame();
         EXPECT_EQ(contest.at<Transform>(place).translation.x(), 7) << actor << " is paused";
     }
+}
+
+TEST(Actors, OfAnimationAndEmittersTheLaterRowSaysTheStreamsTime) {
+    Contest contest;
+    const ObjectId core = contest.make.create<ParticleEmitter>();
+    contest.make.node("fountain", kRootNode, core);
+    contest.animate(core, "time", {30});
+    contest.begin();
+    contest.frame();
+    contest.frame();
+    EXPECT_EQ(contest.at<ParticleEmitter>(core).time,
+              contest.later("animations", "emitters") == "animations" ? 30 : 30 + kSecondsPerFrame);
+    ChangeListBuilder hand;
+    setField<&ParticleEmitter::time>(hand, Contest::real(core), 7.0);
+    contest.frame(test::one(hand.take()));
+    EXPECT_EQ(contest.at<ParticleEmitter>(core).time,
+              contest.later("emitters", "people") == "people" ? 7 : 7 + kSecondsPerFrame);
 }
 
 TEST(Actors, OfAnimationAndLevelsTheLaterRowChoosesTheLevel) {
