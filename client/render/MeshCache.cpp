@@ -39,6 +39,7 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     if (mesh.kind == DrawKind::kSlices) mesh.slices = arrays.texcoords;
     mesh.pointRadius = arrays.pointRadius;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
+    if (drawable.hasOwnBounds() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
     return &mesh;
 }
 

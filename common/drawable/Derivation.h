@@ -61,6 +61,11 @@ struct Derivation {
     const ScreenSteps* byScreen = nullptr;
     /// The smooth surface that the triangles are of. Null: there is none, or the object is none that `check` lets pass.
     std::shared_ptr<const SmoothSurface> (*smooth)(const void*) = nullptr;
+    /// A box around whatever is ever there, in the object's own coordinates, without the arrays; what is drawn around
+    /// places included. Null: it is as its arrays are.
+    Box (*bounds)(const void*) = nullptr;
+    /// Nobody collides with it: whoever asks for that takes no arrays.
+    bool meetsNobody = false;
 };
 
 /// What a screen may draw finer by itself: of a subdivision surface its control faces.

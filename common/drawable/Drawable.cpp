@@ -6,6 +6,7 @@
 #include "common/cores/SubdivisionSurface.h"
 #include "common/cores/Text.h"
 #include "common/drawable/DeformationArrays.h"
+#include "common/drawable/EmitterArrays.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/ParticleArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
@@ -44,6 +45,9 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<Particles>(),
      .material = [](const void* core) { return static_cast<const Particles*>(core)->material; },
      .derivation = &kParticleDerivation},
+    {.type = typeOf<ParticleEmitter>(),
+     .material = [](const void* core) { return static_cast<const ParticleEmitter*>(core)->material; },
+     .derivation = &kEmitterDerivation},
     {.type = typeOf<Volume>(),
      .material = [](const void* core) { return static_cast<const Volume*>(core)->material; },
      .derivation = &kVolumeDerivation},

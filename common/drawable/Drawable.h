@@ -71,8 +71,14 @@ public:
     [[nodiscard]] MeshKey key() const { return keyOf(arrays()); }
     /// Whether all its bytes are here.
     [[nodiscard]] bool resident() const;
-    /// In its own coordinates; empty where its corners are not here.
-    [[nodiscard]] Box bounds() const { return shownBounds(arrays()); }
+    /// In its own coordinates; empty where its corners are not here. Of what says so itself (Derivation::bounds) around
+    /// all that it can be.
+    [[nodiscard]] Box bounds() const {
+        return hasOwnBounds() ? type_->derivation->bounds(core_) : shownBounds(arrays());
+    }
+    [[nodiscard]] bool hasOwnBounds() const { return type_->derivation && type_->derivation->bounds; }
+    /// Nobody collides with it, whatever its arrays are.
+    [[nodiscard]] bool meetsNobody() const { return type_->derivation && type_->derivation->meetsNobody; }
     /// As it is shown and as its arrays say, wherever their bytes are. 0 of what would be derived from absent ones.
     [[nodiscard]] std::uint64_t triangleCount() const { return tessera::triangleCount(arrays()); }
     /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh

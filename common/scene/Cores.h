@@ -25,6 +25,7 @@
 #include "common/cores/Movie.h"
 #include "common/cores/Node.h"
 #include "common/cores/NurbsSurface.h"
+#include "common/cores/ParticleEmitter.h"
 #include "common/cores/Particles.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/ProxyGroup.h"

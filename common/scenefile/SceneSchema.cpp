@@ -126,6 +126,26 @@ public:
         addPresence(object);
     }
 
+    /// Of a node that an author writes: those types of cores for which `node` has no message. Numbers are those in
+    /// Object.
+    void addCore(const DescriptorProto& node) {
+        DescriptorProto& core = *saved_->add_nested_type();
+        core.set_name("Core");
+        const std::vector<int> path = {3, saved_->nested_type_size() - 1};
+        comment(
+            path,
+            " A core as an author writes it. What it refers to has no number here: `material` of the node is its own.");
+        core.add_oneof_decl()->set_name("value");
+        for (const TypeInfo& type : allTypes()) {
+            const std::string message = fmt::format("{}.{}", kPackage, type.name);
+            const auto says = [&](const FieldDescriptorProto& field) { return field.type_name() == message; };
+            if (!type.isCore || type.type == typeOf<Node>() || std::ranges::any_of(node.field(), says)) continue;
+            add(core, path, snakeCase(type.name).substr(1), SceneSchema::kFirstType + type.type.value,
+                FieldDescriptorProto::TYPE_MESSAGE, false, "", fmt::format(".Saved.{}", type.name))
+                .set_oneof_index(0);
+        }
+    }
+
     void addType(const TypeInfo& type) {
         DescriptorProto& message = *saved_->add_nested_type();
         message.set_name(std::string(type.name));
@@ -235,15 +255,22 @@ SceneSchema::SceneSchema() {
     FileDescriptorProto file;
     proto::scene::SceneFile::descriptor()->file()->CopyTo(&file);
     file.set_name("scene.proto");
+    DescriptorProto node;
+    const auto spellOut = [](FieldDescriptorProto& field, std::string_view message) {
+        field.set_type(FieldDescriptorProto::TYPE_MESSAGE);
+        field.set_type_name(fmt::format("{}.{}", kPackage, message));
+    };
     for (DescriptorProto& message : *file.mutable_message_type())
-        for (FieldDescriptorProto& field : *message.mutable_field())
-            if (message.name() == "SceneFile" && field.name() == "saved") {
-                field.set_type(FieldDescriptorProto::TYPE_MESSAGE);
-                field.set_type_name(std::string(kPackage) + ".Saved");
-            }
+        for (FieldDescriptorProto& field : *message.mutable_field()) {
+            if (message.name() == "SceneFile" && field.name() == "saved") spellOut(field, "Saved");
+            if (message.name() != "Node" || field.name() != "core") continue;
+            spellOut(field, "Saved.Core");
+            node = message;
+        }
     Builder builder(file);
     builder.addSaved();
     builder.addObject();
+    builder.addCore(node);
     for (const TypeInfo& type : allTypes()) builder.addType(type);
     builder.finish();
 

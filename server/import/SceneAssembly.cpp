@@ -79,6 +79,8 @@ std::string_view contentName(Content content) {
             return "interest";
         case Content::kCollisionObject:
             return "collision_object";
+        case Content::kCore:
+            return "core";
         case Content::kManipulator:
             return "manipulator";
         case Content::kInline:

@@ -113,6 +113,8 @@ private:
     Expected<ObjectId> movieCore(LoadedFile& file, const proto::scene::Movie& movie);
     /// Whether a Movie of the file writes the image of that name.
     [[nodiscard]] static bool isFilm(LoadedFile& file, const std::string& name);
+    /// Of a type that authors have no message for, by the table's own words.
+    Expected<ObjectId> writtenCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot);
     Expected<ObjectId> skinCore(LoadedFile& file, const proto::scene::Skin& skin, const Spot& spot);
     Expected<LoadedFile::GeometryCore> geometryCore(LoadedFile& file, const proto::scene::Geometry& geometry,
                                                     const Spot& spot);

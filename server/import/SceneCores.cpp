@@ -231,6 +231,8 @@ Expected<ObjectId> SceneAssembly::contentCore(LoadedFile& file, const proto::sce
             if (!object) return tl::unexpected(object.error());
             return create(*object);
         }
+        case Content::kCore:
+            return writtenCore(file, node, spot);
         default:
             if (const TypeInfo* type = tableTypeOf(node)) {
                 const Expected<TableFields> fields = readTableFields(contentOf(node), *type);

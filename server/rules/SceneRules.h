@@ -14,4 +14,17 @@ namespace tessera {
 /// scene has.
 [[nodiscard]] Sound checkRules(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies);
 
+/// The same for who has one scene and commits one list after the other. Not thread-safe.
+class SceneRules {
+public:
+    /// After each list applied to the scene, with that list; null: anything may have changed.
+    void follow(const Aspect& scene, const ChangeList* list);
+    [[nodiscard]] Sound check(const Aspect& scene, const ChangeList& list) const {
+        return checkRules(scene, list, movies_);
+    }
+
+private:
+    std::set<ObjectId> movies_;  ///< of the scene
+};
+
 }  // namespace tessera

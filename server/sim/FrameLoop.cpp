@@ -17,6 +17,7 @@
 #include "server/sim/StartScene.h"
 #include "server/sim/WandInput.h"
 #include "server/sim/frame/AnimatedBounds.h"
+#include "server/sim/frame/OutsideActors.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/NextEpoch.h"
 #include "server/sim/tracking/TrackerInputs.h"
@@ -124,19 +125,13 @@ struct FrameLoop::Impl {
     Report report;
     Tracking tracking;
     TrackerInputs trackers;
-    notice::Poses poses;  ///< of the newest frame
-    LevelChoice levels;
-    HandleSizes handleSizes;
-    ProgramTrials programs;
-    ProgramNotices notices;
-    InlineLoading inlines;
-    FrameBudget budget;
+    notice::Poses poses;                ///< of the newest frame
     std::shared_ptr<SceneFiles> files;  ///< what may be read
-    Movies movies;
+    OutsideActors actors;
     FrameMaker maker;
     FramePacing pacing;
     StartScene startScene;
-    bool sceneReady = false, programsTried = false, filmsBegun = false;
+    bool sceneReady = false, actorsReady = false;
     bool surveyWanted = false, surveying = false;
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
@@ -167,18 +162,18 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       opened(openJournal()),
       simulation({.threads = options.threads}),
       view(options.wall, options.camera, firstView()),
-      steering({.wall = options.wall, .simulation = simulation, .view = view, .takesInput = options.takesInput, .drags = &drags}),
+      steering({.wall = options.wall,
+                .simulation = simulation,
+                .view = view,
+                .takesInput = options.takesInput,
+                .drags = &drags}),
       report(options.wall, join(options.scenes)),
       tracking(options.wall),
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
-      levels(options.wall),
-      handleSizes(options.wall, drags),
-      notices(options.wall),
-      inlines(options.wall),
-      budget(options.wall.budgetMs),
-      files(std::make_shared<SceneFiles>(options.import, options.allowed, goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
-      movies(filmOpener(files)),
+      files(std::make_shared<SceneFiles>(options.import, options.allowed,
+                                         goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
+      actors(options.wall, drags, filmOpener(files), options.notices),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -187,14 +182,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .journal = journal(),
              .moveHeads = [this] { moveHeads(); },
              .showing = &options.showing,
-             .steering = &steering,
-             .levels = &levels,
-             .handleSizes = &handleSizes,
-             .programs = &programs,
-             .notices = options.notices ? &notices : nullptr,
-             .inlines = &inlines,
-             .budget = &budget,
-             .movies = &movies}),
+             .steering = &steering}),
       pacing(options.rateHz),
       startScene(options.scenes, options.placing),
       peers(sessionConfig(), blobs,
@@ -226,12 +214,12 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .editsRefused = [this] { return trouble(); },
             .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
             .describeTrackers = [this] { return describeTrackers(); },
-            .describePrograms = [this] { return programs.troubles(simulation.scene()); },
-            .filmLength = [this](ObjectId movie) { return movies.lengthOf(movie); },
+            .describePrograms = [this] { return actors.programs.troubles(simulation.scene()); },
+            .filmLength = [this](ObjectId movie) { return actors.films.lengthOf(movie); },
             .poses = [this] { return poses; },
             .showing = &options.showing,
             .steering = &steering,
-            .inlines = &inlines,
+            .inlines = &actors.inlines,
             .orderSurvey = [this] { orderSurvey(); },
             .orderCopy =
                 [this](CopyOrder order) {
@@ -240,19 +228,20 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                         if (inbox.push(kOurselves, makeCopy(*scene, order))) peers.wake();
                     });
                 },
-            .budget = &budget}),
+            .budget = &actors.budget}),
       actions({.peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
                .desk = desk,
                .steering = steering,
                .report = report,
-               .budget = budget,
-               .programs = programs,
+               .budget = actors.budget,
+               .programs = actors.programs,
                .log = log,
-               .onReleased = [this](std::uint64_t frames) {
-                   if (options.onProgress) options.onProgress(frames, options.frames);
-               },
+               .onReleased =
+                   [this](std::uint64_t frames) {
+                       if (options.onProgress) options.onProgress(frames, options.frames);
+                   },
                .onAnswered =
                    [this](ServerActions told) {
                        // What was said about the view is not in a frame yet.
@@ -267,6 +256,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                        if (inbox.push(kOurselves, std::move(found))) peers.wake();
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+    simulation.actWith(actors);
     view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });
 }
 
@@ -378,8 +368,7 @@ void FrameLoop::Impl::openGate() {
 /// applications and strangers say is for the time that is left, one message of each in turn, and at least one a frame.
 Expected<void> FrameLoop::Impl::turn() {
     await(nextWake(Clock::now()));
-    if (sceneReady && !programsTried) programsTried = maker.programsTried(Clock::now());
-    if (sceneReady && !filmsBegun) filmsBegun = maker.filmsBegun(Clock::now());
+    if (sceneReady && !actorsReady) actorsReady = maker.ready(Clock::now());
     const TimePoint until = std::min(Clock::now() + kLongestInARow, peers.session().nextDeadline());
     for (;;) {
         for (std::size_t count = 0; count < kMostInARow; ++count) {
@@ -436,7 +425,8 @@ Expected<void> FrameLoop::Impl::end() {
         report.journal(journal()->folder(), journal()->writtenBytes(), trouble());
     }
     if (!options.reportPath.empty())
-        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene(), budget)); !written)
+        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene(), actors.budget));
+            !written)
             return written;
     if (options.frames > 0 && report.framesShown() == 0) {
         const std::vector<std::string> missing = peers.session().missing();
@@ -514,7 +504,8 @@ void FrameLoop::Impl::sceneIsThere() {
 }
 
 bool FrameLoop::Impl::mayBegin(TimePoint now) const {
-    return sceneReady && programsTried && filmsBegun && !stopping && !allFramesShown() && !pacing.frameOpen() && peers.session().mayBegin(now);
+    return sceneReady && actorsReady && !stopping && !allFramesShown() && !pacing.frameOpen() &&
+           peers.session().mayBegin(now);
 }
 
 bool FrameLoop::Impl::lastFrameShown() const {
@@ -542,7 +533,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(made.content, now));
-    if (std::optional<InlineOrder> order = inlines.takeOrder()) desk.loadContent(std::move(*order));
+    if (std::optional<InlineOrder> order = actors.inlines.takeOrder()) desk.loadContent(std::move(*order));
     actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
     actions.carryOut(desk.heads(poses));
     actions.carryOut(untilWritten(desk.committed(std::move(made.result), number, simulation.openQuestions())));

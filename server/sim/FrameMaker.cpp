@@ -49,10 +49,7 @@ Expected<void> FrameMaker::sceneIsThere() {
     around_.log.info(fmt::format("scene: {} nodes, {} cores, {} triangles ({} stored)", counts.nodes, counts.cores,
                                  counts.triangles, counts.trianglesStored));
     around_.view.update(around_.simulation.scene(), nullptr);
-    if (around_.levels) around_.levels->update(around_.simulation.scene(), nullptr);
-    if (around_.programs) around_.programs->update(around_.simulation.scene(), nullptr);
-    if (around_.notices) around_.notices->update(around_.simulation.scene(), nullptr);
-    if (around_.movies) around_.movies->update(around_.simulation.scene(), nullptr);
+    around_.simulation.actors().follow(Actor::Each::kFrame, around_.simulation.scene(), nullptr);
     const Expected<View> first = around_.view.view(around_.simulation.scene());
     if (!first) return tl::unexpected(first.error());
     lastView_ = *first;
@@ -62,21 +59,17 @@ Expected<void> FrameMaker::sceneIsThere() {
 FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
                                   TimePoint now) {
     const bool first = number == FrameNumber(0);
-    // By where heads were in the frame before. An edit like others, so that whoever follows, records or keeps a journal has it.
-    if (around_.levels)
-        if (ChangeList levels = around_.levels->choose(around_.simulation.scene(), lastView_); !levels.empty())
-            edits.insert(edits.begin(), Edit{.ticket = LevelChoice::kTicket, .list = std::move(levels), .undoable = false});
-    if (around_.handleSizes)
-        if (ChangeList sizes = around_.handleSizes->choose(around_.simulation.scene(), around_.simulation.manipulators(), lastView_); !sizes.empty())
-            edits.insert(edits.begin(), Edit{.ticket = HandleSizes::kTicket, .list = std::move(sizes), .undoable = false});
-    addPictures(first, edits, now);
-    addNotices(edits);
-    addVerdicts(edits);
-    for (Edit& verdicts : std::exchange(firstVerdicts_, {})) edits.insert(edits.begin(), std::move(verdicts));
-    // Nothing is read for a node from below which something is just being taken away.
-    if (around_.inlines && !around_.simulation.stepUnderWay())
-        if (ChangeList states = around_.inlines->advance(around_.simulation.scene(), around_.simulation.inlines(), lastView_); !states.empty())
-            edits.insert(edits.begin(), Edit{.ticket = InlineLoading::kTicket, .list = std::move(states), .undoable = false});
+    const ActorTable& actors = around_.simulation.actors();
+    // By where heads were in the frame before. Edits like others, so that whoever follows, records or keeps a journal
+    // has them.
+    actors.say({.scene = around_.simulation.scene(),
+                .view = lastView_,
+                .frame = number,
+                .first = first,
+                .stepUnderWay = around_.simulation.stepUnderWay(),
+                .now = now},
+               edits);
+    for (const std::string& remark : actors.takeRemarks()) around_.log.warning(remark);
     for (const Edit& edit : edits)
         for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
@@ -89,12 +82,10 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.journal) around_.journal->frameDone(number, frame, around_.simulation.display());
     around_.report.frameCommitted(frame);
 
-    if (frame.commit.list) around_.view.update(around_.simulation.scene(), frame.commit.list.get());
-    if (frame.commit.list && around_.levels) around_.levels->update(around_.simulation.scene(), frame.commit.list.get());
-    if (frame.commit.list && around_.handleSizes) around_.handleSizes->sceneChanged();
-    if (frame.commit.list && around_.programs) around_.programs->update(around_.simulation.scene(), frame.commit.list.get(), number);
-    if (frame.commit.list && around_.notices) around_.notices->update(around_.simulation.scene(), frame.commit.list.get());
-    if (frame.commit.list && around_.movies) around_.movies->update(around_.simulation.scene(), frame.commit.list.get());
+    if (frame.commit.list) {
+        around_.view.update(around_.simulation.scene(), frame.commit.list.get());
+        actors.follow(Actor::Each::kFrame, around_.simulation.scene(), frame.commit.list.get());
+    }
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
     for (const std::string& remark : around_.steering ? around_.steering->takeRemarks() : std::vector<std::string>()) around_.log.info(remark);
@@ -104,7 +95,8 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
         around_.log.warning(view.error().message + "; the view stays where it was");
     }
     if (around_.journal) around_.journal->viewIs(around_.view);
-    lastView_.detail = around_.budget ? around_.budget->step() : 0;
+    lastView_.detail = 0;
+    actors.look(lastView_);
     FrameContent content{.frame = number,
                          .payload = encodeFrame({.view = lastView_,
                                                  .collision = numbersOf(frame.collision),
@@ -113,44 +105,16 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     return {.result = std::move(frame), .content = std::move(content), .view = lastView_};
 }
 
-bool FrameMaker::programsTried(TimePoint now) {
-    if (!around_.programs) return true;
+bool FrameMaker::ready(TimePoint now) {
     constexpr Duration kPatience = std::chrono::seconds(10);
-    if (!triedUntil_) triedUntil_ = now + kPatience;
-    addVerdicts(firstVerdicts_);
-    const std::size_t pending = around_.programs->pending();
-    if (pending > 0 && now >= *triedUntil_)
-        around_.log.warning(fmt::format("{} of the scene's programs are not tried yet; the first frames are drawn without them", pending));
-    return pending == 0 || now >= *triedUntil_;
-}
-
-bool FrameMaker::filmsBegun(TimePoint now) {
-    if (!around_.movies) return true;
-    constexpr Duration kPatience = std::chrono::seconds(10);
-    if (!begunUntil_) begunUntil_ = now + kPatience;
-    around_.movies->attend(around_.simulation.scene(), now);
-    return around_.movies->awaited() == 0 || now >= *begunUntil_;
-}
-
-void FrameMaker::addPictures(bool first, std::vector<Edit>& edits, TimePoint now) {
-    if (!around_.movies) return;
-    // One each: what is refused of one leaves the others.
-    for (ChangeList& list : around_.movies->advance(around_.simulation.scene(), first ? 0.0 : kSecondsPerFrame, now))
-        edits.insert(edits.begin(), Edit{.ticket = Movies::kTicket, .list = std::move(list), .undoable = false});
-    for (const std::string& remark : around_.movies->takeRemarks()) around_.log.warning(remark);
-}
-
-void FrameMaker::addVerdicts(std::vector<Edit>& edits) {
-    if (!around_.programs) return;
-    ChangeList verdicts = around_.programs->verdicts(around_.simulation.scene(), clockNow());
-    for (const std::string& remark : around_.programs->takeRemarks()) around_.log.warning(remark);
-    if (!verdicts.empty()) edits.insert(edits.begin(), Edit{.ticket = ProgramTrials::kTicket, .list = std::move(verdicts), .undoable = false});
-}
-
-void FrameMaker::addNotices(std::vector<Edit>& edits) {
-    if (!around_.notices) return;
-    if (ChangeList notices = around_.notices->notices(around_.simulation.scene(), lastView_); !notices.empty())
-        edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(notices), .undoable = false});
+    if (!readyUntil_) readyUntil_ = now + kPatience;
+    const ActorTable& actors = around_.simulation.actors();
+    const std::vector<Actor::Awaited> awaited = actors.awaited(around_.simulation.scene(), now);
+    for (const std::string& remark : actors.takeRemarks()) around_.log.warning(remark);
+    if (now < *readyUntil_) return awaited.empty();
+    for (const Actor::Awaited& some : awaited)
+        if (!some.missing.empty()) around_.log.warning(fmt::format("{} {}", some.count, some.missing));
+    return true;
 }
 
 void FrameMaker::hold(FrameNumber frame, const ChangeList& list, std::vector<std::shared_ptr<const void>>& unneeded) {

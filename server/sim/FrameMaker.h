@@ -10,14 +10,7 @@
 #include "common/base/Log.h"
 #include "common/session/ServerSession.h"
 #include "common/wall/Showing.h"
-#include "server/movies/Movies.h"
-#include "server/programs/ProgramNotices.h"
-#include "server/programs/ProgramTrials.h"
 #include "server/sim/Report.h"
-#include "server/sim/frame/FrameBudget.h"
-#include "server/sim/frame/HandleSizes.h"
-#include "server/sim/frame/InlineLoading.h"
-#include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/journal/Journal.h"
 #include "server/sim/navigation/Steering.h"
@@ -27,8 +20,8 @@ namespace tessera {
 
 class Simulation;
 
-/// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Frame thread
-/// only.
+/// Makes frames of edits and replies, with the view, and sees to it that they are recorded and reported. Whoever else
+/// acts on the scene has a row in the simulation's table (frame/Actors.h). Frame thread only.
 class FrameMaker {
 public:
     /// All outlive it.
@@ -43,14 +36,7 @@ public:
         /// empty.
         std::function<void()> moveHeads = {};
         const Showing* showing = nullptr;  ///< null: the scene
-        Steering* steering = nullptr;  ///< null: the view moves by hand and camera alone
-        LevelChoice* levels = nullptr;  ///< null: nobody chooses levels of detail
-        HandleSizes* handleSizes = nullptr;  ///< null: handles have no size on the screen
-        ProgramTrials* programs = nullptr;  ///< null: nobody tries programs of materials, and none is drawn
-        ProgramNotices* notices = nullptr;  ///< null: walls do not say what is wrong with programs
-        InlineLoading* inlines = nullptr;  ///< null: nothing is loaded for Inlines
-        const FrameBudget* budget = nullptr;  ///< null: frames have all of their detail
-        Movies* movies = nullptr;  ///< null: no film plays
+        Steering* steering = nullptr;      ///< null: the view moves by hand and camera alone
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 
@@ -63,12 +49,10 @@ public:
     /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera is not there.
     [[nodiscard]] Expected<CommittedFrame> goOnFrom(Journal::Opened& opened);
 
-    /// Once the scene is there, before the first frame: whether the programs that it brings have been tried, so that the first frame shows them as the last
-    /// one does. Never waits: asked again and again, it says yes after 10 s whatever is left.
-    [[nodiscard]] bool programsTried(TimePoint now);
-
-    /// The same of the films that it brings: whether each has a first picture, or a problem.
-    [[nodiscard]] bool filmsBegun(TimePoint now);
+    /// Once the scene is there, before the first frame: whether all that acts on it is ready to show it as the last
+    /// frame will: its programs tried, its films begun. Never waits: asked again and again, it says yes after 10 s
+    /// whatever is left.
+    [[nodiscard]] bool ready(TimePoint now);
 
     struct Made {
         FrameResult result;
@@ -80,12 +64,6 @@ public:
 
 private:
     [[nodiscard]] Expected<void> sceneIsThere();
-    /// What has come out of programs goes into the frame as an edit of the server's own.
-    void addVerdicts(std::vector<Edit>& edits);
-    /// What the wall says of bad programs, by where the reader stood in the frame before, likewise.
-    void addNotices(std::vector<Edit>& edits);
-    /// What films show next, likewise.
-    void addPictures(bool first, std::vector<Edit>& edits, TimePoint now);
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.
     /// `unneeded`: is given what it held long enough.
@@ -102,8 +80,7 @@ private:
     std::unique_ptr<RecordingWriter> recording_;  ///< null: none wanted
     View lastView_;
     bool cameraComplaint_ = false;
-    std::vector<Edit> firstVerdicts_;  ///< of what the scene brings, for the first frame
-    std::optional<TimePoint> triedUntil_, begunUntil_;
+    std::optional<TimePoint> readyUntil_;
 };
 
 }  // namespace tessera

@@ -164,7 +164,7 @@ void ObjectHandler::shapeParts(const Aspect& aspect, bool jump) {
 std::shared_ptr<const CollisionShape> ObjectHandler::shapeOf(const Aspect& aspect, std::uint32_t part, bool jump) {
     const ObjectId core = partTerms_[part].geometry;
     const Drawable drawable = drawableOf(aspect, core);
-    const MeshArrays arrays = drawable.arrays();
+    const MeshArrays arrays = drawable.meetsNobody() ? MeshArrays() : drawable.arrays();
     if (partTerms_[part].shape.deforms) return deforming_.follow(deformingKey(part), arrays, jump, drawable);
     return shapes_->shape(arrays, partTerms_[part].shape.choice, drawable);
 }

@@ -332,6 +332,10 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (node.skin().material().empty()) out.mutable_skin()->set_material(material);
             if (Expected<void> known = checkName(meshes_, node.skin().mesh(), "mesh"); !known) return known;
             return out.skin().material().empty() ? Expected<void>() : checkName(materials_, out.skin().material(), "material");
+        case Content::kCore:
+            out.set_core(node.core());
+            out.set_material(material);
+            return material.empty() ? Expected<void>() : checkName(materials_, material, "material");
         case Content::kInterest:
             *out.mutable_interest() = node.interest();
             *out.mutable_interest()->mutable_at() = at;

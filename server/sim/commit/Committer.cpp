@@ -1,9 +1,6 @@
 #include "server/sim/commit/Committer.h"
 
 #include <algorithm>
-#include <iterator>
-#include <map>
-#include <new>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -11,13 +8,8 @@
 #include <fmt/format.h>
 
 #include "common/codec/ChangeCodec.h"
-#include "common/cores/DistanceLOD.h"
-#include "common/cores/Movie.h"
-#include "common/drawable/Drawable.h"
-#include "common/scene/ChildChoice.h"
 #include "common/scene/FieldTable.h"
-#include "common/scene/MaterialParts.h"
-#include "server/rules/SceneRules.h"
+#include "server/rules/CoreRules.h"
 
 namespace tessera {
 namespace {
@@ -57,7 +49,7 @@ Expected<Committer::Applied> Committer::apply(ChangeList list, Inverse inverse) 
     list.nextFreeId = 0;
     if (const Expected<void> named = resolveRanges(scene_, list); !named) return tl::unexpected(named.error());
     // Parts of a load say theirs one after the other; whoever read them has looked at the whole.
-    if (const Sound sound = checkRules(scene_, list, movies_); !sound) {
+    if (const Sound sound = rules_.check(scene_, list); !sound) {
         const Fault& fault = sound.error();
         return failWith(fmt::format("{} #{}", findType(fault.type)->name, fault.object.value), fault.why);
     }
@@ -110,13 +102,14 @@ void Committer::takeBack(const Applied& applied) {
     const Expected<void> back = scene_.apply(applied.inverse);
     TESSERA_CHECK(back.has_value(), back ? std::string() : back.error().message);
     nodes_ = nodes;
+    rules_.follow(scene_, &applied.inverse);
     open_.pop_back();
 }
 
 Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
                                                       std::vector<std::pair<ObjectId, ObjectId>> ids, Inverse inverse) {
     // Before anything is touched: then nothing that is refused ever has to be led back.
-    if (Expected<void> sound = checkDrawables(*list); !sound) return tl::unexpected(sound.error());
+    if (Expected<void> sound = checkCores(scene_, *list); !sound) return tl::unexpected(sound.error());
     const std::size_t nodes = nodesAfter(*list);
     Applied applied{.list = list, .ids = std::move(ids), .inverse = {}};
     if (inverse == Inverse::kMade) {
@@ -127,84 +120,10 @@ Expected<Committer::Applied> Committer::applyNumbered(ChangeListPtr list,
         return tl::unexpected(done.error());
     }
     nodes_ = nodes;
-    for (const Creation& creation : list->creations)
-        if (creation.type == typeOf<Movie>()) movies_.insert(creation.id);
-    if (!movies_.empty())
-        for (const ObjectId id : list->destructions) movies_.erase(id);
+    rules_.follow(scene_, list.get());
     nextId_ += applied.ids.size();
     if (list->changeCount() > 0) open_.push_back(std::move(list));
     return applied;
-}
-
-namespace {
-
-/// Cores whose arrays have to fit together, or make sense.
-bool isChecked(ObjectType type) {
-    return isDrawable(type) || type == typeOf<DistanceLOD>() || type == typeOf<Material>();
-}
-
-/// Such a core as a list leaves it behind.
-class Draft {
-public:
-    explicit Draft(const Object& present) : type_(present.info()), memory_(::operator new(type_.size, kAlignment)) {
-        type_.copy(memory_, present.data());
-    }
-    ~Draft() {
-        type_.destroy(memory_);
-        ::operator delete(memory_, kAlignment);
-    }
-    Draft(const Draft&) = delete;
-    Draft& operator=(const Draft&) = delete;
-
-    void set(const FieldEntry& field, const FieldValue& value) {
-        if (checkValue(field, value)) field.store(memory_, value);
-    }
-    [[nodiscard]] Object object() const { return Object(type_, memory_); }
-    [[nodiscard]] std::string_view typeName() const { return type_.name; }
-
-private:
-    static constexpr std::align_val_t kAlignment{64};
-    const TypeInfo& type_;
-    void* memory_;
-};
-
-}  // namespace
-
-/// Of what the list leaves behind: present arrays where it says nothing of them. A list that says other nonsense is
-/// refused by the scene.
-Expected<void> Committer::checkDrawables(const ChangeList& list) const {
-    std::map<ObjectId, Draft> touched;
-    const auto draftOf = [&](ObjectId id, const TypeInfo& type) -> Draft& {
-        const auto known = touched.find(id);
-        if (known != touched.end()) return known->second;
-        const Object present = scene_.find(id);
-        const bool fits = present && typeOf(present) == type.type;
-        return touched.try_emplace(id, fits ? present : type.freshObject()).first->second;
-    };
-    for (const FieldColumn& column : list.columns) {
-        const TypeInfo* type = isChecked(column.type) ? findType(column.type) : nullptr;
-        const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
-        if (!field || field->kind != column.kind() || field->width != column.width) continue;
-        // Arrays, and what else says how they are to be read.
-        if (field->kind != FieldKind::kBlob && !field->holdsRefs() && isDrawable(column.type) && !(field->effects & (Effect::kShape | Effect::kLook))) continue;
-        if (column.scalarCount() != column.ids.size() * column.width) continue;
-        for (std::size_t row = 0; row < column.ids.size(); ++row)
-            draftOf(column.ids[row], *type).set(*field, column.value(row));
-    }
-    for (const RangeEdit& range : list.ranges)
-        if (const TypeInfo* type = isChecked(range.type) ? findType(range.type) : nullptr)
-            if (const FieldEntry* field = findField(*type, range.field))
-                draftOf(range.object, *type).set(*field, range.result);
-    for (const ObjectId id : list.destructions) touched.erase(id);
-    for (const auto& [id, draft] : touched) {
-        const DistanceLOD* lod = draft.object().as<DistanceLOD>();
-        const Material* material = draft.object().as<Material>();
-        const Drawable present = drawableOf(scene_, id);  // sound: it was committed
-        const Expected<void> sound = lod ? checkRanges(*lod) : material ? checkLayers(*material) : drawableOf(draft.object()).check(present && !present.derived() ? present.key() : MeshKey());
-        if (!sound)
-            return failWith(fmt::format("{} #{}", draft.typeName(), id.value), sound.error());
-    }
-    return {};
 }
 
 std::size_t Committer::nodesAfter(const ChangeList& list) const {
@@ -227,7 +146,7 @@ void Committer::goOnFrom(Aspect scene, Sequence sequence) {
     nextId_ = std::max(nextId_, scene_.nextFreeId());
     const std::vector<ObjectId> ids = scene_.ids();
     nodes_ = static_cast<std::size_t>(std::ranges::count_if(ids, [&](ObjectId id) { return scene_.get<Node>(id); }));
-    std::ranges::copy_if(ids, std::inserter(movies_, movies_.end()), [&](ObjectId id) { return scene_.get<Movie>(id); });
+    rules_.follow(scene_, nullptr);
 }
 
 CommittedFrame Committer::closeFrame() {

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include "common/scene/Aspect.h"
 #include "common/session/CommittedList.h"
+#include "server/rules/SceneRules.h"
 
 namespace tessera {
 
@@ -37,7 +37,7 @@ public:
         ChangeList inverse;  ///< empty where none was asked for
     };
     /// Gives ids to placeholders and applies. Refused when the list is not valid on the present scene, when it brings
-    /// its own new ids, or when a geometry would be left with arrays that do not fit together.
+    /// its own new ids, or when it would leave behind what makes no sense (server/rules).
     [[nodiscard]] Expected<Applied> apply(ChangeList list, Inverse inverse = Inverse::kNone);
     /// Ids in a row, for objects that come in several lists. Nobody else is given them.
     [[nodiscard]] ObjectId reserveIds(std::uint64_t count);
@@ -67,12 +67,11 @@ public:
 private:
     [[nodiscard]] Expected<Applied> applyNumbered(ChangeListPtr list, std::vector<std::pair<ObjectId, ObjectId>> ids,
                                                   Inverse inverse);
-    [[nodiscard]] Expected<void> checkDrawables(const ChangeList& list) const;
     [[nodiscard]] std::size_t nodesAfter(const ChangeList& list) const;
 
     Aspect scene_;
     std::size_t nodes_ = 1;
-    std::set<ObjectId> movies_;  ///< of the scene
+    SceneRules rules_;
     std::uint64_t nextId_ = kRootNode.value + 1;
     Sequence sequence_;
     std::vector<ChangeListPtr> open_;

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cstring>
 
+#include <fmt/format.h>
+
 #include "common/cores/Transform.h"
+#include "server/sim/frame/PoseFields.h"
 
 namespace tessera {
 namespace {
@@ -209,6 +212,49 @@ bool Animations::drives(const ChangeList& list) const {
     bool any = false;
     visitDriving(list, [&](ObjectId) { any = true; });
     return any;
+}
+
+void Animations::want(ActorStage& stage) {
+    AnimationWishes wanted = advance(stage.scene(), stage.seconds);
+    steps_ = std::move(wanted.steps);
+    for (auto& [id, transform] : wanted.transforms) {
+        const auto [wish, fresh] = stage.wishes.try_emplace(id);
+        if (fresh) wish->second.pose = poseOf(*stage.scene().get<Transform>(id));
+        transform.overlay(wish->second.pose);
+        wish->second.actors.insert(wish->second.actors.end(), transform.animations.begin(), transform.animations.end());
+    }
+    if (wanted.values.empty()) return;
+    ChangeListBuilder all;
+    for (const AnimatedValue& value : wanted.values) addTo(all, value);
+    if (stage.hand.apply(all.take())) return;
+    // One of them is not to be: each by itself, and who wants it is paused.
+    for (const AnimatedValue& value : wanted.values) {
+        ChangeListBuilder one;
+        addTo(one, value);
+        const Expected<void> applied = stage.hand.apply(one.take());
+        if (applied || !stage.scene().get<Animation>(value.animation)->playing)
+            continue;  // or its earlier value has paused it
+        stage.remarks.push_back(
+            fmt::format("animation #{} is paused: {}", value.animation.value, applied.error().message));
+        one.set(value.animation, typeOf<Animation>(), fieldId<&Animation::playing>, false);
+        stage.hand.commit(one.take());
+    }
+}
+
+void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const {
+    for (const AnimationStep& went : steps_) {
+        const Animation* now = scene.get<Animation>(went.animation);
+        // A hand may have paused it, or set its time.
+        if (now && now->playing && now->time == went.from && now->time != went.time &&
+            !outcome.stopped.contains(went.animation))
+            list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
+    }
+}
+
+void Animations::appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const {
+    std::vector<ObjectId> animations;
+    appendDriving(list, animations);
+    for (const ObjectId id : animations) drivers.push_back({id, typeOf<Animation>(), fieldId<&Animation::playing>});
 }
 
 }  // namespace tessera

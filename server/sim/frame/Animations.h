@@ -11,6 +11,7 @@
 #include "common/animation/KeyTrack.h"
 #include "common/math/Pose.h"
 #include "common/scene/Aspect.h"
+#include "server/sim/frame/Actor.h"
 
 namespace tessera {
 
@@ -67,7 +68,16 @@ public:
     [[nodiscard]] AnimationWishes advance(const Aspect& scene, double seconds);
     /// Appends those that play and drive a field that the list writes, ascending, each once.
     void appendDriving(const ChangeList& list, std::vector<ObjectId>& animations) const;
-    /// Whether there are any such.
+
+    // As an actor:
+    /// Adds to the wishes what they want of Transforms, and applies what they want of everything else. One whose value
+    /// the scene refuses is paused.
+    void want(ActorStage& stage);
+    /// The time of what was not stopped goes on.
+    void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const;
+    void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
+
+    /// Whether there are any that play and drive a field that the list writes.
     [[nodiscard]] bool drives(const ChangeList& list) const;
 
     [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
@@ -99,6 +109,7 @@ private:
     std::set<ObjectId> playing_;
     std::set<ObjectId> shownOnce_;  ///< that stand, and whose time was set
     std::set<std::tuple<ObjectId, FieldId, ObjectId>> byTarget_;  ///< of those that play: object, field, animation
+    std::vector<AnimationStep> steps_;                            ///< of this frame
     std::uint64_t keysChecked_ = 0, framesPlayed_ = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "common/cores/Motion.h"
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/PoseFields.h"
 
 namespace tessera {
 namespace {
@@ -144,6 +145,33 @@ std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) co
 void Motions::appendPlaying(ObjectId target, std::vector<ObjectId>& motions) const {
     for (auto it = byTarget_.lower_bound({target, ObjectId()}); it != byTarget_.end() && it->first == target; ++it)
         motions.push_back(it->second);
+}
+
+void Motions::want(ActorStage& stage) {
+    wanted_ = advance(stage.scene(), stage.seconds);
+    std::ranges::sort(wanted_, {}, &MotionStep::target);
+    for (const MotionStep& step : wanted_)
+        stage.wishes[step.target] = {.pose = step.pose, .actors = {step.motion}, .whole = true};
+}
+
+void Motions::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const {
+    for (const MotionStep& step : wanted_) {
+        if (!outcome.granted.contains(step.motion)) continue;
+        const Motion* motion = scene.get<Motion>(step.motion);
+        if (motion && motion->time != step.time)
+            list.set(step.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(step.time));
+    }
+}
+
+void Motions::appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const {
+    if (byTarget_.empty()) return;
+    std::set<ObjectId> targets;
+    for (const FieldColumn& column : list.columns)
+        if (isPoseField(column)) targets.insert(column.ids.begin(), column.ids.end());
+    std::vector<ObjectId> motions;
+    for (const ObjectId target : targets) appendPlaying(target, motions);
+    std::ranges::sort(motions);
+    for (const ObjectId id : motions) drivers.push_back({id, typeOf<Motion>(), fieldId<&Motion::playing>});
 }
 
 }  // namespace tessera

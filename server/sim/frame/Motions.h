@@ -10,6 +10,7 @@
 
 #include "common/math/Pose.h"
 #include "common/scene/Aspect.h"
+#include "server/sim/frame/Actor.h"
 
 namespace tessera {
 
@@ -46,6 +47,13 @@ public:
     /// Appends those that play and have this target, with sound keys or without, ascending.
     void appendPlaying(ObjectId target, std::vector<ObjectId>& motions) const;
 
+    // As an actor:
+    void want(ActorStage& stage);
+    /// The time of what was granted goes on.
+    void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const;
+    /// Those that play and drive a Transform that the list writes, ascending.
+    void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
+
     [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
     [[nodiscard]] std::uint64_t keysChecked() const { return keysChecked_; }
 
@@ -62,6 +70,7 @@ private:
     std::unordered_map<ObjectId, Known> known_;         ///< all Motion cores
     std::map<ObjectId, bool> playing_;                  ///< those that play → whether their keys are sound
     std::set<std::pair<ObjectId, ObjectId>> byTarget_;  ///< of those that play: target, motion
+    std::vector<MotionStep> wanted_;                    ///< in this frame, by ascending target
     std::uint64_t keysChecked_ = 0;
 };
 

@@ -10,44 +10,32 @@
 #include <fmt/format.h>
 
 #include "common/cores/CollisionObject.h"
-#include "common/cores/LoadWords.h"
-#include "common/cores/Motion.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/ScenePicker.h"
-#include "server/programs/ProgramTrials.h"
 #include "server/sim/commit/ServersFields.h"
-#include "server/sim/frame/HandleSizes.h"
-#include "server/sim/frame/InlineLoading.h"
-#include "server/sim/frame/LevelChoice.h"
 #include "server/sim/frame/LoadParts.h"
 #include "server/sim/frame/PoseFields.h"
 #include "server/text/TextFields.h"
 
 namespace tessera {
-namespace {
-
-/// What the server says in each frame of nodes that are in the scene, some of which may still be on their way.
-bool followsWhatIsSeen(const Edit& edit) {
-    return !edit.undoable && (edit.ticket == LevelChoice::kTicket || edit.ticket == HandleSizes::kTicket || edit.ticket == InlineLoading::kTicket);
-}
-
-}  // namespace
 
 Simulation::Simulation(const SimulationOptions& options)
     : maxObjects_(options.scene.maxObjects),
       committer_(options.scene),
       workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
-      pipeline_(options.collision, workers_.get()) {
+      pipeline_(options.collision, workers_.get()),
+      actors_(actorsOf(*step_, nullptr)) {
     sceneChanged(nullptr);
 }
 
 Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     for (std::size_t i = 0; i < lists.size(); ++i) {
-        resetVerdicts(lists[i], scene());
-        const Expected<Committer::Applied> applied = committer_.apply(std::move(lists[i]));
+        const Expected<void> received = actors_.receive(scene(), lists[i], {});
+        const Expected<Committer::Applied> applied =
+            received ? committer_.apply(std::move(lists[i])) : tl::unexpected(received.error());
         if (!applied) return failWith(fmt::format("scene {}", i + 1), applied.error());
     }
     sceneChanged(nullptr);
@@ -63,7 +51,7 @@ void Simulation::goOnFrom(Left left) {
     history_ = std::move(left.history);
     // Nobody is given an id that is refused as being on its way.
     committer_.skipIds(ObjectId(std::max(history_.idsArriving().end(), history_.idsUnderWay().end())));
-    display_.goOnWith(left.display);
+    step_->contacts.goOnWith(left.display);
     sceneChanged(nullptr);
     takeOrphansAway();
 }
@@ -83,9 +71,9 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     std::ranges::move(history_.sweep(), std::back_inserter(result.unneeded));
     std::optional<EditOutcome> wholeAgain = goOn();
     Wishes wishes;
-    for (const MotionStep& m : motions_.advance(scene(), seconds))
-        wishes[m.target] = {.pose = m.pose, .motion = m.motion, .motionTime = m.time};
-    const std::vector<AnimationStep> animations = playAnimations(seconds, wishes, result.remarks);
+    ServersHand hand = this->hand();
+    ActorStage stage{.hand = hand, .seconds = seconds, .wishes = wishes, .remarks = result.remarks};
+    actors_.want(stage);
     for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
 
     // An edit may have destroyed what a motion or an earlier edit wanted to move.
@@ -111,14 +99,9 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
         if (accepted.source < 0 && !std::ranges::binary_search(result.collision.stopped, accepted.transform))
             tellHand(accepted.transform);
     if (wholeAgain) result.outcomes.push_back(std::move(*wholeAgain));
-    commitPoses(wishes, animations, result.collision);
+    commitPoses(wishes, result.collision);
     closeSteps(wishes);
-    commitSkinPoses(result.remarks);
-    commitHandles(manipulators_.update(scene()));
-    if (const ChangeListPtr marks = display_.commit(committer_, result.collision)) {
-        pipeline_.sceneChanged(scene(), marks.get());
-        serversNodes_.sceneChanged(scene(), marks.get());
-    }
+    actors_.settle(stage, result.collision);
     result.commit = committer_.closeFrame();
     result.history = history_.happened();
     result.notes = std::exchange(textNotes_, {});
@@ -142,13 +125,14 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     // What the server says itself nobody takes back.
     if (edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
     if (edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
-    if (edit.undoable) resetVerdicts(edit.list, scene());
-    if (outcome.result) outcome.result = inlines_.check(scene(), edit.list, !edit.undoable);
+    if (outcome.result)
+        outcome.result =
+            actors_.receive(scene(), edit.list,
+                            {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer});
     if (outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!outcome.result) return outcome;
     ChangeList list = std::move(edit.list);
-    std::vector<ObjectId> driving;
-    animations_.appendDriving(list, driving);
+    const std::vector<Actor::Driver> drivers = actors_.drivers(list);
     const std::vector<std::pair<ObjectId, Pose>> poses = takeTransforms(list, wishes);
     std::vector<ObjectId> moved;
     for (const auto& [id, pose] : poses) {
@@ -159,13 +143,13 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
             fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
         return outcome;
     }
-    pauseWhatDrives(moved, driving, list);
+    pause(drivers, list);
 
     OpenStep step{.edit = index, .inverse = {}, .before = {}, .gesture = edit.gesture};
     if (edit.undoable) step.overlaps = pipeline_.overlaps(scene(), moved);
     if (!list.empty()) {
-        const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), list);
-        commitHandles(manipulators_.inTheWayOf(scene(), list));
+        ServersHand hand = this->hand();
+        const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, list, Actor::ListOf::kEdit);
         Expected<Committer::Applied> applied =
             committer_.apply(std::move(list), edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
         if (!applied) {
@@ -175,7 +159,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         outcome.ids = std::move(applied->ids);
         step.inverse = std::move(applied->inverse);
         sceneChanged(applied->list.get());
-        commitInlines(inlines_.following(scene(), wants));
+        follow(afterwards);
     }
     if (saysNothing(scene(), step.inverse)) step.inverse = {};
     for (const auto& [id, pose] : poses) {
@@ -184,32 +168,20 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         Wish& wish = wishes[id];
         if (!addsUp || !wish.ofAnEdit()) wish.ways.clear();
         wish.ways.emplace_back(index, wish.ways.empty() ? poseOf(*now) : wish.pose);
-        wish = {.pose = pose, .motion = {}, .motionTime = 0, .edit = index, .ways = std::move(wish.ways)};
+        wish = {.pose = pose, .edit = index, .ways = std::move(wish.ways)};
         step.before.emplace_back(id, poseOf(*now));
     }
     if (edit.undoable) openSteps_.push_back(std::move(step));
     return outcome;
 }
 
-void Simulation::commitInlines(const std::vector<InlineContents::Consequence>& consequences) {
-    for (const InlineContents::Consequence& one : consequences) {
-        const Expected<Committer::Applied> applied = committer_.apply(one.list);
-        if (applied) {
-            sceneChanged(applied->list.get());
-            continue;
-        }
-        ChangeListBuilder state;
-        setLoadState(state, one.core, one.type, LoadWords::kFailed,
-                     fmt::format("what it holds cannot be taken away, and stays: {}; remove it and set wanted", applied.error().message));
-        commit(state.take());
-    }
-}
-
 EditOutcome Simulation::applyPart(Edit edit) {
     EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
     if (!outcome.result) return outcome;
-    resetVerdicts(edit.list, scene());
-    Expected<void> wanted = inlines_.check(scene(), edit.list, !edit.undoable, arriving_->ids);
+    Expected<void> wanted =
+        actors_.receive(scene(), edit.list,
+                        {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer,
+                         .own = arriving_->ids});
     if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =
         wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count, Committer::Inverse::kMade)
@@ -257,7 +229,7 @@ Expected<void> Simulation::checkStep() const {
 }
 
 Expected<void> Simulation::checkHidden(const Edit& edit) const {
-    if (followsWhatIsSeen(edit)) return {};
+    if (!edit.undoable && actors_.followsWhatIsSeen(edit.ticket)) return {};
     if (history_.arriving())
         if (const std::optional<ObjectId> id = namedIn(edit.list, history_.idsArriving()))
             return fail(ErrorCode::kRefused, fmt::format("#{} is still being loaded", id->value));
@@ -267,24 +239,25 @@ Expected<void> Simulation::checkHidden(const Edit& edit) const {
     return {};
 }
 
-void Simulation::pauseWhatDrives(std::span<const ObjectId> moved, std::span<const ObjectId> animations, ChangeList& list) const {
-    std::vector<ObjectId> taken;
-    for (const ObjectId target : moved) motions_.appendPlaying(target, taken);
-    if (taken.empty() && animations.empty()) return;
-    std::ranges::sort(taken);
-    const auto isPlaying = [](const FieldColumn& column) {
-        return (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::playing>) ||
-               (column.type == typeOf<Animation>() && column.field == fieldId<&Animation::playing>);
+void Simulation::follow(std::span<const Actor::Afterwards> afterwards) {
+    ServersHand hand = this->hand();
+    for (const Actor::Afterwards& next : afterwards) next(hand);
+}
+
+void Simulation::pause(std::span<const Actor::Driver> drivers, ChangeList& list) {
+    if (drivers.empty()) return;
+    const auto isPlaying = [&](const FieldColumn& column) {
+        return std::ranges::any_of(drivers, [&](const Actor::Driver& driver) {
+            return column.type == driver.type && column.field == driver.playing;
+        });
     };
     std::unordered_set<ObjectId> spokenFor;
     for (const FieldColumn& column : list.columns)
         if (isPlaying(column)) spokenFor.insert(column.ids.begin(), column.ids.end());
     spokenFor.insert(list.destructions.begin(), list.destructions.end());
     ChangeListBuilder pauses;
-    for (const ObjectId id : taken)
-        if (!spokenFor.contains(id)) pauses.set(id, typeOf<Motion>(), fieldId<&Motion::playing>, false);
-    for (const ObjectId id : animations)
-        if (!spokenFor.contains(id)) pauses.set(id, typeOf<Animation>(), fieldId<&Animation::playing>, false);
+    for (const Actor::Driver& driver : drivers)
+        if (!spokenFor.contains(driver.object)) pauses.set(driver.object, driver.type, driver.playing, false);
     ChangeList pausing = pauses.take();
     for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
 }
@@ -318,7 +291,7 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
 
 Pose Simulation::poseFor(const Wishes& wishes, ObjectId id, const Transform& now) {
     const auto earlier = wishes.find(id);
-    return earlier != wishes.end() && earlier->second.keptByEdits() ? earlier->second.pose : poseOf(now);
+    return earlier != wishes.end() && !earlier->second.whole ? earlier->second.pose : poseOf(now);
 }
 
 Expected<ChangeList> Simulation::listOf(const MoveWish& move, const Wishes& wishes) const {
@@ -333,49 +306,8 @@ Expected<ChangeList> Simulation::listOf(const MoveWish& move, const Wishes& wish
     return moveList(core, present, move.move);
 }
 
-std::vector<AnimationStep> Simulation::playAnimations(double seconds, Wishes& wishes, std::vector<std::string>& remarks) {
-    AnimationWishes wanted = animations_.advance(scene(), seconds);
-    for (auto& [id, transform] : wanted.transforms) {
-        const auto [wish, fresh] = wishes.try_emplace(id);
-        if (fresh) wish->second.pose = poseOf(*scene().get<Transform>(id));
-        transform.overlay(wish->second.pose);
-        wish->second.animations = std::move(transform.animations);
-    }
-    if (wanted.values.empty()) return std::move(wanted.steps);
-    ChangeListBuilder all;
-    for (const AnimatedValue& value : wanted.values) addTo(all, value);
-    if (const Expected<Committer::Applied> applied = committer_.apply(all.take())) {
-        sceneChanged(applied->list.get());
-        return std::move(wanted.steps);
-    }
-    // One of them is not to be: each by itself, and who wants it is paused.
-    for (const AnimatedValue& value : wanted.values) {
-        ChangeListBuilder one;
-        addTo(one, value);
-        const Expected<Committer::Applied> applied = committer_.apply(one.take());
-        if (applied) {
-            sceneChanged(applied->list.get());
-            continue;
-        }
-        const Animation* animation = scene().get<Animation>(value.animation);
-        if (!animation->playing) continue;  // its earlier value has paused it
-        remarks.push_back(fmt::format("animation #{} is paused: {}", value.animation.value, applied.error().message));
-        one.set(value.animation, typeOf<Animation>(), fieldId<&Animation::playing>, false);
-        commit(one.take());
-    }
-    return std::move(wanted.steps);
-}
-
-void Simulation::commit(ChangeList list) {
-    if (list.empty()) return;
-    const Expected<Committer::Applied> applied = committer_.apply(std::move(list));
-    TESSERA_CHECK(applied.has_value(), applied ? std::string() : applied.error().message);
-    sceneChanged(applied->list.get());
-}
-
-void Simulation::commitPoses(const Wishes& wishes, std::span<const AnimationStep> animations, const StepResult& step) {
+void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
     ChangeListBuilder builder;
-    std::unordered_set<ObjectId> stopped;  // animations
     for (const TentativeTransform& accepted : step.accepted) {
         const Transform* now = scene().get<Transform>(accepted.transform);
         if (!now) continue;
@@ -389,47 +321,17 @@ void Simulation::commitPoses(const Wishes& wishes, std::span<const AnimationStep
         if (now->velocity != body.velocity) builder.set(body.core, type, fieldId<&CollisionObject::velocity>, toValue(body.velocity));
         if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
     }
-    for (const auto& [id, wish] : wishes) {
-        if (std::ranges::binary_search(step.stopped, id)) {  // the time of what is stopped stands
-            stopped.insert(wish.animations.begin(), wish.animations.end());
-            continue;
-        }
-        if (!wish.motion) continue;
-        const Motion* motion = scene().get<Motion>(wish.motion);
-        if (motion && motion->time != wish.motionTime)
-            builder.set(wish.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(wish.motionTime));
-    }
-    for (const AnimationStep& went : animations) {
-        const Animation* now = scene().get<Animation>(went.animation);
-        // A hand may have paused it, or set its time.
-        if (now && now->playing && now->time == went.from && now->time != went.time && !stopped.contains(went.animation))
-            builder.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
-    }
-    commit(builder.take());
-}
-
-void Simulation::commitSkinPoses(std::vector<std::string>& remarks) {
-    ChangeListBuilder builder;
-    skinPoses_.write(scene(), builder, remarks);
-    if (builder.empty()) return;
-    if (const Expected<Committer::Applied> applied = committer_.apply(builder.take()))
-        sceneChanged(applied->list.get());
-    else
-        remarks.push_back(fmt::format("skins stay as they were: {}", applied.error().message));
-}
-
-void Simulation::commitHandles(ChangeList list) {
-    if (list.empty()) return;
-    if (const Expected<Committer::Applied> applied = committer_.apply(std::move(list))) sceneChanged(applied->list.get());
+    WishOutcome outcome;
+    for (const auto& [id, wish] : wishes)
+        (std::ranges::binary_search(step.stopped, id) ? outcome.stopped : outcome.granted)
+            .insert(wish.actors.begin(), wish.actors.end());
+    actors_.hear(scene(), outcome, builder);
+    hand().commit(builder.take());
 }
 
 std::vector<ObjectId> Simulation::drivingWhat(const ChangeList& list) const {
     std::vector<ObjectId> driving;
-    animations_.appendDriving(list, driving);
-    std::set<ObjectId> targets;
-    for (const FieldColumn& column : list.columns)
-        if (isPoseField(column)) targets.insert(column.ids.begin(), column.ids.end());
-    for (const ObjectId target : targets) motions_.appendPlaying(target, driving);
+    for (const Actor::Driver& driver : actors_.drivers(list)) driving.push_back(driver.object);
     return driving;
 }
 
@@ -439,12 +341,7 @@ void Simulation::sceneChanged(const ChangeList* list) {
 }
 
 void Simulation::othersSceneChanged(const ChangeList* list) {
-    motions_.update(scene(), list);
-    animations_.update(scene(), list);
-    skinPoses_.update(scene(), list);
-    inlines_.update(scene(), list);
-    display_.sceneChanged(scene(), list);
-    manipulators_.sceneChanged(scene(), list);
+    actors_.follow(Actor::Each::kList, scene(), list);
     serversNodes_.sceneChanged(scene(), list);
 }
 

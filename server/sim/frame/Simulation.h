@@ -10,16 +10,12 @@
 
 #include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
-#include "server/manipulators/ManipulatorDisplay.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
 #include "server/sim/commit/ServersNodes.h"
-#include "server/sim/display/ContactDisplay.h"
-#include "server/sim/frame/Animations.h"
+#include "server/sim/frame/ActorTable.h"
+#include "server/sim/frame/Actors.h"
 #include "server/sim/frame/Frame.h"
-#include "server/sim/frame/InlineContents.h"
-#include "server/sim/frame/Motions.h"
-#include "server/sim/frame/SkinPoses.h"
 #include "server/text/Typesetter.h"
 
 namespace tessera {
@@ -33,33 +29,40 @@ struct SimulationOptions {
 /// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
 /// time, the threads or the number of clients.
 ///
-/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival; the last writer of a field wins. One that
-/// moves something by so much begins where those before it lead, so that the ways of a frame add up; they are stopped together. An
-/// edit that writes a Transform which a motion drives, or a field that an animation drives, pauses it (`playing` becomes 0 in the same
-/// list) until somebody sets it again. What motions, animations and edits want of existing Transforms goes through the collision pipeline;
-/// everything else is committed as it is. What an application replies to a question about a stopped motion stands above
-/// both, in that frame. Free bodies go where gravity and impulses send them, but for one that a motion or an edit
-/// moves: for as long as it does, it is moved like anything else. Not thread-safe.
+/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival, those of the table
+/// (Actors.cpp) before those of people; the last writer of a field wins. One that moves something by so much begins
+/// where those before it lead, so that the ways of a frame add up; they are stopped together. An edit that writes a
+/// Transform which a motion drives, or a field that an animation drives, pauses it (`playing` becomes 0 in the same
+/// list) until somebody sets it again. What motions, animations and edits want of existing Transforms goes through the
+/// collision pipeline; everything else is committed as it is. What an application replies to a question about a stopped
+/// motion stands above both, in that frame. Free bodies go where gravity and impulses send them, but for one that a
+/// motion or an edit moves: for as long as it does, it is moved like anything else. Not thread-safe.
 ///
-/// **What can be taken back** is what remained of an edit once collisions had their say. One that changes nothing, because it was stopped at the start
-/// or says what is so already, is no step, and what was taken back can still be done again. Edits of one gesture are one step, whatever others edit in
-/// between (EditHistory::edited says when not); a gesture that ends where it began is none.
+/// **What can be taken back** is what remained of an edit once collisions had their say. One that changes nothing,
+/// because it was stopped at the start or says what is so already, is no step, and what was taken back can still be
+/// done again. Edits of one gesture are one step, whatever others edit in between (EditHistory::edited says when not);
+/// a gesture that ends where it began is none.
 ///
-/// **Undo and redo are no motions**: they put things where these were. Only what touches them there and did not then is in the way; the step is then
-/// refused whole, with a name, and stays. So where nothing else has acted the same states come again, overlaps and all. What comes back with its nodes
-/// is there, as what is loaded is.
+/// **Undo and redo are no motions**: they put things where these were. Only what touches them there and did not then is
+/// in the way; the step is then refused whole, with a name, and stays. So where nothing else has acted the same states
+/// come again, overlaps and all. What comes back with its nodes is there, as what is loaded is.
 ///
-/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until all is there; then it is seen
-/// within as many frames as it takes (LoadParts.h). Undo hides it as it appeared, then takes it away in later frames; redo brings it
-/// again as it came. Whatever is on its way is nobody else's: edits that name it are refused in words, but for those of the server
-/// that follow what is seen, and no step is taken back or done again while it appears. Where a part is refused, those before
-/// it are taken away again, and of them what has gone by itself is left out.
+/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until all is there; then it is
+/// seen within as many frames as it takes (LoadParts.h). Undo hides it as it appeared, then takes it away in later
+/// frames; redo brings it again as it came. Whatever is on its way is nobody else's: edits that name it are refused in
+/// words, but for those of the server that follow what is seen, and no step is taken back or done again while it
+/// appears. Where a part is refused, those before it are taken away again, and of them what has gone by itself is left
+/// out.
 ///
-/// **What Inlines hold** goes in the frame in which a person's edit, an undo or a redo says so, by lists that are no steps (InlineContents.h). A step
-/// that speaks of what has gone so is refused and forgotten.
+/// **What Inlines hold** goes in the frame in which a person's edit, an undo or a redo says so, by lists that are no
+/// steps (InlineContents.h). A step that speaks of what has gone so is refused and forgotten.
 class Simulation {
 public:
     explicit Simulation(const SimulationOptions& options = {});
+
+    /// These act too from here on, and outlive it. What they say comes in edits.
+    void actWith(OutsideActors& outside) { actors_ = ActorTable(actorsOf(*step_, &outside)); }
+    [[nodiscard]] const ActorTable& actors() const { return actors_; }
 
     /// Makes these lists the scene before the first frame; not undoable. A refused list is named by its
     /// position.
@@ -87,15 +90,15 @@ public:
     [[nodiscard]] Sequence sequence() const { return committer_.sequence(); }
     /// Of the scene, the root included. Kept, not counted.
     [[nodiscard]] std::size_t nodeCount() const { return committer_.nodeCount(); }
-    [[nodiscard]] const Motions& motions() const { return motions_; }
-    [[nodiscard]] const Animations& animations() const { return animations_; }
-    [[nodiscard]] const SkinPoses& skinPoses() const { return skinPoses_; }
-    [[nodiscard]] const InlineContents& inlines() const { return inlines_; }
-    [[nodiscard]] ManipulatorDisplay& manipulators() { return manipulators_; }
+    [[nodiscard]] const Motions& motions() const { return step_->motions; }
+    [[nodiscard]] const Animations& animations() const { return step_->animations; }
+    [[nodiscard]] const SkinPoses& skinPoses() const { return step_->skins; }
+    [[nodiscard]] const InlineContents& inlines() const { return step_->inlines; }
+    [[nodiscard]] ManipulatorDisplay& manipulators() { return step_->handles; }
     /// Motions and animations that play and write what the list writes.
     [[nodiscard]] std::vector<ObjectId> drivingWhat(const ChangeList& list) const;
     [[nodiscard]] const EditHistory& history() const { return history_; }
-    [[nodiscard]] const ContactDisplay& display() const { return display_; }
+    [[nodiscard]] const ContactDisplay& display() const { return step_->contacts; }
     /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
     [[nodiscard]] ChangeListPtr listOf(Edit::Kind kind);
     /// The arrays that an undo or a redo would name; of other kinds none.
@@ -114,19 +117,6 @@ public:
     }
 
 private:
-    struct Wish {
-        Pose pose;
-        ObjectId motion;  ///< the motion that wants it; none: an edit
-        double motionTime = 0;
-        std::size_t edit = 0;  ///< index of the edit that wants it
-        /// The edits of this frame whose ways lead there one after the other, `edit` the last, and where each begins.
-        std::vector<std::pair<std::size_t, Pose>> ways = {};
-        std::vector<ObjectId> animations = {};  ///< that want a part of it
-        /// What an edit that writes a part of it takes the rest from: a motion that is overruled is so as a whole.
-        [[nodiscard]] bool keptByEdits() const { return !motion; }
-        [[nodiscard]] bool ofAnEdit() const { return !motion && animations.empty(); }
-    };
-    using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
     /// An edit that may be taken back, until collisions have said what remains of it.
     struct OpenStep {
         std::size_t edit = 0;                           ///< its index
@@ -163,8 +153,6 @@ private:
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// Whether the next list of an undo under way hides more.
     [[nodiscard]] bool hidesMore() const;
-    /// States of Inlines, and the way their content goes: no step of anybody. What is refused is named in the state, and stays.
-    void commitInlines(const std::vector<InlineContents::Consequence>& consequences);
     /// A step that could not be applied is none any more where it speaks of what is not there.
     void forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome);
     /// Refuses where a step is under way.
@@ -175,17 +163,13 @@ private:
     [[nodiscard]] Expected<void> checkHidden(const Edit& edit) const;
     /// Takes the values of existing Transforms out of the list and makes wishes of them.
     [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
-    /// Commits what playing animations want of all but Transforms, and adds to the wishes what they want of those. Returns how far they get.
-    [[nodiscard]] std::vector<AnimationStep> playAnimations(double seconds, Wishes& wishes, std::vector<std::string>& remarks);
-    void commitPoses(const Wishes& wishes, std::span<const AnimationStep> animations, const StepResult& step);
-    /// Brings the poses of skins to where their joints stand.
-    void commitSkinPoses(std::vector<std::string>& remarks);
-    /// Handles follow what they belong to: no step of anybody. A scene that is full has none.
-    void commitHandles(ChangeList list);
-    /// Pauses, in `list`, the motions whose targets are taken in hand, and these animations, unless the list itself says something of them.
-    void pauseWhatDrives(std::span<const ObjectId> moved, std::span<const ObjectId> animations, ChangeList& list) const;
-    /// What must not fail.
-    void commit(ChangeList list);
+    void commitPoses(const Wishes& wishes, const StepResult& step);
+    /// Pauses, in `list`, who drives what is taken in hand, unless the list itself says something of them.
+    static void pause(std::span<const Actor::Driver> drivers, ChangeList& list);
+    void follow(std::span<const Actor::Afterwards> afterwards);
+    [[nodiscard]] ServersHand hand() {
+        return ServersHand(committer_, [this](const ChangeList* list) { sceneChanged(list); });
+    }
     /// After each list applied to the scene; null: anything may have changed.
     void sceneChanged(const ChangeList* list);
     /// The same of all but the collision pipeline.
@@ -213,15 +197,11 @@ private:
     std::optional<Awaited> awaited_;
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
-    ContactDisplay display_;
-    ManipulatorDisplay manipulators_;
     ServersNodes serversNodes_;
-    Motions motions_;
     Typesetter typesetter_;
     std::vector<std::string> textNotes_;  ///< of this frame
-    Animations animations_;
-    SkinPoses skinPoses_;
-    InlineContents inlines_;
+    std::unique_ptr<StepActors> step_ = std::make_unique<StepActors>();  ///< rows look at them
+    ActorTable actors_;
 };
 
 }  // namespace tessera

@@ -129,17 +129,14 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     std::vector<ObjectId> moved;
     if (!(undo ? history_.undoesInParts() : history_.redoesInParts())) {
         moved = movedBy(scene(), *list);
-        std::vector<ObjectId> driving;
-        animations_.appendDriving(*list, driving);
         ChangeList paused = *list;
-        pauseWhatDrives(moved, driving, paused);
+        pause(actors_.drivers(*list), paused);
         if (paused.changeCount() != list->changeCount()) list = std::make_shared<const ChangeList>(std::move(paused));
     }
     const Overlaps then = undo ? history_.overlapsOfUndo() : history_.overlapsOfRedo();
     Overlaps now = both(pipeline_.overlaps(scene(), moved), {});
-    const std::vector<InlineContents::Change> wants = inlines_.changesBy(scene(), *list);
-    commitInlines(inlines_.inTheWayOf(scene(), *list));
-    commitHandles(manipulators_.inTheWayOf(scene(), *list));
+    ServersHand hand = this->hand();
+    const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, *list, Actor::ListOf::kStep);
     Expected<Committer::Applied> applied = committer_.applyInverse(list, Committer::Inverse::kMade);
     if (!applied) {
         outcome.result = tl::unexpected(applied.error());
@@ -155,7 +152,7 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
             return outcome;
         }
     othersSceneChanged(applied->list.get());
-    commitInlines(inlines_.following(scene(), wants));
+    follow(afterwards);
     for (const ObjectId id : moved) wishes.erase(id);
     if (undo)
         history_.undone(std::move(applied->inverse), std::move(now));
@@ -276,7 +273,8 @@ std::optional<EditOutcome> Simulation::goOn() {
     ChangeListPtr part = history_.nextPart();
     if (!part) return std::nullopt;
     if (ChangeListPtr rest = ofWhatIsThere(scene(), *part)) part = std::move(rest);
-    commitInlines(inlines_.inTheWayOf(scene(), *part));
+    ServersHand hand = this->hand();
+    (void)actors_.before(hand, *part, Actor::ListOf::kPartOfStep);
     Expected<Committer::Applied> applied = committer_.applyInverse(part, Committer::Inverse::kMade);
     if (applied) {
         history_.partDone(std::move(applied->inverse));

@@ -1,5 +1,6 @@
 #include <random>
 
+#include "common/cores/ParticleEmitter.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/Switch.h"
 #include "tests/unit/render/TestScene.h"
@@ -58,6 +59,28 @@ TEST(RenderScene, EveryNodeOfASharedCoreIsAnItemAtItsPlace) {
     EXPECT_EQ(nodesOf(list.opaque), (std::vector<ObjectId>{left, right}));
     EXPECT_EQ(list.opaque[0].geometry, shared);
     EXPECT_EQ(list.opaque[1].world_T_item.translation(), Vec3d(3, 0, -10));
+}
+
+/// So nothing that looks for what is seen has to be made anew while it plays.
+TEST(RenderScene, AStreamOfParticlesHasTheBoundsOfAllOfItsTime) {
+    TestScene scene;
+    const ParticleEmitter emitter{.time = 1};
+    const ObjectId core = scene.create(typeOf<ParticleEmitter>());
+    setAllFields(scene.edit, core, Object::of(emitter));
+    scene.node(core);
+    scene.apply();
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    const Box bounds = all.bounds();
+    EXPECT_NEAR(bounds.upper.y(), emitter.pace * emitter.life + emitter.beginSize / 2, 1e-4);
+    for (const double time : {1.5, 2.0, 20.0}) {
+        setField<&ParticleEmitter::time>(scene.edit, core, time);
+        const ChangeList list = scene.edit.take();
+        ASSERT_TRUE(scene.aspect.apply(list));
+        all.update(scene.aspect, &list);
+        EXPECT_EQ(all.bounds().lower, bounds.lower);
+        EXPECT_EQ(all.bounds().upper, bounds.upper);
+    }
 }
 
 TEST(RenderScene, WhatASwitchHidesIsNoItem) {

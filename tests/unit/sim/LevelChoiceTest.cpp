@@ -12,6 +12,7 @@
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/FrameMaker.h"
+#include "server/sim/frame/OutsideActors.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/unit/sim/SceneForTests.h"
 
@@ -316,8 +317,10 @@ TEST(LevelChoice, AFrameWritesItAndUndoDoesNot) {
     BlobStore blobs;
     Report report(wall, "");
     Log log("test");
-    LevelChoice levels(wall);
-    FrameMaker maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log, .levels = &levels});
+    ManipulatorDrags drags;
+    OutsideActors outside(wall, drags, {});
+    simulation.actWith(outside);
+    FrameMaker maker({.simulation = simulation, .view = view, .blobs = blobs, .report = report, .log = log});
     test::ListMaker made;
     const ObjectId core = made.create<DistanceLOD>();
     setField<&DistanceLOD::ranges>(made.builder, core, rangesOf({1}));

@@ -1,0 +1,39 @@
+/// Who acts on the scene by what is outside of it: views, clocks, files, processes.
+#pragma once
+
+#include "server/movies/Movies.h"
+#include "server/programs/ProgramNotices.h"
+#include "server/programs/ProgramTrials.h"
+#include "server/sim/frame/FrameBudget.h"
+#include "server/sim/frame/HandleSizes.h"
+#include "server/sim/frame/InlineLoading.h"
+#include "server/sim/frame/LevelChoice.h"
+
+namespace tessera {
+
+/// Each by itself, for those who ask it something; frames know them as rows (Actors.h). What they say reaches the step
+/// as edits, so a replay has none of them. Frame thread only.
+struct OutsideActors {
+    /// `drags` outlives it.
+    OutsideActors(const Wall& wall, ManipulatorDrags& drags, Movies::Opener open, bool withNotices = true)
+        : inlines(wall),
+          notices(wall),
+          saysNotices(withNotices),
+          films(std::move(open)),
+          handleSizes(wall, drags),
+          levels(wall),
+          budget(wall.budgetMs) {}
+
+    InlineLoading inlines;
+    ProgramTrials programs;
+    std::vector<ChangeList> earlyVerdicts = {};  ///< of programs that the scene brings, for the first frame
+    FrameNumber frame = {};                      ///< being made
+    ProgramNotices notices;
+    bool saysNotices;  ///< walls say what is wrong with programs
+    Movies films;
+    HandleSizes handleSizes;
+    LevelChoice levels;
+    FrameBudget budget;
+};
+
+}  // namespace tessera

@@ -1,0 +1,69 @@
+/// Cores that a scene text writes in the words of the table of types.
+#include <gtest/gtest.h>
+
+#include "common/cores/Material.h"
+#include "common/cores/ParticleEmitter.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+Expected<ImportedScene> importCore(const std::string& text) {
+    const Scratch scratch;
+    return importScene(scratch.write("core.tsct", text), kRootNode, importOptions());
+}
+
+std::string coreTrouble(const std::string& text) {
+    const Expected<ImportedScene> scene = importCore(text);
+    return scene ? "" : scene.error().message;
+}
+
+TEST(CoreWords, AreThoseOfTheTableAndTheMaterialIsTheNodes) {
+    Expected<ImportedScene> scene = importCore(R"(
+        material { name: "drops" base_color { r: 0.5 g: 0.7 b: 1 } }
+        node { name: "bare" core { particle_emitter {} } }
+        node { name: "fountain" material: "drops" transform { translation { x: 1 } }
+          core { particle_emitter { rate: 200 place: PLACE_DISC mode: MODE_LINES acceleration: [0, -9.8, 0]
+            begin_color: [1, 0.5, 0.25, 1] playing: false seed: 7 } } })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(scene->notes.empty()) << scene->notes.front();
+    const ImportedAspect aspect(std::move(*scene));
+    const auto* emitter = aspect.core<ParticleEmitter>("/fountain/core");
+    ASSERT_NE(emitter, nullptr);
+    EXPECT_EQ(emitter->rate, 200);
+    EXPECT_EQ(emitter->place, ParticleEmitter::kDisc);
+    EXPECT_EQ(emitter->mode, ParticleEmitter::kLines);
+    EXPECT_EQ(emitter->acceleration, Vec3d(0, -9.8, 0));
+    EXPECT_EQ(emitter->beginColor, Vec4f(1, 0.5F, 0.25F, 1));
+    EXPECT_FALSE(emitter->playing);
+    EXPECT_EQ(emitter->seed, 7);
+    EXPECT_EQ(emitter->life, ParticleEmitter().life) << "what is not said is as in a fresh one";
+    EXPECT_TRUE(emitter->material);
+    const auto* bare = aspect.core<ParticleEmitter>("/bare");
+    ASSERT_NE(bare, nullptr);
+    EXPECT_FALSE(bare->material);
+}
+
+TEST(CoreWords, WhatIsWrongIsNamedWithItsPlace) {
+    EXPECT_NE(coreTrouble("\nnode { core { particle_emitter { rat: 5 } } }")
+                  .find("core.tsct:2:37: ParticleEmitter has no 'rat'; did you mean 'rate'?"),
+              std::string::npos)
+        << coreTrouble("\nnode { core { particle_emitter { rat: 5 } } }");
+    const std::string many = coreTrouble("\n\n  node { core { particle_emitter { rate: 1000 life: 100 } } }");
+    EXPECT_NE(many.find("core.tsct:3:"), std::string::npos) << many;
+    EXPECT_NE(many.find("100000 particles at a time, at most 65536 are allowed"), std::string::npos) << many;
+    EXPECT_NE(coreTrouble("node { core { particle_emitter { rate: -5 } } }").find("rate"), std::string::npos);
+    EXPECT_NE(coreTrouble("node { core {} }").find("no type that this version knows"), std::string::npos)
+        << coreTrouble("node { core {} }");
+    EXPECT_NE(coreTrouble("node { core { particle_emitter { material: 5 } } }").find("which does not exist"),
+              std::string::npos);
+}
+
+/// One way to write each thing: what has a message has no words here.
+TEST(CoreWords, AreOnlyOfTypesWithoutAMessage) {
+    EXPECT_NE(coreTrouble("node { core { point_light {} } }").find("has no 'point_light'"), std::string::npos)
+        << coreTrouble("node { core { point_light {} } }");
+}
+
+}  // namespace
+}  // namespace tessera
