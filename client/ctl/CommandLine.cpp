@@ -142,13 +142,13 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
     return verb::View{view};
 }
 
-request::Navigate bookmarkWish(std::uint32_t number, bool keep) {
-    using Deed = request::Navigate::Deed;
+request::NavigateView bookmarkWish(std::uint32_t number, bool keep) {
+    using Deed = request::NavigateView::Deed;
     return {.deed = keep ? Deed::kKeepBookmark : Deed::kGoToBookmark, .bookmark = number};
 }
 
 Expected<Verb> navigateVerb(const Words& words) {
-    using Deed = request::Navigate::Deed;
+    using Deed = request::NavigateView::Deed;
     const auto refuse = [](std::string why) { return fail(ErrorCode::kUsage, "navigate: " + why); };
     const std::string& what = words.navigateWhat;
     const std::string& where = words.navigateWhere;
@@ -199,7 +199,7 @@ Expected<Verb> budgetVerb(const Words& words) {
 }
 
 Expected<Verb> respondVerb(const Words& words) {
-    using Decision = request::Respond::Decision;
+    using Decision = request::AnswerQuestion::Decision;
     verb::Respond respond = words.respond;
     if (words.decision == "pass")
         respond.decision = Decision::kPass;

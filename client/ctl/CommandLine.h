@@ -59,7 +59,7 @@ struct View {
 };
 /// What a key at a window would ask for. `node`: of a fit; empty: the whole scene.
 struct Navigate {
-    request::Navigate wish;
+    request::NavigateView wish;
     std::string node;
 };
 /// The terminal's keys steer until one ends it.
@@ -106,7 +106,7 @@ struct Play {
 struct Questions {};
 struct Respond {
     std::uint64_t question = 0;
-    request::Respond::Decision decision = request::Respond::Decision::kStop;
+    request::AnswerQuestion::Decision decision = request::AnswerQuestion::Decision::kStop;
     Vec3d place = Vec3d::Zero();  ///< with kMove: translation
 };
 struct Show {

@@ -68,7 +68,7 @@ struct Application::Impl {
     Expected<answer::Committed> move(ObjectId node, const NodeMove& move, std::uint64_t gesture) {
         // Numbers that are none would be a fault of ours on the wire.
         if (Expected<void> sound = checkMove(move); !sound) return tl::unexpected(sound.error());
-        return settled(askFor<answer::Committed>(request::Move{node, move, gesture}));
+        return settled(askFor<answer::Committed>(request::MoveNode{node, move, gesture}));
     }
     Expected<void> subscribe();
 
@@ -99,7 +99,7 @@ struct Application::Impl {
     std::optional<Away> away;
     bool dispatching = false;
     std::uint64_t lastRequest = 0;
-    request::Subscribe subscription;
+    request::SubscribeNews subscription;
     std::optional<notice::Frame> lastFrame;
     std::function<void(const ChangeList&, Sequence)> changesCallback;
     std::function<void(const answer::Contacts&)> contactsCallback;
@@ -426,11 +426,11 @@ Expected<answer::Committed> Application::propose(const ChangeList& list, std::ui
 }
 
 Expected<answer::Committed> Application::undo() {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::Undo{}));
+    return impl_->settled(impl_->askFor<answer::Committed>(request::UndoStep{}));
 }
 
 Expected<answer::Committed> Application::redo() {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::Redo{}));
+    return impl_->settled(impl_->askFor<answer::Committed>(request::RedoStep{}));
 }
 
 Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture) {
@@ -450,14 +450,14 @@ Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const 
 }
 
 Expected<answer::Committed> Application::removeNode(ObjectId node) {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::Remove{node}));
+    return impl_->settled(impl_->askFor<answer::Committed>(request::RemoveNode{node}));
 }
 
-Expected<answer::Committed> Application::cloneNode(const request::Clone& wish) {
+Expected<answer::Committed> Application::cloneNode(const request::CloneNode& wish) {
     return impl_->settled(impl_->askFor<answer::Committed>(wish));
 }
 
-Expected<answer::FoundPage> Application::find(request::Find wanted) {
+Expected<answer::FoundPage> Application::find(request::FindNodes wanted) {
     const TimePoint deadline = clockNow() + impl_->options.timeout;
     for (;;) {
         Expected<answer::FoundPage> page = impl_->askFor<answer::FoundPage>(wanted);
@@ -528,7 +528,7 @@ Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
 }
 
 Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
-    return impl_->askFor<answer::Loaded>(request::Load{path, parent, placing}, timeout);
+    return impl_->askFor<answer::Loaded>(request::LoadFile{path, parent, placing}, timeout);
 }
 
 Expected<void> Application::setView(const request::SetView& view) {
@@ -536,30 +536,30 @@ Expected<void> Application::setView(const request::SetView& view) {
 }
 
 Expected<void> Application::show(Showing showing) {
-    return impl_->done(request::Show{showing});
+    return impl_->done(request::ShowPicture{showing});
 }
 
 Expected<void> Application::setBudget(double milliseconds) {
     return impl_->done(request::SetBudget{milliseconds});
 }
 
-Expected<void> Application::navigate(const request::Navigate& wish) {
+Expected<void> Application::navigate(const request::NavigateView& wish) {
     return impl_->done(wish);
 }
 
 Expected<answer::Picked> Application::pick(double xPx, double yPx) {
-    return impl_->askFor<answer::Picked>(request::Pick{.xPx = xPx, .yPx = yPx});
+    return impl_->askFor<answer::Picked>(request::PickAt{.xPx = xPx, .yPx = yPx});
 }
 Expected<answer::Picked> Application::pick(const std::string& wand) {
-    return impl_->askFor<answer::Picked>(request::Pick{.wand = wand});
+    return impl_->askFor<answer::Picked>(request::PickAt{.wand = wand});
 }
-Expected<answer::Picked> Application::grab(const request::Pick& aim) {
+Expected<answer::Picked> Application::grab(const request::PickAt& aim) {
     return impl_->askFor<answer::Picked>(request::Manipulate{.aim = aim});
 }
 Expected<answer::Picked> Application::grab(const Ray& ray) {
     return impl_->askFor<answer::Picked>(request::Manipulate{.ray = ray});
 }
-Expected<answer::Committed> Application::drag(const request::Pick& aim) {
+Expected<answer::Committed> Application::drag(const request::PickAt& aim) {
     return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = aim}));
 }
 Expected<answer::Committed> Application::drag(const Ray& ray) {
@@ -583,8 +583,9 @@ Expected<answer::Distances> Application::distances() {
 Expected<answer::Questions> Application::questions() {
     return impl_->askFor<answer::Questions>(request::GetQuestions{});
 }
-Expected<void> Application::respond(std::uint64_t question, request::Respond::Decision decision, const Pose& pose) {
-    return impl_->done(request::Respond{.question = question, .decision = decision, .pose = pose});
+Expected<void> Application::respond(std::uint64_t question, request::AnswerQuestion::Decision decision,
+                                    const Pose& pose) {
+    return impl_->done(request::AnswerQuestion{.question = question, .decision = decision, .pose = pose});
 }
 Expected<answer::Status> Application::status() {
     return impl_->askFor<answer::Status>(request::GetStatus{});

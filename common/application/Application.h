@@ -86,7 +86,7 @@ public:
     /// A page of the nodes that an expression names ("/hall/**/wheel*", "//*[Geometry]": common/scene/Search.h), in the order of the document. It
     /// tells something, or is the last: `next` is empty then. Else `next` as `after` asks for the one behind it. The server goes on meanwhile:
     /// what stays in its place is found, what comes, goes or moves may be found or not.
-    [[nodiscard]] Expected<answer::FoundPage> find(request::Find wanted);
+    [[nodiscard]] Expected<answer::FoundPage> find(request::FindNodes wanted);
 
     // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
 
@@ -150,7 +150,7 @@ public:
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
     /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step of undo. The copy is
     /// `ids.front().second`.
-    [[nodiscard]] Expected<answer::Committed> cloneNode(const request::Clone& wish);
+    [[nodiscard]] Expected<answer::Committed> cloneNode(const request::CloneNode& wish);
     /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
     /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
@@ -162,18 +162,18 @@ public:
     [[nodiscard]] Expected<void> setBudget(double milliseconds);
     /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held until
     /// another one is said, or this application leaves. kRefused: the server takes no input.
-    [[nodiscard]] Expected<void> navigate(const request::Navigate& wish);
+    [[nodiscard]] Expected<void> navigate(const request::NavigateView& wish);
     /// What is under a pixel of the mosaic of the first screen, from its upper left.
     [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
     /// What a wand points at: the nearest triangle along its -Z. kRefused: it is not tracked at present.
     [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand);
     /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the manipulator's, `face` the
     /// handle's number. kRefused: somebody else holds it, or its target is driven. What was held before is let go.
-    [[nodiscard]] Expected<answer::Picked> grab(const request::Pick& aim);
+    [[nodiscard]] Expected<answer::Picked> grab(const request::PickAt& aim);
     [[nodiscard]] Expected<answer::Picked> grab(const Ray& ray);
     /// Leads what is held to where the ray is now: all drags of one grab are one step of undo, and what collides stops as with `moveNode`. A ray that
     /// says nothing (beside the plane, behind the eye) leaves all as it is. kRefused: nothing is held.
-    [[nodiscard]] Expected<answer::Committed> drag(const request::Pick& aim);
+    [[nodiscard]] Expected<answer::Committed> drag(const request::PickAt& aim);
     [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray);
     /// Lets go. Whoever leaves lets go as well.
     [[nodiscard]] Expected<void> release();
@@ -187,7 +187,7 @@ public:
     [[nodiscard]] Expected<answer::Questions> questions();
     /// Decides a question; the next frame does it. `pose` counts with kMove: the value that the question's transform
     /// gets. kRefused: the question is not open, because somebody has answered it or nobody did in time.
-    [[nodiscard]] Expected<void> respond(std::uint64_t question, request::Respond::Decision decision,
+    [[nodiscard]] Expected<void> respond(std::uint64_t question, request::AnswerQuestion::Decision decision,
                                          const Pose& pose = {});
     [[nodiscard]] Expected<answer::Status> status();
     /// The tiles as they are shown now, all of the same frame.

@@ -13,7 +13,7 @@
 namespace tessera {
 
 struct Proposal {
-    request::Propose request;
+    request::ProposeChanges request;
     std::vector<Blob> arrays;  ///< that are uploaded first
     bool complete = true;      ///< false: the server is trusted to have some of its arrays
 };

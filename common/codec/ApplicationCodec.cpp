@@ -73,21 +73,21 @@ auto decode(const ByteSlice& bytes, std::string_view what, std::size_t maxParts,
 
 // ---- requests
 
-void pack(const request::Propose& r, pb::RequestHead& head, Parts& parts) {
+void pack(const request::ProposeChanges& r, pb::RequestHead& head, Parts& parts) {
     head.mutable_propose()->set_gesture(r.gesture);
     parts.push_back(r.list);
     for (const ByteSlice& blob : r.blobs) parts.push_back(blob);
 }
-void pack(const request::Undo&, pb::RequestHead& head, Parts&) {
+void pack(const request::UndoStep&, pb::RequestHead& head, Parts&) {
     head.mutable_undo();
 }
-void pack(const request::Redo&, pb::RequestHead& head, Parts&) {
+void pack(const request::RedoStep&, pb::RequestHead& head, Parts&) {
     head.mutable_redo();
 }
 void pack(const request::GetStatus&, pb::RequestHead& head, Parts&) {
     head.mutable_get_status();
 }
-void pack(const request::Load& r, pb::RequestHead& head, Parts&) {
+void pack(const request::LoadFile& r, pb::RequestHead& head, Parts&) {
     putLoad(*head.mutable_load(), r);
 }
 void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
@@ -99,7 +99,7 @@ void pack(const request::SetView& r, pb::RequestHead& head, Parts&) {
     if (r.head) put(out.mutable_head(), *r.head);
     out.set_reset(r.reset);
 }
-void pack(const request::Pick& r, pb::RequestHead& head, Parts&) {
+void pack(const request::PickAt& r, pb::RequestHead& head, Parts&) {
     head.mutable_pick()->set_x_px(r.xPx);
     head.mutable_pick()->set_y_px(r.yPx);
     head.mutable_pick()->set_wand(r.wand);
@@ -110,7 +110,7 @@ void pack(const request::GetContacts&, pb::RequestHead& head, Parts&) {
 void pack(const request::GetImages&, pb::RequestHead& head, Parts&) {
     head.mutable_get_images();
 }
-void pack(const request::Subscribe& r, pb::RequestHead& head, Parts&) {
+void pack(const request::SubscribeNews& r, pb::RequestHead& head, Parts&) {
     pb::Subscribe& out = *head.mutable_subscribe();
     out.set_contacts(r.contacts);
     out.set_picks(r.picks);
@@ -130,11 +130,11 @@ void pack(const request::GetDistances&, pb::RequestHead& head, Parts&) {
 void pack(const request::GetQuestions&, pb::RequestHead& head, Parts&) {
     head.mutable_get_questions();
 }
-void pack(const request::Respond& r, pb::RequestHead& head, Parts&) {
+void pack(const request::AnswerQuestion& r, pb::RequestHead& head, Parts&) {
     pb::Respond& out = *head.mutable_respond();
     out.set_question(r.question);
     out.set_decision(static_cast<std::uint32_t>(r.decision));
-    if (r.decision != request::Respond::Decision::kMove) return;
+    if (r.decision != request::AnswerQuestion::Decision::kMove) return;
     put(out.mutable_translation(), r.pose.translation);
     put(out.mutable_rotation(), r.pose.rotation);
     put(out.mutable_scale(), r.pose.scale);
@@ -150,39 +150,39 @@ void pack(const request::GetTree& r, pb::RequestHead& head, Parts& parts) {
     putGetTree(*head.mutable_get_tree(), r);
     parts = {recordBytes(r.after), recordBytes(r.cores)};
 }
-void pack(const request::Remove& r, pb::RequestHead& head, Parts&) {
+void pack(const request::RemoveNode& r, pb::RequestHead& head, Parts&) {
     head.mutable_remove()->set_node(r.node.value);
 }
-void pack(const request::Clone& r, pb::RequestHead& head, Parts&) {
+void pack(const request::CloneNode& r, pb::RequestHead& head, Parts&) {
     putClone(*head.mutable_clone(), r);
 }
-void pack(const request::Find& r, pb::RequestHead& head, Parts& parts) {
+void pack(const request::FindNodes& r, pb::RequestHead& head, Parts& parts) {
     putFind(*head.mutable_find(), r);
     parts = {recordBytes(r.after)};
 }
 void pack(const request::Manipulate& r, pb::RequestHead& head, Parts&) {
     putManipulate(*head.mutable_manipulate(), r);
 }
-void pack(const request::Move& r, pb::RequestHead& head, Parts&) {
+void pack(const request::MoveNode& r, pb::RequestHead& head, Parts&) {
     putMove(*head.mutable_move(), r);
 }
 void pack(const request::GetTrackers&, pb::RequestHead& head, Parts&) {
     head.mutable_get_trackers();
 }
-void pack(const request::Show& r, pb::RequestHead& head, Parts&) {
+void pack(const request::ShowPicture& r, pb::RequestHead& head, Parts&) {
     head.mutable_show()->set_showing(static_cast<std::uint32_t>(r.showing));
 }
 
 void pack(const request::SetBudget& r, pb::RequestHead& head, Parts&) {
     head.mutable_set_budget()->set_milliseconds(r.milliseconds);
 }
-void pack(const request::Navigate& r, pb::RequestHead& head, Parts& parts) {
+void pack(const request::NavigateView& r, pb::RequestHead& head, Parts& parts) {
     putNavigate(*head.mutable_navigate(), r);
     parts = {r.input ? std::as_bytes(std::span(&*r.input, 1)) : ByteSpan()};
 }
 
 ApplicationRequest unpackPropose(const pb::Propose& head, ApplicationUnpacker& in) {
-    request::Propose out;
+    request::ProposeChanges out;
     out.gesture = head.gesture();
     if (in.partCount() == 0) {
         in.refuse(ErrorCode::kBadInput, "a proposal without a list");
@@ -209,19 +209,19 @@ ApplicationRequest unpackSetView(const pb::SetView& head, ApplicationUnpacker& i
 }
 
 ApplicationRequest unpackSubscribe(const pb::Subscribe& head) {
-    return request::Subscribe{.contacts = head.contacts(),
-                              .picks = head.picks(),
-                              .frames = head.frames(),
-                              .events = head.events(),
-                              .stays = head.stays(),
-                              .distances = head.distances(),
-                              .questions = head.questions(),
-                              .poses = head.poses()};
+    return request::SubscribeNews{.contacts = head.contacts(),
+                                  .picks = head.picks(),
+                                  .frames = head.frames(),
+                                  .events = head.events(),
+                                  .stays = head.stays(),
+                                  .distances = head.distances(),
+                                  .questions = head.questions(),
+                                  .poses = head.poses()};
 }
 
 ApplicationRequest unpackRespond(const pb::Respond& head, ApplicationUnpacker& in) {
-    using Decision = request::Respond::Decision;
-    request::Respond out;
+    using Decision = request::AnswerQuestion::Decision;
+    request::AnswerQuestion out;
     out.question = head.question();
     if (head.decision() > static_cast<std::uint32_t>(Decision::kMove)) {
         in.refuse(ErrorCode::kUnsupported, "a decision that this version does not know");
@@ -243,9 +243,9 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kPropose:
             return unpackPropose(head.propose(), in);
         case pb::RequestHead::kUndo:
-            return request::Undo{};
+            return request::UndoStep{};
         case pb::RequestHead::kRedo:
-            return request::Redo{};
+            return request::RedoStep{};
         case pb::RequestHead::kGetStatus:
             return request::GetStatus{};
         case pb::RequestHead::kLoad:
@@ -253,8 +253,8 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kSetView:
             return unpackSetView(head.set_view(), in);
         case pb::RequestHead::kPick:
-            return request::Pick{in.finite(head.pick().x_px()), in.finite(head.pick().y_px()),
-                                 in.text(head.pick().wand())};
+            return request::PickAt{in.finite(head.pick().x_px()), in.finite(head.pick().y_px()),
+                                   in.text(head.pick().wand())};
         case pb::RequestHead::kManipulate:
             return readManipulate(head.manipulate(), in);
         case pb::RequestHead::kMove:
@@ -280,7 +280,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
         case pb::RequestHead::kGetTree:
             return readGetTree(head.get_tree(), in);
         case pb::RequestHead::kRemove:
-            return request::Remove{ObjectId{head.remove().node()}};
+            return request::RemoveNode{ObjectId{head.remove().node()}};
         case pb::RequestHead::kClone:
             return readClone(head.clone(), in);
         case pb::RequestHead::kFind:
@@ -289,7 +289,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
             return request::GetTrackers{};
         case pb::RequestHead::kShow:
             if (head.show().showing() > kLastShowing) in.refuse(ErrorCode::kUnsupported, "something to show that this version does not know");
-            return request::Show{static_cast<Showing>(head.show().showing())};
+            return request::ShowPicture{static_cast<Showing>(head.show().showing())};
         case pb::RequestHead::kSetBudget:
             if (!isBudget(head.set_budget().milliseconds())) in.refuse(ErrorCode::kBadInput, fmt::format("a budget of {} ms for a frame: 0, which is none, and 0.1 to 60000 are possible", head.set_budget().milliseconds()));
             return request::SetBudget{head.set_budget().milliseconds()};
@@ -299,7 +299,7 @@ ApplicationRequest unpackRequest(const pb::RequestHead& head, ApplicationUnpacke
             break;
     }
     in.refuse(ErrorCode::kUnsupported, "it asks for something that this version does not know");
-    return request::Undo{};
+    return request::UndoStep{};
 }
 
 // ---- collisions, in answers and in notices

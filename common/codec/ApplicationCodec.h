@@ -26,16 +26,16 @@ namespace request {
 
 /// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`. Proposals in a row
 /// of one gesture of one application are one step of undo (0: none).
-struct Propose {
+struct ProposeChanges {
     ByteSlice list;
     std::vector<ByteSlice> blobs;
     std::uint64_t gesture = 0;
 };
-struct Undo {};
-struct Redo {};
+struct UndoStep {};
+struct RedoStep {};
 struct GetStatus {};
 /// Imports a file on the server and adds it below `parent` (0: the root).
-struct Load {
+struct LoadFile {
     std::string path;
     ObjectId parent;
     Placing placing = {};
@@ -59,19 +59,20 @@ struct GetTree {
     ObjectType coreType;          ///< cores of this type
     std::vector<ObjectId> cores;  ///< these cores
 };
-/// Moves the nearest Transform from a node upwards. What "from where it is" means is worked out in the frame that makes the edit,
-/// behind the edits before it: of several that move the same node by so much all count. `gesture` as in Propose.
-struct Move {
+/// Moves the nearest Transform from a node upwards. What "from where it is" means is worked out in the frame that makes
+/// the edit, behind the edits before it: of several that move the same node by so much all count. `gesture` as in
+/// ProposeChanges.
+struct MoveNode {
     ObjectId node;
     NodeMove move;
     std::uint64_t gesture = 0;
 };
 /// Takes a node away with everything below it, and what only they used (`removalList`).
-struct Remove {
+struct RemoveNode {
     ObjectId node;
 };
 /// A node with everything below it once more (`cloneList` in common/scene/Clones.h says what each means).
-struct Clone {
+struct CloneNode {
     ObjectId node, under;
     std::string name;
     bool deep = false;
@@ -80,7 +81,7 @@ struct Clone {
 };
 /// A page of the nodes that an expression finds (common/scene/PathPattern.h), in the order of the document. What one page costs is bounded,
 /// however large the scene is: it may tell nothing and not be the last. While the pages are asked for the scene may change as with GetTree.
-struct Find {
+struct FindNodes {
     std::string expression;
     ObjectId node = kRootNode;  ///< the expression's "/": what is below it is searched
     ObjectType coreType;        ///< only nodes with such a core; none: any
@@ -103,7 +104,7 @@ struct GetDistances {};
 /// All that are open.
 struct GetQuestions {};
 /// An answer to a question that is open; the first one counts, whoever gives it.
-struct Respond {
+struct AnswerQuestion {
     enum class Decision : std::uint8_t {
         kStop,  ///< it stays where it was stopped
         kPass,  ///< it goes where it wanted to be
@@ -116,7 +117,7 @@ struct Respond {
 /// The wall as it is now: one TileImage per tile.
 struct GetImages {};
 /// Each frame's data that is wanted from now on.
-struct Subscribe {
+struct SubscribeNews {
     bool contacts = false, picks = false, frames = false;
     bool events = false;
     bool stays = false;  ///< with `events`: in every frame, pairs that go on touching too
@@ -128,7 +129,7 @@ struct Subscribe {
 struct GetTrackers {};
 
 /// What all tiles show from the next frame on.
-struct Show {
+struct ShowPicture {
     Showing showing = Showing::kScene;
 };
 /// That hosts may take for a frame from the next one on before detail is left away (common/wall/Detail.h). 0: none is.
@@ -139,22 +140,23 @@ struct SetBudget {
 }  // namespace request
 
 using ApplicationRequest =
-    std::variant<request::Propose, request::Undo, request::GetStatus, request::Load, request::SetView, request::Pick,
-                 request::GetContacts, request::GetImages, request::Subscribe, request::GetEvents,
-                 request::GetDistances, request::GetQuestions, request::Respond, request::Redo,
-                 request::GetObjects, request::GetTree, request::Remove, request::GetTrackers, request::Show, request::Navigate,
-                 request::Clone, request::Find, request::SetBudget, request::Manipulate, request::Move>;
+    std::variant<request::ProposeChanges, request::UndoStep, request::GetStatus, request::LoadFile, request::SetView,
+                 request::PickAt, request::GetContacts, request::GetImages, request::SubscribeNews, request::GetEvents,
+                 request::GetDistances, request::GetQuestions, request::AnswerQuestion, request::RedoStep,
+                 request::GetObjects, request::GetTree, request::RemoveNode, request::GetTrackers, request::ShowPicture,
+                 request::NavigateView, request::CloneNode, request::FindNodes, request::SetBudget, request::Manipulate,
+                 request::MoveNode>;
 
 namespace answer {
 
 struct Committed {
     Sequence sequence;
-    /// Ids given to the placeholders of the proposal; of a Clone the copy of its node alone.
+    /// Ids given to the placeholders of the proposal; of a copy its node alone.
     std::vector<std::pair<ObjectId, ObjectId>> ids;
     /// Objects whose transforms the collision response kept from going where the proposal wanted them.
     std::vector<ObjectId> stopped;
-    std::uint64_t removed = 0;  ///< objects that a Remove took away
-    std::uint64_t created = 0;  ///< objects that a Clone made
+    std::uint64_t removed = 0;  ///< objects that were removed
+    std::uint64_t created = 0;  ///< objects that were copied
 };
 struct HostInfo {
     std::string name, state;

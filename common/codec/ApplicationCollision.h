@@ -59,7 +59,7 @@ struct PairDistanceValue {
 };
 
 /// A motion was stopped by an interest that asks: what shall become of it? Whoever answers first decides
-/// (request::Respond); after the interest's patience it stays stopped.
+/// (request::AnswerQuestion); after the interest's patience it stays stopped.
 struct QuestionValue {
     std::uint64_t id = 0;
     ObjectId interest, objectA, objectB;

@@ -10,7 +10,7 @@
 namespace tessera::request {
 
 /// Pixel of the mosaic, from the upper left; or what a wand points at.
-struct Pick {
+struct PickAt {
     double xPx = 0, yPx = 0;
     std::string wand;  ///< empty: the pixel
 };
@@ -24,7 +24,7 @@ struct Manipulate {
         kRelease,  ///< answered by Done
     };
     Deed deed = Deed::kGrab;
-    Pick aim = {};
+    PickAt aim = {};
     std::optional<Ray> ray = {};  ///< of the world, instead of `aim`
 };
 

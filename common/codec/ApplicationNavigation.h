@@ -12,7 +12,7 @@ namespace tessera::request {
 
 /// Moves the wall as a person would who flies: first the mode, then what is asked for, then what is held. Refused by a
 /// server that takes no input.
-struct Navigate {
+struct NavigateView {
     enum class Deed : std::uint8_t {
         kNone,
         kHome,          ///< to the first view

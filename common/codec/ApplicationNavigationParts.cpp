@@ -7,17 +7,17 @@
 
 namespace tessera {
 
-void putNavigate(proto::application::Navigate& to, const request::Navigate& from) {
+void putNavigate(proto::application::Navigate& to, const request::NavigateView& from) {
     if (from.mode) to.set_mode(static_cast<std::uint32_t>(*from.mode));
     to.set_deed(static_cast<std::uint32_t>(from.deed));
     to.set_node(from.node.value);
     to.set_bookmark(from.bookmark);
 }
 
-request::Navigate readNavigate(const proto::application::Navigate& from, ApplicationUnpacker& in) {
-    using Deed = request::Navigate::Deed;
+request::NavigateView readNavigate(const proto::application::Navigate& from, ApplicationUnpacker& in) {
+    using Deed = request::NavigateView::Deed;
     in.expectParts(1);
-    request::Navigate out;
+    request::NavigateView out;
     if (from.has_mode()) out.mode = in.enumeration(from.mode(), kLastNavigationMode);
     out.deed = in.enumeration(from.deed(), Deed::kKeepBookmark);
     out.node = ObjectId{from.node()};

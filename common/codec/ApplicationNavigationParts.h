@@ -12,9 +12,9 @@ class Manipulate;
 class Navigate;
 }
 
-void putNavigate(proto::application::Navigate& to, const request::Navigate& from);
+void putNavigate(proto::application::Navigate& to, const request::NavigateView& from);
 /// Its input is the message's part.
-[[nodiscard]] request::Navigate readNavigate(const proto::application::Navigate& from, ApplicationUnpacker& in);
+[[nodiscard]] request::NavigateView readNavigate(const proto::application::Navigate& from, ApplicationUnpacker& in);
 
 void putManipulate(proto::application::Manipulate& to, const request::Manipulate& from);
 [[nodiscard]] request::Manipulate readManipulate(const proto::application::Manipulate& from, ApplicationUnpacker& in);

@@ -22,7 +22,7 @@ void setRotation(proto::application::Rotation& to, const Quatd& from) {
 
 }  // namespace
 
-void putClone(proto::application::Clone& to, const request::Clone& from) {
+void putClone(proto::application::Clone& to, const request::CloneNode& from) {
     to.set_node(from.node.value);
     to.set_under(from.under.value);
     to.set_name(from.name);
@@ -31,8 +31,11 @@ void putClone(proto::application::Clone& to, const request::Clone& from) {
     for (const ObjectId id : from.shareObjects) to.add_share_objects(id.value);
 }
 
-request::Clone readClone(const proto::application::Clone& from, ApplicationUnpacker& in) {
-    request::Clone out{.node = ObjectId{from.node()}, .under = ObjectId{from.under()}, .name = in.text(from.name()), .deep = from.deep()};
+request::CloneNode readClone(const proto::application::Clone& from, ApplicationUnpacker& in) {
+    request::CloneNode out{.node = ObjectId{from.node()},
+                           .under = ObjectId{from.under()},
+                           .name = in.text(from.name()),
+                           .deep = from.deep()};
     const auto all = static_cast<std::size_t>(from.share_types_size()) + static_cast<std::size_t>(from.share_objects_size());
     if (!in.within(all, in.limits().maxShared, "types and objects to share")) return out;
     for (const std::uint32_t type : from.share_types()) out.shareTypes.push_back(in.objectType(type));
@@ -40,14 +43,14 @@ request::Clone readClone(const proto::application::Clone& from, ApplicationUnpac
     return out;
 }
 
-void putFind(proto::application::Find& to, const request::Find& from) {
+void putFind(proto::application::Find& to, const request::FindNodes& from) {
     to.set_expression(from.expression);
     to.set_node(from.node.value);
     to.set_core_type(from.coreType.value);
     to.set_page_size(from.pageSize);
 }
 
-request::Find readFind(const proto::application::Find& from, ApplicationUnpacker& in) {
+request::FindNodes readFind(const proto::application::Find& from, ApplicationUnpacker& in) {
     in.expectParts(1);
     return {.expression = in.text(from.expression()),
             .node = ObjectId{from.node()},
@@ -73,7 +76,7 @@ request::GetTree readGetTree(const proto::application::GetTree& from, Applicatio
     return out;
 }
 
-void putLoad(proto::application::Load& to, const request::Load& from) {
+void putLoad(proto::application::Load& to, const request::LoadFile& from) {
     to.set_path(from.path);
     to.set_parent(from.parent.value);
     if (from.placing.at) setVector(*to.mutable_at(), *from.placing.at);
@@ -83,8 +86,8 @@ void putLoad(proto::application::Load& to, const request::Load& from) {
     if (from.placing.pointRadius) to.set_point_radius(*from.placing.pointRadius);
 }
 
-request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker& in) {
-    request::Load load{in.text(from.path()), ObjectId{from.parent()}};
+request::LoadFile readLoad(const proto::application::Load& from, ApplicationUnpacker& in) {
+    request::LoadFile load{in.text(from.path()), ObjectId{from.parent()}};
     if (from.has_at()) load.placing.at = in.vector(from.at());
     if (from.has_scale()) load.placing.scale = in.finite(from.scale());
     if (from.has_fit()) load.placing.fit = in.finite(from.fit());
@@ -94,7 +97,7 @@ request::Load readLoad(const proto::application::Load& from, ApplicationUnpacker
     return load;
 }
 
-void putMove(proto::application::Move& to, const request::Move& from) {
+void putMove(proto::application::Move& to, const request::MoveNode& from) {
     to.set_node(from.node.value);
     if (from.move.translation) setVector(*to.mutable_translation(), *from.move.translation);
     if (from.move.rotation) setRotation(*to.mutable_rotation(), *from.move.rotation);
@@ -103,8 +106,9 @@ void putMove(proto::application::Move& to, const request::Move& from) {
     to.set_gesture(from.gesture);
 }
 
-request::Move readMove(const proto::application::Move& from, ApplicationUnpacker& in) {
-    request::Move out{.node = ObjectId{from.node()}, .move = {.relative = from.relative()}, .gesture = from.gesture()};
+request::MoveNode readMove(const proto::application::Move& from, ApplicationUnpacker& in) {
+    request::MoveNode out{
+        .node = ObjectId{from.node()}, .move = {.relative = from.relative()}, .gesture = from.gesture()};
     if (from.has_translation()) out.move.translation = in.vector(from.translation());
     if (from.has_rotation()) out.move.rotation = in.rotation(from.rotation());
     if (from.has_scale()) out.move.scale = in.vector(from.scale());

@@ -80,9 +80,13 @@ void write(const Seeds& seeds) {
         if (payload.size() < 512) frames = frames + byte(1) + byte(wireType(message)) + lengthOf(payload) + payload + byte(0);
     }
     seeds.add("frames", frames);
-    const std::vector<ApplicationRequest> requests = {request::GetStatus{}, request::Pick{1, 2}, request::Undo{}, request::SetView{},
-                                                      request::GetObjects{{"/hall/crane", "#17"}}, request::GetTree{.after = {ObjectId{1}}},
-                                                      request::Navigate{.bookmark = 1, .input = InputState{}}};
+    const std::vector<ApplicationRequest> requests = {request::GetStatus{},
+                                                      request::PickAt{1, 2},
+                                                      request::UndoStep{},
+                                                      request::SetView{},
+                                                      request::GetObjects{{"/hall/crane", "#17"}},
+                                                      request::GetTree{.after = {ObjectId{1}}},
+                                                      request::NavigateView{.bookmark = 1, .input = InputState{}}};
     for (const ApplicationRequest& request : requests) {
         message::Request message{7, encodeRequest(request)};
         seeds.add("messages", byte(wireType(message)) + encodeMessage(message).joined());

@@ -9,11 +9,11 @@
 namespace tessera::aim_deeds {
 
 /// Along a wand, or through a pixel.
-inline Expected<Ray> rayOf(const Desk& desk, const request::Pick& aim) {
+inline Expected<Ray> rayOf(const Desk& desk, const request::PickAt& aim) {
     return aim.wand.empty() ? rayThrough(desk.around, aim.xPx, aim.yPx) : rayAlong(desk.around, aim.wand);
 }
 
-inline ServerActions pick(Desk& desk, const Asker& asker, const request::Pick& wish, TimePoint) {
+inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
     const Expected<Ray> ray = rayOf(desk, wish);
     if (!ray) return desk.refuse(asker, ray.error());
     answer::Picked picked{
@@ -33,7 +33,7 @@ inline ServerActions pick(Desk& desk, const Asker& asker, const request::Pick& w
     return actions;
 }
 
-inline ServerActions grab(Desk& desk, const Asker& asker, const Ray& ray, const request::Pick& aim) {
+inline ServerActions grab(Desk& desk, const Asker& asker, const Ray& ray, const request::PickAt& aim) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     Simulation& simulation = desk.around.simulation;
     const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };

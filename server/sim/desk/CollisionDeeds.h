@@ -21,12 +21,12 @@ inline ServerActions getQuestions(Desk& desk, const Asker& asker, const request:
     return desk.answer(asker, ApplicationAnswer(desk.news.questions()));
 }
 
-inline ServerActions answerQuestion(Desk& desk, const Asker& asker, const request::Respond& wish, TimePoint) {
+inline ServerActions answerQuestion(Desk& desk, const Asker& asker, const request::AnswerQuestion& wish, TimePoint) {
     const Expected<void> taken = desk.news.decide(wish);
     return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
 }
 
-inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::Subscribe& wish, TimePoint) {
+inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::SubscribeNews& wish, TimePoint) {
     ServerActions actions = desk.news.subscribe(asker.connection, wish);
     append(actions, desk.done(asker));
     return actions;

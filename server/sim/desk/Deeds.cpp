@@ -21,9 +21,9 @@ constexpr bool kIsOneOf = (std::is_same_v<Request, Which> || ...);
 
 /// Whether an answer comes later: with a frame, a file or from hosts.
 template <typename Request>
-constexpr bool kStaysOpen =
-    kIsOneOf<Request, request::Propose, request::Undo, request::Redo, request::Move, request::Remove, request::Clone,
-             request::Manipulate, request::Load, request::GetImages, request::SetView>;
+constexpr bool kStaysOpen = kIsOneOf<Request, request::ProposeChanges, request::UndoStep, request::RedoStep,
+                                     request::MoveNode, request::RemoveNode, request::CloneNode, request::Manipulate,
+                                     request::LoadFile, request::GetImages, request::SetView>;
 
 }  // namespace
 

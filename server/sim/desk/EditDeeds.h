@@ -9,7 +9,7 @@
 
 namespace tessera::edit_deeds {
 
-inline ServerActions propose(Desk& desk, const Asker& asker, const request::Propose& wish, TimePoint now) {
+inline ServerActions propose(Desk& desk, const Asker& asker, const request::ProposeChanges& wish, TimePoint now) {
     return desk.proposals.propose(asker, {wish.list, wish.blobs, wish.gesture}, now);
 }
 
@@ -17,21 +17,21 @@ inline ServerActions step(Desk& desk, const Asker& asker, Edit::Kind kind, TimeP
     return desk.edits.enter({.asker = asker, .edit = {.kind = kind}}, desk.around.simulation.arraysOf(kind), now);
 }
 
-inline ServerActions undo(Desk& desk, const Asker& asker, const request::Undo&, TimePoint now) {
+inline ServerActions undo(Desk& desk, const Asker& asker, const request::UndoStep&, TimePoint now) {
     return step(desk, asker, Edit::Kind::kUndo, now);
 }
 
-inline ServerActions redo(Desk& desk, const Asker& asker, const request::Redo&, TimePoint now) {
+inline ServerActions redo(Desk& desk, const Asker& asker, const request::RedoStep&, TimePoint now) {
     return step(desk, asker, Edit::Kind::kRedo, now);
 }
 
-inline ServerActions move(Desk& desk, const Asker& asker, const request::Move& wish, TimePoint now) {
+inline ServerActions move(Desk& desk, const Asker& asker, const request::MoveNode& wish, TimePoint now) {
     const Gesture gesture{asker.connection.value, wish.gesture};
     return desk.edits.enter({.asker = asker, .edit = {.gesture = gesture, .move = MoveWish{wish.node, wish.move}}}, {},
                             now);
 }
 
-inline ServerActions remove(Desk& desk, const Asker& asker, const request::Remove& wish, TimePoint now) {
+inline ServerActions remove(Desk& desk, const Asker& asker, const request::RemoveNode& wish, TimePoint now) {
     const std::size_t most = desk.limits.maxProposalChanges;
     // Each node is taken from its place and destroyed: two changes at least.
     Expected<ChangeList> list = removalList(desk.around.simulation.scene(), wish.node, most / 2);
@@ -44,7 +44,7 @@ inline ServerActions remove(Desk& desk, const Asker& asker, const request::Remov
     return desk.edits.enter({.asker = asker, .edit = {.list = std::move(*list)}, .removed = removed}, {}, now);
 }
 
-inline ServerActions clone(Desk& desk, const Asker& asker, const request::Clone& wish, TimePoint now) {
+inline ServerActions clone(Desk& desk, const Asker& asker, const request::CloneNode& wish, TimePoint now) {
     return desk.copies.ask(asker, wish.node,
                            {.under = wish.under,
                             .name = wish.name,
@@ -54,7 +54,7 @@ inline ServerActions clone(Desk& desk, const Asker& asker, const request::Clone&
                            now);
 }
 
-inline ServerActions load(Desk& desk, const Asker& asker, const request::Load& wish, TimePoint) {
+inline ServerActions load(Desk& desk, const Asker& asker, const request::LoadFile& wish, TimePoint) {
     return desk.loads.ask(asker, wish.path, wish.parent, wish.placing);
 }
 
@@ -65,7 +65,7 @@ inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone,
 namespace tessera {
 
 /// The arrays that came before it.
-inline void forget(Desk& desk, const Asker& asker, const request::Propose&) {
+inline void forget(Desk& desk, const Asker& asker, const request::ProposeChanges&) {
     desk.proposals.dropArrays(asker.connection);
 }
 

@@ -221,7 +221,7 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree&
     return page;
 }
 
-Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::Find& wanted, const PageLimits& limits) {
+Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::FindNodes& wanted, const PageLimits& limits) {
     const Expected<PathPattern> pattern = PathPattern::parse(wanted.expression);
     if (!pattern) return tl::unexpected(pattern.error());
     SearchOptions options{.top = wanted.node, .coreType = wanted.coreType, .after = wanted.after};

@@ -24,6 +24,7 @@ struct PageLimits {
 
 /// A page of what `wanted.expression` names (common/scene/Search.h). kUsage: it is no expression. A node's path looks at all siblings on its way;
 /// where these are too many for one page, `path` is its number ("#17").
-[[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::Find& wanted, const PageLimits& limits = {});
+[[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::FindNodes& wanted,
+                                                    const PageLimits& limits = {});
 
 }  // namespace tessera

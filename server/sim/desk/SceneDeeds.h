@@ -30,7 +30,7 @@ inline ServerActions getTree(Desk& desk, const Asker& asker, const request::GetT
     return desk.answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-inline ServerActions find(Desk& desk, const Asker& asker, const request::Find& wish, TimePoint) {
+inline ServerActions find(Desk& desk, const Asker& asker, const request::FindNodes& wish, TimePoint) {
     const Simulation& simulation = desk.around.simulation;
     Expected<answer::FoundPage> page = foundPage(simulation.scene(), wish);
     if (!page) return desk.refuse(asker, page.error());

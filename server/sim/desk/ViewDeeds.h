@@ -10,14 +10,14 @@ inline ServerActions setView(Desk& desk, const Asker& asker, const request::SetV
     return desk.views.ask(asker, wish);
 }
 
-inline ServerActions navigate(Desk& desk, const Asker& asker, const request::Navigate& wish, TimePoint now) {
+inline ServerActions navigate(Desk& desk, const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     if (!desk.around.steering) return desk.refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
     const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish, now);
     return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
 }
 
-inline ServerActions show(Desk& desk, const Asker& asker, const request::Show& wish, TimePoint) {
+inline ServerActions show(Desk& desk, const Asker& asker, const request::ShowPicture& wish, TimePoint) {
     if (!desk.around.showing)
         return desk.refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
     *desk.around.showing = wish.showing;

@@ -152,11 +152,11 @@ TEST(Application, ACallbackMayAskButNotPoll) {
 TEST(Application, RequestsCarryTheirAnswers) {
     ScriptedServer server;
     server.script([](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
-        if (const auto* load = std::get_if<request::Load>(&asked)) {
+        if (const auto* load = std::get_if<request::LoadFile>(&asked)) {
             if (load->path == "/missing.glb") return fail(ErrorCode::kBadInput, "/missing.glb: no such file");
             return answer::Loaded{ObjectId{77}, 5, 6};
         }
-        if (std::holds_alternative<request::Pick>(asked)) return answer::Picked{true, kCrane, 3};
+        if (std::holds_alternative<request::PickAt>(asked)) return answer::Picked{true, kCrane, 3};
         if (std::holds_alternative<request::GetStatus>(asked))
             return answer::Status{.wallName = "1x1", .frame = 9_frame};
         if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4_frame};

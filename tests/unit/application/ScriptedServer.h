@@ -127,7 +127,7 @@ public:
         const std::scoped_lock lock(mutex_);
         faults_ = std::move(faults);
     }
-    [[nodiscard]] request::Subscribe subscription() const {
+    [[nodiscard]] request::SubscribeNews subscription() const {
         const std::scoped_lock lock(mutex_);
         return subscription_;
     }
@@ -230,7 +230,7 @@ private:
     }
 
     Expected<ApplicationAnswer> answerTo(const ApplicationRequest& asked) {
-        if (const auto* propose = std::get_if<request::Propose>(&asked)) {
+        if (const auto* propose = std::get_if<request::ProposeChanges>(&asked)) {
             if (!keepUploads_) return fail(ErrorCode::kRefused, "the arrays were thrown away");
             std::vector<Blob> arrays = std::exchange(whole_, {});
             for (const ByteSlice& bytes : propose->blobs) arrays.push_back(store_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
@@ -241,18 +241,18 @@ private:
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
-        if (const auto* move = std::get_if<request::Move>(&asked)) {
+        if (const auto* move = std::get_if<request::MoveNode>(&asked)) {
             Expected<ChangeList> list = moveList(scene_, move->node, move->move);
             if (!list) return tl::unexpected(list.error());
             return commitLocked(std::move(*list));
         }
-        if (std::holds_alternative<request::Undo>(asked)) {
+        if (std::holds_alternative<request::UndoStep>(asked)) {
             if (inverses_.empty()) return fail(ErrorCode::kRefused, "there is nothing to undo");
             ChangeList inverse = std::move(inverses_.back());
             inverses_.pop_back();
             return commitLocked(std::move(inverse));
         }
-        if (const auto* subscribe = std::get_if<request::Subscribe>(&asked)) {
+        if (const auto* subscribe = std::get_if<request::SubscribeNews>(&asked)) {
             subscription_ = *subscribe;
             return answer::Done{};
         }
@@ -262,9 +262,9 @@ private:
             return treePage(scene_, *tree, {.maxTold = 2}).map([](answer::TreePage page) {
                 return ApplicationAnswer(std::move(page));
             });
-        if (const auto* find = std::get_if<request::Find>(&asked))
+        if (const auto* find = std::get_if<request::FindNodes>(&asked))
             return foundPage(scene_, *find, {.maxLookedAt = 2}).map([](answer::FoundPage page) { return ApplicationAnswer(std::move(page)); });
-        if (const auto* clone = std::get_if<request::Clone>(&asked)) {
+        if (const auto* clone = std::get_if<request::CloneNode>(&asked)) {
             Expected<Clone> made = cloneList(scene_, clone->node,
                                              {.under = clone->under,
                                               .name = clone->name,
@@ -279,7 +279,7 @@ private:
             std::erase_if(told.ids, [&](const auto& pair) { return pair.first != made->node; });
             return committed;
         }
-        if (const auto* remove = std::get_if<request::Remove>(&asked)) {
+        if (const auto* remove = std::get_if<request::RemoveNode>(&asked)) {
             Expected<ChangeList> list = removalList(scene_, remove->node);
             if (!list) return tl::unexpected(list.error());
             const std::size_t removed = list->destructions.size();
@@ -321,7 +321,7 @@ private:
     std::vector<ObjectId> stopped_;
     std::vector<LinkId> links_, followers_;
     Faults faults_;
-    request::Subscribe subscription_;
+    request::SubscribeNews subscription_;
     Uploaded uploaded_;
     bool keepUploads_ = true, arraysGone_ = false;
     std::deque<BlobInfo> expected_;

@@ -64,8 +64,9 @@ TEST(ApplicationCodec, WhatIsSaidOfTrackersKeepsItsFields) {
     EXPECT_EQ(wand.worldPosition, Vec3d(7, 8, 9));
     EXPECT_EQ(wand.worldOrientation.y(), 1);
     EXPECT_EQ(wand.axes, (std::vector{0.5, -1.0}));
-    EXPECT_EQ(std::get<request::Pick>(*decodeRequest(encodeRequest(request::Pick{.wand = "right"}))).wand, "right");
-    EXPECT_TRUE(std::get<request::Subscribe>(*decodeRequest(encodeRequest(request::Subscribe{.poses = true}))).poses);
+    EXPECT_EQ(std::get<request::PickAt>(*decodeRequest(encodeRequest(request::PickAt{.wand = "right"}))).wand, "right");
+    EXPECT_TRUE(
+        std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(request::SubscribeNews{.poses = true}))).poses);
     EXPECT_EQ(
         std::get<answer::Status>(*decodeAnswer(encodeAnswer(answer::Status{.trackers = {"art: dtrack"}}))).trackers,
         std::vector<std::string>{"art: dtrack"});
@@ -92,14 +93,14 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     EXPECT_EQ(tree.after, (std::vector{ObjectId{3}, ObjectId{9}}));
     EXPECT_EQ(tree.coreType, ObjectType{5});
     EXPECT_EQ(tree.cores, (std::vector{ObjectId{6}, ObjectId{7}}));
-    EXPECT_EQ(std::get<request::Remove>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
-    const auto clone = std::get<request::Clone>(*decodeRequest(encodeRequest(everyRequest()[20])));
+    EXPECT_EQ(std::get<request::RemoveNode>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
+    const auto clone = std::get<request::CloneNode>(*decodeRequest(encodeRequest(everyRequest()[20])));
     EXPECT_EQ(clone.node, ObjectId{11});
     EXPECT_EQ(clone.under, ObjectId{12});
     EXPECT_TRUE(clone.name == "twin" && clone.deep);
     EXPECT_EQ(clone.shareTypes, std::vector{ObjectType{5}});
     EXPECT_EQ(clone.shareObjects, (std::vector{ObjectId{13}, ObjectId{14}}));
-    const auto find = std::get<request::Find>(*decodeRequest(encodeRequest(everyRequest()[21])));
+    const auto find = std::get<request::FindNodes>(*decodeRequest(encodeRequest(everyRequest()[21])));
     EXPECT_EQ(find.expression, "/hall/**/wheel*[visible]");
     EXPECT_EQ(find.node, ObjectId{3});
     EXPECT_EQ(find.coreType, ObjectType{4});
@@ -112,8 +113,10 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     EXPECT_EQ(found.lookedAt, 37u);
     EXPECT_EQ(std::get<answer::Committed>(*decodeAnswer(encodeAnswer(everyAnswer()[1]))).created, 26u);
     for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
-        EXPECT_EQ(std::get<request::Show>(*decodeRequest(encodeRequest(request::Show{showing}))).showing, showing);
-    EXPECT_EQ(decodeRequest(encodeRequest(request::Show{static_cast<Showing>(kLastShowing + 1)})).error().code, ErrorCode::kUnsupported);
+        EXPECT_EQ(std::get<request::ShowPicture>(*decodeRequest(encodeRequest(request::ShowPicture{showing}))).showing,
+                  showing);
+    EXPECT_EQ(decodeRequest(encodeRequest(request::ShowPicture{static_cast<Showing>(kLastShowing + 1)})).error().code,
+              ErrorCode::kUnsupported);
     EXPECT_EQ(std::get<answer::Committed>(*decodeAnswer(encodeAnswer(everyAnswer()[1]))).removed, 25u);
 }
 
@@ -121,7 +124,7 @@ TEST(ApplicationCodec, NamesAndPagesHaveLimits) {
     request::GetObjects many;
     many.names.assign(ApplicationLimits().maxNames + 1, "/hall");
     EXPECT_EQ(decodeRequest(encodeRequest(many)).error().code, ErrorCode::kLimit);
-    request::Clone sharing;
+    request::CloneNode sharing;
     sharing.shareObjects.assign(ApplicationLimits().maxShared + 1, ObjectId{5});
     EXPECT_EQ(decodeRequest(encodeRequest(sharing)).error().code, ErrorCode::kLimit);
     request::GetTree deep;
@@ -133,14 +136,14 @@ TEST(ApplicationCodec, NamesAndPagesHaveLimits) {
 }
 
 TEST(ApplicationCodec, ARequestKeepsItsFields) {
-    const auto propose = std::get<request::Propose>(*decodeRequest(encodeRequest(everyRequest()[0])));
+    const auto propose = std::get<request::ProposeChanges>(*decodeRequest(encodeRequest(everyRequest()[0])));
     EXPECT_EQ(propose.gesture, 4711u);
     EXPECT_EQ(propose.list, *some(300));
     ASSERT_EQ(propose.blobs.size(), 2u);
     EXPECT_TRUE(propose.blobs[0].empty());
     EXPECT_EQ(propose.blobs[1], *some(200));
 
-    const auto load = std::get<request::Load>(*decodeRequest(encodeRequest(everyRequest()[3])));
+    const auto load = std::get<request::LoadFile>(*decodeRequest(encodeRequest(everyRequest()[3])));
     EXPECT_EQ(load.path, "models/2CylinderEngine.glb");
     EXPECT_EQ(load.parent, ObjectId{17});
     EXPECT_EQ(load.placing.at, Vec3d(1, 2, 3));
@@ -161,10 +164,10 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_FALSE(still.position || still.orientation || still.worldUnitsPerMetre || still.head || still.reset)
         << "what is not set stays not set";
 
-    const auto pick = std::get<request::Pick>(*decodeRequest(encodeRequest(everyRequest()[5])));
+    const auto pick = std::get<request::PickAt>(*decodeRequest(encodeRequest(everyRequest()[5])));
     EXPECT_EQ(pick.xPx, 12.5);
     EXPECT_EQ(pick.yPx, -3);
-    const auto subscribe = std::get<request::Subscribe>(*decodeRequest(encodeRequest(everyRequest()[8])));
+    const auto subscribe = std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(everyRequest()[8])));
     EXPECT_TRUE(subscribe.contacts && !subscribe.picks && subscribe.frames);
 }
 
@@ -249,14 +252,14 @@ TEST(ApplicationCodec, RefusesNumbersThatAreNone) {
     EXPECT_TRUE(refused(view));
     view.worldUnitsPerMetre = -1;
     EXPECT_TRUE(refused(view));
-    EXPECT_FALSE(decodeRequest(encodeRequest(request::Pick{nan, 0})));
+    EXPECT_FALSE(decodeRequest(encodeRequest(request::PickAt{nan, 0})));
     answer::Contacts contacts = twoContacts();
     contacts.contacts[0].point.x() = std::numeric_limits<double>::infinity();
     EXPECT_FALSE(decodeAnswer(encodeAnswer(contacts)));
 }
 
 TEST(ApplicationCodec, BoundsWhatItTakes) {
-    EXPECT_FALSE(decodeRequest(encodeRequest(request::Load{std::string(5000, 'x'), {}})));
+    EXPECT_FALSE(decodeRequest(encodeRequest(request::LoadFile{std::string(5000, 'x'), {}})));
     ApplicationLimits tight;
     tight.maxBlobs = 1;
     EXPECT_FALSE(decodeRequest(encodeRequest(everyRequest()[0]), tight));

@@ -149,18 +149,18 @@ TEST(ApplicationCollision, EventsDistancesAndQuestionsKeepTheirFields) {
 
 TEST(ApplicationCollision, SubscriptionsAndDecisionsKeepTheirFields) {
     for (int bit = 0; bit < 7; ++bit) {
-        const request::Subscribe wanted{bit == 0, bit == 1, bit == 2, bit == 3, bit == 4, bit == 5, bit == 6};
-        const auto back = std::get<request::Subscribe>(*decodeRequest(encodeRequest(wanted)));
+        const request::SubscribeNews wanted{bit == 0, bit == 1, bit == 2, bit == 3, bit == 4, bit == 5, bit == 6};
+        const auto back = std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(wanted)));
         EXPECT_EQ(
             std::tie(back.contacts, back.picks, back.frames, back.events, back.stays, back.distances, back.questions),
             std::tie(wanted.contacts, wanted.picks, wanted.frames, wanted.events, wanted.stays, wanted.distances,
                      wanted.questions))
             << bit;
     }
-    using Decision = request::Respond::Decision;
+    using Decision = request::AnswerQuestion::Decision;
     for (const Decision decision : {Decision::kStop, Decision::kPass, Decision::kMove}) {
-        request::Respond respond{.question = 12, .decision = decision, .pose = someQuestion().wanted};
-        const auto back = std::get<request::Respond>(*decodeRequest(encodeRequest(respond)));
+        request::AnswerQuestion respond{.question = 12, .decision = decision, .pose = someQuestion().wanted};
+        const auto back = std::get<request::AnswerQuestion>(*decodeRequest(encodeRequest(respond)));
         EXPECT_EQ(back.question, 12u);
         EXPECT_EQ(back.decision, decision);
         expectSame(back.pose, decision == Decision::kMove ? respond.pose : Pose());
@@ -168,7 +168,7 @@ TEST(ApplicationCollision, SubscriptionsAndDecisionsKeepTheirFields) {
 }
 
 TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
-    request::Respond respond{.question = 1, .decision = request::Respond::Decision::kMove, .pose = {}};
+    request::AnswerQuestion respond{.question = 1, .decision = request::AnswerQuestion::Decision::kMove, .pose = {}};
     const auto refused = [&] { return !decodeRequest(encodeRequest(respond)); };
     EXPECT_FALSE(refused());
     respond.pose.translation.z() = std::numeric_limits<double>::quiet_NaN();
@@ -179,7 +179,7 @@ TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
     respond.pose = {};
     respond.pose.scale.y() = 0;
     EXPECT_TRUE(refused());
-    respond = {.question = 1, .decision = static_cast<request::Respond::Decision>(3), .pose = {}};
+    respond = {.question = 1, .decision = static_cast<request::AnswerQuestion::Decision>(3), .pose = {}};
     EXPECT_TRUE(refused());
 }
 

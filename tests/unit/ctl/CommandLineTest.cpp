@@ -163,7 +163,7 @@ TEST(CommandLine, ContactsAreAskedForInAllTheirForms) {
 }
 
 TEST(CommandLine, DecisionsAreReadInAllTheirForms) {
-    using Decision = request::Respond::Decision;
+    using Decision = request::AnswerQuestion::Decision;
     (void)parsed<verb::Questions>("questions");
     EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").question, 7u);
     EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").decision, Decision::kStop);
@@ -222,7 +222,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 }
 
 TEST(CommandLine, WhatAKeyAsksForAVerbAsksFor) {
-    using Deed = request::Navigate::Deed;
+    using Deed = request::NavigateView::Deed;
     const auto wish = [](const std::string& words) {
         return std::get<verb::Navigate>(std::get<CommandLine>(*parseCommandLine(split("--server a:1 " + words))).verb);
     };

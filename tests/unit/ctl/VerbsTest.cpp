@@ -131,14 +131,14 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
             status.waitingFor = {"only"};
             return status;
         }
-        if (const auto* pick = std::get_if<request::Pick>(&asked))
+        if (const auto* pick = std::get_if<request::PickAt>(&asked))
             return answer::Picked{pick->xPx == 10, test::kHook, 4, Vec3d(0.1, 0.2, 0.3), pick->xPx, pick->yPx};
         if (std::holds_alternative<request::GetContacts>(asked)) {
             answer::Contacts contacts{9_frame, 3, {}};
             contacts.contacts.push_back({test::kHook, ObjectId{999}, 1, 2, Vec3d(1, 2, 3), Vec3d::UnitX()});
             return contacts;
         }
-        if (const auto* load = std::get_if<request::Load>(&asked)) {
+        if (const auto* load = std::get_if<request::LoadFile>(&asked)) {
             if (!load->path.starts_with('/') && !load->path.starts_with("asset://"))
                 return fail(ErrorCode::kFailed, load->path);
             if (load->path.ends_with("bad.ply")) return fail(ErrorCode::kBadInput, load->path + ": no faces");

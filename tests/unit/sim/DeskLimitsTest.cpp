@@ -30,10 +30,10 @@ protected:
         const auto replies = server.sent<message::Reply>(connection);
         return replies.empty() ? std::nullopt : std::optional(replies[0].error);
     }
-    static request::Propose proposal(std::size_t blobBytes = 0) {
+    static request::ProposeChanges proposal(std::size_t blobBytes = 0) {
         test::ListMaker maker;
         maker.node("n", kRootNode);
-        request::Propose propose{.list = share(encodeChangeList(maker.builder.take()))};
+        request::ProposeChanges propose{.list = share(encodeChangeList(maker.builder.take()))};
         if (blobBytes > 0) propose.blobs.push_back(share(Bytes(blobBytes)));
         return propose;
     }
@@ -61,8 +61,8 @@ protected:
 
 TEST_F(DeskLimits, WhoAsksWithoutEndIsRefusedAndNobodyElseIs) {
     const ConnectionId greedy = join("greedy"), other = join("other");
-    for (int i = 0; i < 10; ++i) EXPECT_FALSE(ask(greedy, request::Undo{}));
-    EXPECT_NE(ask(greedy, request::Undo{}).value_or("").find("10 requests of this application"), std::string::npos);
+    for (int i = 0; i < 10; ++i) EXPECT_FALSE(ask(greedy, request::UndoStep{}));
+    EXPECT_NE(ask(greedy, request::UndoStep{}).value_or("").find("10 requests of this application"), std::string::npos);
     EXPECT_NE(ask(greedy, proposal()).value_or("").find("10 requests"), std::string::npos);
     EXPECT_EQ(ask(greedy, request::GetStatus{}), "") << "what is answered at once waits for nothing";
     EXPECT_EQ(ask(other, request::GetStatus{}), "");
@@ -103,7 +103,8 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
     ASSERT_TRUE(simulation.load(std::move(lists)));
     const ObjectId node = simulation.scene().root().children.front();
     const ConnectionId greedy = join("greedy"), other = join("other");
-    for (int i = 0; i < 2; ++i) EXPECT_FALSE(ask(greedy, request::Clone{.node = node, .under = kRootNode, .name = "copy", .deep = true}));
+    for (int i = 0; i < 2; ++i)
+        EXPECT_FALSE(ask(greedy, request::CloneNode{.node = node, .under = kRootNode, .name = "copy", .deep = true}));
     ASSERT_EQ(copies.size(), 1u) << "one at a time";
     server.take(desk.copied(makeCopy(simulation.scene(), copies[0]), server.now));
     EXPECT_EQ(copies.size(), 1u) << "the first one holds more than all may";
@@ -111,7 +112,8 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
     EXPECT_FALSE(ask(other, proposal()));
     // A copy that is made at once counts too.
     const ObjectId tree = simulation.scene().get<Node>(node)->children.front();
-    for (int i = 0; i < 7; ++i) (void)ask(other, request::Clone{.node = tree, .under = kRootNode, .name = "copy", .deep = true});
+    for (int i = 0; i < 7; ++i)
+        (void)ask(other, request::CloneNode{.node = tree, .under = kRootNode, .name = "copy", .deep = true});
     EXPECT_NE(ask(other, proposal()).value_or("").find("wait already"), std::string::npos);
     // Once it is in the scene the next one is made.
     FrameResult result;

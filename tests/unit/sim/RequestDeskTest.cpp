@@ -18,7 +18,7 @@ namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
-using Decision = request::Respond::Decision;
+using Decision = request::AnswerQuestion::Decision;
 
 ServerSessionConfig configOf(const Wall& wall) {
     ServerSessionConfig config;

@@ -212,7 +212,7 @@ TEST(Uploads, BeyondALimitAreRefusedAndTakeNoRoom) {
 class UploadDesk : public testing::Test {
 protected:
     explicit UploadDesk(const Uploads::Limits& of = {}) : limits(of) {}
-    request::Propose naming(const Blob& blob) {
+    request::ProposeChanges naming(const Blob& blob) {
         test::ListMaker maker;
         const ObjectId data = maker.create<ApplicationData>();
         setField<&ApplicationData::data>(maker.builder, data, blob);
@@ -358,7 +358,7 @@ TEST_F(UploadDesk, ArraysBesideAListAreSmall) {
     desk.applicationJoined(application);
     const auto proposing = [&](std::size_t size) {
         const Blob blob(someBytes(size, 4));
-        request::Propose proposal = naming(blob);
+        request::ProposeChanges proposal = naming(blob);
         proposal.blobs = {blob.slice()};
         return ask(proposal);
     };
