@@ -360,7 +360,7 @@ Expected<Answer> run(Application& application, const verb::Questions&) {
 
 Expected<Answer> run(Application& application, const verb::Respond& decision) {
     Pose pose;
-    if (decision.decision == request::AnswerQuestion::Decision::kMove) {
+    if (decision.decision == QuestionReply::Decision::kMove) {
         // Rotation and scale stay as they are where it was stopped.
         const Expected<answer::Questions> told = application.questions();
         if (!told) return tl::unexpected(told.error());

@@ -10,8 +10,10 @@
 
 #include "client/ctl/FieldText.h"
 #include "client/ctl/NumberText.h"
+#include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
 #include "common/base/Version.h"
+#include "common/request/Schema.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/Wall.h"
 
@@ -23,6 +25,7 @@ namespace {
 struct Words {
     CommandLine line;
     double timeoutSeconds = 10;
+    bool asSchema = false;
     verb::Tree tree;
     verb::Load load;
     std::vector<double> loadAt;
@@ -107,7 +110,7 @@ Expected<Verb> moveVerb(const Words& words) {
 }
 
 Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
-    request::SetView view;
+    ViewWish view;
     view.reset = words.reset;
     if (!words.position.empty()) view.position = vector3(words.position);
     if (!words.orientation.empty() && !words.lookAt.empty())
@@ -142,13 +145,13 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
     return verb::View{view};
 }
 
-request::NavigateView bookmarkWish(std::uint32_t number, bool keep) {
-    using Deed = request::NavigateView::Deed;
+NavigationWish bookmarkWish(std::uint32_t number, bool keep) {
+    using Deed = NavigationWish::Deed;
     return {.deed = keep ? Deed::kKeepBookmark : Deed::kGoToBookmark, .bookmark = number};
 }
 
 Expected<Verb> navigateVerb(const Words& words) {
-    using Deed = request::NavigateView::Deed;
+    using Deed = NavigationWish::Deed;
     const auto refuse = [](std::string why) { return fail(ErrorCode::kUsage, "navigate: " + why); };
     const std::string& what = words.navigateWhat;
     const std::string& where = words.navigateWhere;
@@ -199,7 +202,7 @@ Expected<Verb> budgetVerb(const Words& words) {
 }
 
 Expected<Verb> respondVerb(const Words& words) {
-    using Decision = request::AnswerQuestion::Decision;
+    using Decision = QuestionReply::Decision;
     verb::Respond respond = words.respond;
     if (words.decision == "pass")
         respond.decision = Decision::kPass;
@@ -310,6 +313,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
     types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
+
+    CLI::App* requests = app.add_subcommand("requests", "All that an application may ask; needs no server");
+    requests->add_flag("--json", in.line.json, "All of it as data: fields, units, bounds, roles");
+    requests->add_flag("--proto", in.asSchema, "The protobuf schema of what goes over the wire");
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
     const CLI::App* redo = app.add_subcommand("redo", "Does again what was taken back last");
@@ -425,6 +432,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                                                    chosen.empty() ? "" : chosen.front()->get_name() + " "));
     }
 
+    if (requests->parsed())
+        return HelpText{in.asSchema ? applicationSchema() : in.line.json ? requestsJson() : requestsText()};
     if (types->parsed()) return HelpText{in.line.json ? typesJson() : typesText()};
     if (in.line.server.empty() && !play->parsed())
         return fail(ErrorCode::kUsage, "--server is required; see tessera-ctl --help");

@@ -55,11 +55,11 @@ struct Find {
 struct Undo {};
 struct Redo {};
 struct View {
-    request::SetView view;
+    ViewWish view;
 };
 /// What a key at a window would ask for. `node`: of a fit; empty: the whole scene.
 struct Navigate {
-    request::NavigateView wish;
+    NavigationWish wish;
     std::string node;
 };
 /// The terminal's keys steer until one ends it.
@@ -106,7 +106,7 @@ struct Play {
 struct Questions {};
 struct Respond {
     std::uint64_t question = 0;
-    request::AnswerQuestion::Decision decision = request::AnswerQuestion::Decision::kStop;
+    QuestionReply::Decision decision = QuestionReply::Decision::kStop;
     Vec3d place = Vec3d::Zero();  ///< with kMove: translation
 };
 struct Show {

@@ -12,7 +12,7 @@
 namespace tessera {
 
 Expected<Answer> run(Application& application, const verb::Find& find, bool json, const Print& print) {
-    request::FindNodes wanted{.expression = find.expression, .pageSize = find.pageSize};
+    NodeSearch wanted{.expression = find.expression, .pageSize = find.pageSize};
     if (!find.type.empty()) {
         const TypeInfo* type = findType(find.type);
         if (!type || !type->isCore)
@@ -76,8 +76,8 @@ Expected<Answer> run(Application& application, const verb::Get& get) {
     return answer;
 }
 
-Expected<request::CloneNode> cloneWish(Application& application, const verb::Clone& clone) {
-    request::CloneNode wish{.name = clone.name, .deep = clone.deep};
+Expected<CloneWish> cloneWish(Application& application, const verb::Clone& clone) {
+    CloneWish wish{.name = clone.name, .deep = clone.deep};
     const Expected<ObjectInfo> node = application.describeNode(clone.node);
     if (!node) return tl::unexpected(node.error());
     wish.node = node->id;

@@ -13,6 +13,6 @@ namespace tessera {
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Get& get);
 
 /// Names to numbers: a word of the share list is a type where there is one of that name, else a node's path or an object's "#17".
-[[nodiscard]] Expected<request::CloneNode> cloneWish(Application& application, const verb::Clone& clone);
+[[nodiscard]] Expected<CloneWish> cloneWish(Application& application, const verb::Clone& clone);
 
 }  // namespace tessera

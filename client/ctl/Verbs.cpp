@@ -138,7 +138,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
 Expected<Answer> run(Application& application, const verb::Tree& tree, bool json) {
     const Expected<ObjectInfo> top = application.describeNode(tree.node);
     if (!top) return tl::unexpected(top.error());
-    request::GetTree wanted{.node = top->id};
+    TreeWish wanted{.node = top->id};
     if (tree.depth >= 0) wanted.levels = static_cast<std::uint32_t>(tree.depth);
     const Expected<SceneExcerpt> told = application.fetchTree(wanted);
     if (!told) return tl::unexpected(told.error());
@@ -253,7 +253,7 @@ Expected<Answer> run(Application& application, const verb::Remove& remove) {
 }
 
 Expected<Answer> run(Application& application, const verb::Clone& clone) {
-    const Expected<request::CloneNode> wish = cloneWish(application, clone);
+    const Expected<CloneWish> wish = cloneWish(application, clone);
     if (!wish) return tl::unexpected(wish.error());
     const Expected<answer::Committed> committed = application.cloneNode(*wish);
     if (!committed) return tl::unexpected(committed.error());
@@ -303,7 +303,7 @@ Expected<Answer> run(Application& application, const verb::Budget& budget) {
 }
 
 Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
-    request::NavigateView wish = navigate.wish;
+    NavigationWish wish = navigate.wish;
     if (!navigate.node.empty()) {
         const Expected<ObjectInfo> node = application.describeNode(navigate.node);
         if (!node) return tl::unexpected(node.error());
@@ -311,7 +311,7 @@ Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
     }
     const Expected<void> done = application.navigate(wish);
     if (!done) return tl::unexpected(done.error());
-    using Deed = request::NavigateView::Deed;
+    using Deed = NavigationWish::Deed;
     std::string text = wish.deed == Deed::kKeepBookmark ? fmt::format("bookmark {} is here\n", wish.bookmark)
                        : wish.deed == Deed::kNone       ? fmt::format("the mode is {}\n", nameOf(*wish.mode))
                                                         : "the wall is on its way\n";
@@ -354,7 +354,7 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
         return numbers;
     };
     const auto rayOf = [](const Place& at) { return Ray{Vec3d(at[0], at[1], at[2]), Vec3d(at[3], at[4], at[5])}; };
-    const auto aimOf = [](const Place& at) { return request::PickAt{.xPx = at[0], .yPx = at[1], .wand = {}}; };
+    const auto aimOf = [](const Place& at) { return Aim{.xPx = at[0], .yPx = at[1], .wand = {}}; };
     Place from = place(0);
     const Expected<answer::Picked> held = drag.rays ? application.grab(rayOf(from)) : application.grab(aimOf(from));
     if (!held) return tl::unexpected(held.error());

@@ -10,7 +10,9 @@
 
 #include "common/application/Connection.h"
 #include "common/application/Proposal.h"
+#include "common/codec/ApplicationCodec.h"
 #include "common/codec/WallCodec.h"
+#include "common/request/Check.h"
 
 namespace tessera {
 
@@ -48,27 +50,35 @@ struct Application::Impl {
     /// A list for a scene that is about to come anew is not sent: it was made from another.
     [[nodiscard]] Expected<void> sceneIsHere() const;
 
-    /// `arrays` go before it.
-    Expected<ApplicationAnswer> ask(const ApplicationRequest& request, milliseconds timeout, std::span<const Blob> arrays = {});
-    /// `ask` for one kind of answer.
-    template <typename Answer>
-    Expected<Answer> askFor(const ApplicationRequest& request, std::optional<milliseconds> timeout = std::nullopt, std::span<const Blob> arrays = {}) {
-        Expected<ApplicationAnswer> answer = ask(request, timeout.value_or(options.timeout), arrays);
+    /// What answers this request; `arrays` go before it. What its description does not allow is not sent.
+    template <typename Request>
+    Expected<typename Request::Answer> ask(const Request& request, std::optional<milliseconds> timeout = std::nullopt,
+                                           std::span<const Blob> arrays = {}) {
+        using Answer = typename Request::Answer;
+        if (const Expected<void> sound = checkRequest(request); !sound) return tl::unexpected(sound.error());
+        Expected<ApplicationAnswer> answer =
+            answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
         return fail(ErrorCode::kBadInput,
                     "the server answered something else than was asked; is it of another version?");
     }
-    Expected<void> done(const ApplicationRequest& request) {
-        const Expected<answer::Done> done = askFor<answer::Done>(request);
+    Expected<ApplicationAnswer> answerTo(Bytes request, milliseconds timeout, std::span<const Blob> arrays);
+    /// Of what has no other answer.
+    template <typename Request>
+    Expected<void> done(const Request& request) {
+        const Expected<answer::Done> done = ask(request);
         return done ? Expected<void>() : tl::unexpected(done.error());
     }
     /// Waits until `scene` holds the list that answers a proposal.
     Expected<answer::Committed> settled(Expected<answer::Committed> committed);
+    template <typename Request>
+    Expected<answer::Committed> edit(const Request& request) {
+        return settled(ask(request));
+    }
     Expected<answer::Committed> move(ObjectId node, const NodeMove& move, std::uint64_t gesture) {
-        // Numbers that are none would be a fault of ours on the wire.
         if (Expected<void> sound = checkMove(move); !sound) return tl::unexpected(sound.error());
-        return settled(askFor<answer::Committed>(request::MoveNode{node, move, gesture}));
+        return edit(request::MoveNode{node, move, gesture});
     }
     Expected<void> subscribe();
 
@@ -99,7 +109,7 @@ struct Application::Impl {
     std::optional<Away> away;
     bool dispatching = false;
     std::uint64_t lastRequest = 0;
-    request::SubscribeNews subscription;
+    Subscription subscription;
     std::optional<notice::Frame> lastFrame;
     std::function<void(const ChangeList&, Sequence)> changesCallback;
     std::function<void(const answer::Contacts&)> contactsCallback;
@@ -154,7 +164,7 @@ void Application::Impl::configure(const incoming::Configured& configured) {
     });
     haveScene = false;
     current = Sequence();
-    connection->request(++lastRequest, encodeRequest(subscription));
+    connection->request(++lastRequest, encodeRequest(request::SubscribeNews{subscription}));
     if (!options.followScene) aside.emplace_back(Back{});
 }
 
@@ -254,8 +264,8 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
     }
 }
 
-Expected<ApplicationAnswer> Application::Impl::ask(const ApplicationRequest& request, milliseconds timeout, std::span<const Blob> arrays) {
-    Bytes body = encodeRequest(request);
+Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds timeout,
+                                                        std::span<const Blob> arrays) {
     if (body.size() > limits::kMaxRequestBytes)
         return fail(ErrorCode::kLimit, fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
     const TimePoint deadline = clockNow() + timeout;
@@ -294,7 +304,7 @@ Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committe
 }
 
 Expected<void> Application::Impl::subscribe() {
-    return done(subscription);
+    return done(request::SubscribeNews{subscription});
 }
 
 Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -421,16 +431,19 @@ void Application::onBack(std::function<void()> callback) {
 Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
     if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
     const auto known = [&](const BlobId& array) { return impl_->connection && impl_->connection->has(array); };
-    const auto ask = [&](const Proposal& proposal) { return impl_->askFor<answer::Committed>(proposal.request, std::nullopt, proposal.arrays); };
-    return impl_->settled(impl_->proposals.propose(list, gesture, known, ask));
+    const auto ask = [&](const Proposal& proposal) {
+        return impl_->ask(request::ProposeChanges{proposal.list, proposal.inlineArrays, gesture}, std::nullopt,
+                          proposal.arrays);
+    };
+    return impl_->settled(impl_->proposals.propose(list, known, ask));
 }
 
 Expected<answer::Committed> Application::undo() {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::UndoStep{}));
+    return impl_->edit(request::UndoStep{});
 }
 
 Expected<answer::Committed> Application::redo() {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::RedoStep{}));
+    return impl_->edit(request::RedoStep{});
 }
 
 Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture) {
@@ -450,17 +463,17 @@ Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const 
 }
 
 Expected<answer::Committed> Application::removeNode(ObjectId node) {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::RemoveNode{node}));
+    return impl_->edit(request::RemoveNode{node});
 }
 
-Expected<answer::Committed> Application::cloneNode(const request::CloneNode& wish) {
-    return impl_->settled(impl_->askFor<answer::Committed>(wish));
+Expected<answer::Committed> Application::cloneNode(const CloneWish& wish) {
+    return impl_->edit(request::CloneNode{wish});
 }
 
-Expected<answer::FoundPage> Application::find(request::FindNodes wanted) {
+Expected<answer::FoundPage> Application::find(NodeSearch wanted) {
     const TimePoint deadline = clockNow() + impl_->options.timeout;
     for (;;) {
-        Expected<answer::FoundPage> page = impl_->askFor<answer::FoundPage>(wanted);
+        Expected<answer::FoundPage> page = impl_->ask(request::FindNodes{wanted});
         if (!page || !page->nodes.empty() || page->next.empty()) return page;
         if (clockNow() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} found nothing within {} ms, and has not looked everywhere",
@@ -488,8 +501,7 @@ Expected<std::vector<ObjectInfo>> Application::describe(std::span<const std::str
     std::vector<ObjectInfo> infos;
     while (infos.size() < names.size()) {
         const auto some = names.subspan(infos.size(), std::min(names.size() - infos.size(), kNamesAtOnce));
-        Expected<answer::Objects> told =
-            impl_->askFor<answer::Objects>(request::GetObjects{.names = {some.begin(), some.end()}});
+        Expected<answer::Objects> told = impl_->ask(request::GetObjects{{.names = {some.begin(), some.end()}}});
         if (!told) return tl::unexpected(told.error());
         if (told->objects.size() != some.size())
             return fail(ErrorCode::kBadInput, "the server told of other objects than it was asked for");
@@ -501,17 +513,17 @@ Expected<std::vector<ObjectInfo>> Application::describe(std::span<const std::str
 Expected<SceneExcerpt> Application::fetch(std::span<const ObjectId> objects) {
     SceneExcerpt excerpt;
     for (std::size_t done = 0; done < objects.size(); done += kNamesAtOnce) {
-        request::GetObjects wanted{.names = {}, .paths = false, .content = true};
+        ObjectsWish wanted{.names = {}, .paths = false, .content = true};
         for (const ObjectId id : objects.subspan(done, std::min(objects.size() - done, kNamesAtOnce)))
             wanted.names.push_back(fmt::format("#{}", id.value));
-        const Expected<answer::Objects> told = impl_->askFor<answer::Objects>(wanted);
+        const Expected<answer::Objects> told = impl_->ask(request::GetObjects{wanted});
         if (!told) return tl::unexpected(told.error());
         if (auto added = excerpt.add(told->content); !added) return tl::unexpected(added.error());
     }
     return excerpt;
 }
 
-Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
+Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     SceneExcerpt excerpt;
     const TimePoint deadline = clockNow() + impl_->options.timeout;
     wanted.after.clear();
@@ -519,7 +531,7 @@ Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
         if (clockNow() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not tell all of the tree within {} ms",
                                                          impl_->options.address, impl_->options.timeout.count()));
-        Expected<answer::TreePage> page = impl_->askFor<answer::TreePage>(wanted);
+        Expected<answer::TreePage> page = impl_->ask(request::GetTree{wanted});
         if (!page) return tl::unexpected(page.error());
         if (auto added = excerpt.add(*page); !added) return tl::unexpected(added.error());
         wanted.after = std::move(page->next);
@@ -528,11 +540,14 @@ Expected<SceneExcerpt> Application::fetchTree(request::GetTree wanted) {
 }
 
 Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
-    return impl_->askFor<answer::Loaded>(request::LoadFile{path, parent, placing}, timeout);
+    constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
+    if (path.starts_with(kAsset))
+        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing}, timeout);
+    return impl_->ask(request::LoadFile{path, parent, placing}, timeout);
 }
 
-Expected<void> Application::setView(const request::SetView& view) {
-    return impl_->done(view);
+Expected<void> Application::setView(const ViewWish& view) {
+    return impl_->done(request::SetView{view});
 }
 
 Expected<void> Application::show(Showing showing) {
@@ -543,55 +558,45 @@ Expected<void> Application::setBudget(double milliseconds) {
     return impl_->done(request::SetBudget{milliseconds});
 }
 
-Expected<void> Application::navigate(const request::NavigateView& wish) {
-    return impl_->done(wish);
+Expected<void> Application::navigate(const NavigationWish& wish) {
+    return impl_->done(request::NavigateView{wish});
 }
 
-Expected<answer::Picked> Application::pick(double xPx, double yPx) {
-    return impl_->askFor<answer::Picked>(request::PickAt{.xPx = xPx, .yPx = yPx});
+Expected<answer::Picked> Application::pick(const Aim& aim) {
+    return impl_->ask(request::PickAt{aim});
 }
-Expected<answer::Picked> Application::pick(const std::string& wand) {
-    return impl_->askFor<answer::Picked>(request::PickAt{.wand = wand});
+Expected<answer::Picked> Application::grab(const Aim& aim) {
+    return impl_->ask(request::GrabHandle{aim});
 }
-Expected<answer::Picked> Application::grab(const request::PickAt& aim) {
-    return impl_->askFor<answer::Picked>(request::Manipulate{.aim = aim});
-}
-Expected<answer::Picked> Application::grab(const Ray& ray) {
-    return impl_->askFor<answer::Picked>(request::Manipulate{.ray = ray});
-}
-Expected<answer::Committed> Application::drag(const request::PickAt& aim) {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .aim = aim}));
-}
-Expected<answer::Committed> Application::drag(const Ray& ray) {
-    return impl_->settled(impl_->askFor<answer::Committed>(request::Manipulate{.deed = request::Manipulate::Deed::kDrag, .ray = ray}));
+Expected<answer::Committed> Application::drag(const Aim& aim) {
+    return impl_->edit(request::DragHandle{aim});
 }
 Expected<void> Application::release() {
-    return impl_->done(request::Manipulate{.deed = request::Manipulate::Deed::kRelease});
+    return impl_->done(request::ReleaseHandle{});
 }
 Expected<answer::Trackers> Application::trackers() {
-    return impl_->askFor<answer::Trackers>(request::GetTrackers{});
+    return impl_->ask(request::GetTrackers{});
 }
 Expected<answer::Contacts> Application::contacts() {
-    return impl_->askFor<answer::Contacts>(request::GetContacts{});
+    return impl_->ask(request::GetContacts{});
 }
 Expected<answer::PairEvents> Application::pairEvents() {
-    return impl_->askFor<answer::PairEvents>(request::GetEvents{});
+    return impl_->ask(request::GetEvents{});
 }
 Expected<answer::Distances> Application::distances() {
-    return impl_->askFor<answer::Distances>(request::GetDistances{});
+    return impl_->ask(request::GetDistances{});
 }
 Expected<answer::Questions> Application::questions() {
-    return impl_->askFor<answer::Questions>(request::GetQuestions{});
+    return impl_->ask(request::GetQuestions{});
 }
-Expected<void> Application::respond(std::uint64_t question, request::AnswerQuestion::Decision decision,
-                                    const Pose& pose) {
-    return impl_->done(request::AnswerQuestion{.question = question, .decision = decision, .pose = pose});
+Expected<void> Application::respond(const QuestionReply& reply) {
+    return impl_->done(request::AnswerQuestion{reply});
 }
 Expected<answer::Status> Application::status() {
-    return impl_->askFor<answer::Status>(request::GetStatus{});
+    return impl_->ask(request::GetStatus{});
 }
 Expected<answer::Images> Application::images() {
-    return impl_->askFor<answer::Images>(request::GetImages{});
+    return impl_->ask(request::GetImages{});
 }
 
 }  // namespace tessera

@@ -20,7 +20,7 @@
 #include "common/application/SceneExcerpt.h"
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
-#include "common/codec/ApplicationCodec.h"
+#include "common/request/Requests.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/Edits.h"
 #include "common/wall/Wall.h"
@@ -81,12 +81,12 @@ public:
     [[nodiscard]] Expected<SceneExcerpt> fetch(std::span<const ObjectId> objects);
     /// A node and what is below it, with all fields, page by page; `wanted.after` does not count. The server goes on
     /// meanwhile: what comes, goes or moves while the pages come is told as some page saw it, or not at all.
-    [[nodiscard]] Expected<SceneExcerpt> fetchTree(request::GetTree wanted);
+    [[nodiscard]] Expected<SceneExcerpt> fetchTree(TreeWish wanted);
 
     /// A page of the nodes that an expression names ("/hall/**/wheel*", "//*[Geometry]": common/scene/Search.h), in the order of the document. It
     /// tells something, or is the last: `next` is empty then. Else `next` as `after` asks for the one behind it. The server goes on meanwhile:
     /// what stays in its place is found, what comes, goes or moves may be found or not.
-    [[nodiscard]] Expected<answer::FoundPage> find(request::FindNodes wanted);
+    [[nodiscard]] Expected<answer::FoundPage> find(NodeSearch wanted);
 
     // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
 
@@ -126,7 +126,8 @@ public:
     /// alone.
     [[nodiscard]] Expected<void> onPoses(std::function<void(const notice::Poses&)> callback);
 
-    // ---- requests: each waits for the server's answer, at most Options::timeout
+    // ---- requests: each waits for the server's answer, at most Options::timeout. What is out of the bounds of its
+    // description (common/request) is not sent: kBadInput, kLimit, with the member's name.
 
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
     /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts meanwhile. Those that the
@@ -150,31 +151,35 @@ public:
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
     /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step of undo. The copy is
     /// `ids.front().second`.
-    [[nodiscard]] Expected<answer::Committed> cloneNode(const request::CloneNode& wish);
+    [[nodiscard]] Expected<answer::Committed> cloneNode(const CloneWish& wish);
     /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
     /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
-    [[nodiscard]] Expected<void> setView(const request::SetView& view);
+    [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);
     /// Milliseconds that hosts may take for a frame before detail is left away (common/wall/Detail.h); 0: none is.
     [[nodiscard]] Expected<void> setBudget(double milliseconds);
     /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held until
     /// another one is said, or this application leaves. kRefused: the server takes no input.
-    [[nodiscard]] Expected<void> navigate(const request::NavigateView& wish);
+    [[nodiscard]] Expected<void> navigate(const NavigationWish& wish);
     /// What is under a pixel of the mosaic of the first screen, from its upper left.
-    [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx);
+    [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx) {
+        return pick(Aim{.xPx = xPx, .yPx = yPx, .wand = {}});
+    }
     /// What a wand points at: the nearest triangle along its -Z. kRefused: it is not tracked at present.
-    [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand);
+    [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand) { return pick(Aim{.wand = wand}); }
+    /// Either, or what is along a ray of the world.
+    [[nodiscard]] Expected<answer::Picked> pick(const Aim& aim);
     /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the manipulator's, `face` the
     /// handle's number. kRefused: somebody else holds it, or its target is driven. What was held before is let go.
-    [[nodiscard]] Expected<answer::Picked> grab(const request::PickAt& aim);
-    [[nodiscard]] Expected<answer::Picked> grab(const Ray& ray);
+    [[nodiscard]] Expected<answer::Picked> grab(const Aim& aim);
+    [[nodiscard]] Expected<answer::Picked> grab(const Ray& ray) { return grab(Aim{.wand = {}, .ray = ray}); }
     /// Leads what is held to where the ray is now: all drags of one grab are one step of undo, and what collides stops as with `moveNode`. A ray that
     /// says nothing (beside the plane, behind the eye) leaves all as it is. kRefused: nothing is held.
-    [[nodiscard]] Expected<answer::Committed> drag(const request::PickAt& aim);
-    [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray);
+    [[nodiscard]] Expected<answer::Committed> drag(const Aim& aim);
+    [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray) { return drag(Aim{.wand = {}, .ray = ray}); }
     /// Lets go. Whoever leaves lets go as well.
     [[nodiscard]] Expected<void> release();
     /// What the wall's trackers say, and how well.
@@ -187,8 +192,11 @@ public:
     [[nodiscard]] Expected<answer::Questions> questions();
     /// Decides a question; the next frame does it. `pose` counts with kMove: the value that the question's transform
     /// gets. kRefused: the question is not open, because somebody has answered it or nobody did in time.
-    [[nodiscard]] Expected<void> respond(std::uint64_t question, request::AnswerQuestion::Decision decision,
-                                         const Pose& pose = {});
+    [[nodiscard]] Expected<void> respond(std::uint64_t question, QuestionReply::Decision decision,
+                                         const Pose& pose = {}) {
+        return respond(QuestionReply{question, decision, pose});
+    }
+    [[nodiscard]] Expected<void> respond(const QuestionReply& reply);
     [[nodiscard]] Expected<answer::Status> status();
     /// The tiles as they are shown now, all of the same frame.
     [[nodiscard]] Expected<answer::Images> images();

@@ -10,7 +10,7 @@ namespace tessera {
 
 namespace {
 
-Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture, const Proposals::Known& known) {
+Expected<Proposal> proposalOf(const ChangeList& list, const Proposals::Known& known) {
     Proposal proposal;
     std::uint64_t bytes = 0;
     std::size_t smallBytes = 0;
@@ -23,7 +23,7 @@ Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture, con
         bytes += blob.sizeBytes();
         if (blob.sizeBytes() <= limits::kMaxInlineArrayBytes - smallBytes) {
             smallBytes += blob.sizeBytes();
-            proposal.request.blobs.push_back(blob.slice());
+            proposal.inlineArrays.push_back(blob.slice());
         } else {
             proposal.arrays.push_back(std::move(blob));
         }
@@ -31,20 +31,20 @@ Expected<Proposal> proposalOf(const ChangeList& list, std::uint64_t gesture, con
     if (bytes > limits::kMaxUploadBytes)
         return fail(ErrorCode::kLimit, fmt::format("the proposal has {} bytes of arrays, and {} MiB may come with one; propose them one after the other",
                                                    bytes, limits::kMaxUploadBytes >> 20));
-    proposal.request.list = encodeChangeList(list);
-    if (proposal.request.list.size() > limits::kMaxProposalBytes)
-        return fail(ErrorCode::kLimit, fmt::format("the proposal's list has {} bytes, and {} MiB is the most; propose it in parts",
-                                                   proposal.request.list.size(), limits::kMaxProposalBytes >> 20));
-    proposal.request.gesture = gesture;
+    proposal.list = encodeChangeList(list);
+    if (proposal.list.size() > limits::kMaxProposalBytes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the proposal's list has {} bytes, and {} MiB is the most; propose it in parts",
+                                proposal.list.size(), limits::kMaxProposalBytes >> 20));
     return proposal;
 }
 
 }  // namespace
 
-Expected<answer::Committed> Proposals::propose(const ChangeList& list, std::uint64_t gesture, const Known& known, const Ask& ask) {
+Expected<answer::Committed> Proposals::propose(const ChangeList& list, const Known& known, const Ask& ask) {
     Known has = [&](const BlobId& id) { return taken_.find(id).resident() || known(id); };
     while (true) {
-        const Expected<Proposal> proposal = proposalOf(list, gesture, has);
+        const Expected<Proposal> proposal = proposalOf(list, has);
         if (!proposal) return tl::unexpected(proposal.error());
         Expected<answer::Committed> committed = ask(*proposal);
         if (!committed && !proposal->complete && committed.error().code == ErrorCode::kNotFound) {

@@ -8,13 +8,14 @@
 #include "common/base/Blob.h"
 #include "common/base/Error.h"
 #include "common/change/ChangeList.h"
-#include "common/codec/ApplicationCodec.h"
+#include "common/request/EditRequests.h"
 
 namespace tessera {
 
 struct Proposal {
-    request::ProposeChanges request;
-    std::vector<Blob> arrays;  ///< that are uploaded first
+    ByteSlice list;                       ///< encoded
+    std::vector<ByteSlice> inlineArrays;  ///< that travel with it
+    std::vector<Blob> arrays;             ///< that are uploaded first
     bool complete = true;      ///< false: the server is trusted to have some of its arrays
 };
 
@@ -25,7 +26,7 @@ public:
     using Known = std::function<bool(const BlobId&)>;
     using Ask = std::function<Expected<answer::Committed>(const Proposal&)>;
     /// kLimit: more than the server takes (`limits` in common/session/Messages.h). `known`: it has sent this array.
-    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture, const Known& known, const Ask& ask);
+    [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, const Known& known, const Ask& ask);
 
 private:
     BlobStore taken_;  ///< arrays of proposals that were committed

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
-#include "common/codec/ApplicationScene.h"
+#include "common/request/SceneRequests.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {

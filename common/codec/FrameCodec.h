@@ -7,7 +7,7 @@
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "common/change/Value.h"
-#include "common/codec/Showing.h"
+#include "common/wall/Showing.h"
 #include "common/wall/View.h"
 
 namespace tessera {

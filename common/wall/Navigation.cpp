@@ -1,24 +1,16 @@
 #include "common/wall/Navigation.h"
 
-#include <array>
-
 #include <fmt/format.h>
 
 namespace tessera {
-namespace {
-
-constexpr std::array<std::string_view, 3> kModeNames = {"fly", "orbit", "walk"};
-static_assert(kModeNames.size() == static_cast<std::size_t>(kLastNavigationMode) + 1);
-
-}  // namespace
 
 std::string_view nameOf(NavigationMode mode) {
-    return kModeNames[static_cast<std::size_t>(mode)];
+    return kNavigationModeNames[static_cast<std::size_t>(mode)];
 }
 
 std::optional<NavigationMode> parseNavigationMode(std::string_view name) {
-    for (std::size_t i = 0; i < kModeNames.size(); ++i)
-        if (kModeNames[i] == name) return static_cast<NavigationMode>(i);
+    for (std::size_t i = 0; i < kNavigationModeNames.size(); ++i)
+        if (kNavigationModeNames[i] == name) return static_cast<NavigationMode>(i);
     return std::nullopt;
 }
 

@@ -2,6 +2,7 @@
 /// times the view's scale in the world.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,8 +15,9 @@ enum class NavigationMode : std::uint8_t {
     kOrbit,  ///< around a point that is looked at
     kWalk,   ///< on the ground, between the walls
 };
+inline constexpr std::array<std::string_view, 3> kNavigationModeNames{"fly", "orbit", "walk"};
 inline constexpr NavigationMode kLastNavigationMode = NavigationMode::kWalk;
-/// "fly", "orbit", "walk"
+static_assert(kNavigationModeNames.size() == static_cast<std::size_t>(kLastNavigationMode) + 1);
 [[nodiscard]] std::string_view nameOf(NavigationMode mode);
 [[nodiscard]] std::optional<NavigationMode> parseNavigationMode(std::string_view name);
 

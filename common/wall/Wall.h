@@ -89,9 +89,11 @@ struct Wall {
     [[nodiscard]] const User* findUser(std::string_view name) const;
 };
 
-/// 0, or what a frame may be wanted in: 0.1 ms to a minute.
+/// What a frame may be wanted in.
+inline constexpr double kLeastBudgetMs = 0.1, kMostBudgetMs = 60'000;
+/// One of these, or 0: no detail is left away.
 [[nodiscard]] inline bool isBudget(double milliseconds) {
-    return milliseconds == 0 || (milliseconds >= 0.1 && milliseconds <= 60'000);
+    return milliseconds == 0 || (milliseconds >= kLeastBudgetMs && milliseconds <= kMostBudgetMs);
 }
 
 /// Rectangle in the pixels of a whole screen, origin at the lower left.

@@ -3,7 +3,7 @@
 # below it.
 include(CMakePackageConfigHelpers)
 
-set(application_layers base input math change field cores scene session wall output codec net application)
+set(application_layers base input math change field cores scene session wall output request codec net application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
 # Tessera::rays, for applications that ask what rays meet; and the layers that it needs besides.
 set(ray_layers geometry freeform drawable rays)
@@ -22,11 +22,11 @@ install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} 
 foreach(layer ${application_layers} ${ray_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
-    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/ApplicationUnpacker.h" EXCLUDE
+    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/MemberCodec.h" EXCLUDE
+    PATTERN "common/codec/MessageHead.h" EXCLUDE PATTERN "common/codec/Unpacker.h" EXCLUDE
     PATTERN "common/codec/WallMessage.h" EXCLUDE PATTERN "common/codec/OutputMessage.h" EXCLUDE
     PATTERN "common/codec/TrackingMessage.h" EXCLUDE PATTERN "common/codec/NavigationMessage.h" EXCLUDE
-    PATTERN "common/codec/ApplicationNavigationParts.h" EXCLUDE PATTERN "common/codec/ApplicationSceneHeads.h" EXCLUDE
-    PATTERN "common/codec/ApplicationTrackingParts.h" EXCLUDE PATTERN "common/wall/WallNames.h" EXCLUDE
+    PATTERN "common/wall/WallNames.h" EXCLUDE
     PATTERN "common/application/Connection.h" EXCLUDE
     PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)
 endforeach()

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/Log.h"
-#include "common/codec/Showing.h"
 #include "common/net/Transport.h"
+#include "common/wall/Showing.h"
 #include "common/wall/Wall.h"
 #include "server/import/Importer.h"
 

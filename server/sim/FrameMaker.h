@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/base/Log.h"
-#include "common/codec/Showing.h"
 #include "common/session/ServerSession.h"
+#include "common/wall/Showing.h"
 #include "server/movies/Movies.h"
 #include "server/programs/ProgramNotices.h"
 #include "server/programs/ProgramTrials.h"

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "common/codec/ApplicationCodec.h"
 #include "common/codec/FrameCodec.h"
+#include "common/request/StatusRequests.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/CollisionReport.h"
 #include "server/sim/Series.h"
-#include "server/sim/frame/FrameBudget.h"
 #include "server/sim/WaitStatistics.h"
 #include "server/sim/frame/Frame.h"
+#include "server/sim/frame/FrameBudget.h"
 
 namespace tessera {
 

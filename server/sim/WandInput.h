@@ -1,7 +1,7 @@
 /// Wands move the wall as windows do.
 #pragma once
 
-#include "common/codec/ApplicationTracking.h"
+#include "common/request/StatusRequests.h"
 #include "server/sim/navigation/NavigationInput.h"
 
 namespace tessera {

@@ -1,8 +1,12 @@
 /// The tree as it is, against the rules.
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "tests/architecture/Rules.h"
@@ -83,6 +87,42 @@ TEST_F(Architecture, NoTestTakesMoreThan20SecondsOfProcessorTime) {
 TEST_F(Architecture, FilesAreShort) {
     EXPECT_EQ(report(checkLengths(product, 600)), "");
     EXPECT_EQ(report(checkLengths(readTree(kRoot, {"tests"}), 600)), "");
+}
+
+// A new request is its description, the printed schema, what the desk does and a function of Application. Comments
+// count.
+TEST_F(Architecture, ARequestsNameStandsInFourFilesAtMost) {
+    std::map<std::string, std::string> textOf;
+    for (const SourceFile& file : product) textOf[file.path];
+    textOf["proto/application.proto"];
+    std::set<std::string> requests;
+    const std::regex described("RequestInfo kInfo\\{\\s*\\.number = \\d+,\\s*\\.name = \"(\\w+)\"");
+    for (auto& [path, text] : textOf) {
+        std::ifstream in(std::string(kRoot) + "/" + path);
+        text.assign(std::istreambuf_iterator<char>(in), {});
+        if (!path.starts_with("common/request/")) continue;
+        for (std::sregex_iterator at(text.begin(), text.end(), described), end; at != end; ++at)
+            requests.insert(at->str(1));
+    }
+    ASSERT_GE(requests.size(), 15u) << "the descriptions were not found";
+
+    const auto isPartOfWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    const auto holds = [&](const std::string& text, const std::string& name) {
+        for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+            const std::size_t end = at + name.size();
+            if ((at == 0 || !isPartOfWord(text[at - 1])) && (end == text.size() || !isPartOfWord(text[end])))
+                return true;
+        }
+        return false;
+    };
+    for (const std::string& name : requests) {
+        std::set<std::string> files;
+        for (const auto& [path, text] : textOf)
+            if (holds(text, name)) files.insert(path.starts_with("server/sim/desk/") ? "server/sim/desk" : path);
+        std::string list;
+        for (const std::string& file : files) list += "\n  " + file;
+        EXPECT_LE(files.size(), 4u) << name << " stands in" << list;
+    }
 }
 
 TEST_F(Architecture, NoTwoFilesDefineOneName) {

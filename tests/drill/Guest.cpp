@@ -158,7 +158,7 @@ int runGuest(const std::string& kind, const std::string& address) {
     if (kind == "status")
         answered = askOn(address, request::GetStatus{});
     else if (kind == "picks")
-        answered = askOn(address, request::PickAt{.xPx = 800, .yPx = 500});
+        answered = askOn(address, request::PickAt{{.xPx = 800, .yPx = 500, .wand = {}}});
     else if (kind == "images")
         answered = askOn(address, request::GetImages{});
     else if (kind == "tree")

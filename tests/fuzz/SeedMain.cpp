@@ -81,12 +81,12 @@ void write(const Seeds& seeds) {
     }
     seeds.add("frames", frames);
     const std::vector<ApplicationRequest> requests = {request::GetStatus{},
-                                                      request::PickAt{1, 2},
+                                                      request::PickAt{{1, 2, ""}},
                                                       request::UndoStep{},
                                                       request::SetView{},
-                                                      request::GetObjects{{"/hall/crane", "#17"}},
-                                                      request::GetTree{.after = {ObjectId{1}}},
-                                                      request::NavigateView{.bookmark = 1, .input = InputState{}}};
+                                                      request::GetObjects{{{"/hall/crane", "#17"}}},
+                                                      request::GetTree{{.after = {ObjectId{1}}}},
+                                                      request::NavigateView{{.bookmark = 1, .input = InputState{}}}};
     for (const ApplicationRequest& request : requests) {
         message::Request message{7, encodeRequest(request)};
         seeds.add("messages", byte(wireType(message)) + encodeMessage(message).joined());

@@ -160,7 +160,7 @@ TEST(Flight, ARecordingOfAFlightIsMadeAgain) {
             ASSERT_TRUE((*application)->navigate({.mode = mode, .input = held}));
             std::this_thread::sleep_for(700ms);
         }
-        EXPECT_TRUE((*application)->navigate({.deed = request::NavigateView::Deed::kKeepBookmark, .bookmark = 1}));
+        EXPECT_TRUE((*application)->navigate({.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 1}));
         EXPECT_EQ(statusOf(wall)["steering"].size(), 1u);
         EXPECT_NE(middleOf(wall), begun);
     }

@@ -155,7 +155,7 @@ TEST(HandleWall, AHostThatIsKilledWhileItsWindowHoldsAHandleHoldsNothing) {
     // Who comes second is told.
     auto other = Application::connect({.address = here.wall.address(), .name = "other", .followScene = false});
     ASSERT_TRUE(other) << other.error().message;
-    const request::PickAt arrow{.xPx = kWidthPx / 2.0, .yPx = static_cast<double>(here.row), .wand = {}};
+    const Aim arrow{.xPx = kWidthPx / 2.0, .yPx = static_cast<double>(here.row), .wand = {}};
     const Expected<answer::Picked> refused = (*other)->grab(arrow);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("somebody else holds /handles"), std::string::npos) << refused.error().message;

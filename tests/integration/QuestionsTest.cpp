@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using nlohmann::json;
-using Decision = request::AnswerQuestion::Decision;
+using Decision = QuestionReply::Decision;
 
 const double kStop = 2 - 0.15 - 0.5;  ///< of the first lane: the post's place, half its thickness, half the cart
 const double kPassTolerance = 1e-4 * std::sqrt(1 + 0.64 + 1);

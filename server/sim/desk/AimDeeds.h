@@ -8,16 +8,11 @@
 
 namespace tessera::aim_deeds {
 
-/// Along a wand, or through a pixel.
-inline Expected<Ray> rayOf(const Desk& desk, const request::PickAt& aim) {
-    return aim.wand.empty() ? rayThrough(desk.around, aim.xPx, aim.yPx) : rayAlong(desk.around, aim.wand);
-}
-
 inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
-    const Expected<Ray> ray = rayOf(desk, wish);
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
     if (!ray) return desk.refuse(asker, ray.error());
     answer::Picked picked{
-        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.xPx, .yPx = wish.yPx};
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
     if (const std::optional<PickHit> hit = desk.around.simulation.pick(*ray)) {
         picked.hit = true;
         picked.node = hit->node;
@@ -33,27 +28,31 @@ inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt&
     return actions;
 }
 
-inline ServerActions grab(Desk& desk, const Asker& asker, const Ray& ray, const request::PickAt& aim) {
+inline ServerActions grab(Desk& desk, const Asker& asker, const request::GrabHandle& wish, TimePoint) {
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     Simulation& simulation = desk.around.simulation;
     const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
     const Expected<ManipulatorDrags::Held> held =
-        desk.around.drags.grab(simulation.scene(), simulation.manipulators(), asker.connection.value, ray, drivers);
+        desk.around.drags.grab(simulation.scene(), simulation.manipulators(), asker.connection.value, *ray, drivers);
     if (!held) return desk.refuse(asker, held.error());
     return desk.answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
                                                                .node = held->node,
                                                                .face = static_cast<std::uint32_t>(held->handle),
                                                                .point = held->point,
-                                                               .xPx = aim.xPx,
-                                                               .yPx = aim.yPx,
+                                                               .xPx = wish.aim.xPx,
+                                                               .yPx = wish.aim.yPx,
                                                                .t = held->t}));
 }
 
-inline ServerActions drag(Desk& desk, const Asker& asker, const Ray& ray, TimePoint now) {
+inline ServerActions drag(Desk& desk, const Asker& asker, const request::DragHandle& wish, TimePoint now) {
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
     Simulation& simulation = desk.around.simulation;
     const std::uint64_t holder = asker.connection.value;
     const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
-    Expected<ChangeList> list = desk.around.drags.drag(simulation.scene(), holder, ray, drivers);
+    Expected<ChangeList> list = desk.around.drags.drag(simulation.scene(), holder, *ray, drivers);
     if (!list) return desk.refuse(asker, list.error());
     if (list->empty())
         return desk.answer(
@@ -63,17 +62,11 @@ inline ServerActions drag(Desk& desk, const Asker& asker, const Ray& ray, TimePo
     return desk.edits.enter({.asker = asker, .edit = {.list = std::move(*list), .gesture = gesture}}, {}, now);
 }
 
-inline ServerActions manipulate(Desk& desk, const Asker& asker, const request::Manipulate& wish, TimePoint now) {
-    using Deed = request::Manipulate::Deed;
-    if (wish.deed == Deed::kRelease) {
-        desk.around.drags.release(asker.connection.value);
-        return desk.done(asker);
-    }
-    const Expected<Ray> ray = wish.ray ? *wish.ray : rayOf(desk, wish.aim);
-    if (!ray) return desk.refuse(asker, ray.error());
-    return wish.deed == Deed::kGrab ? grab(desk, asker, *ray, wish.aim) : drag(desk, asker, *ray, now);
+inline ServerActions release(Desk& desk, const Asker& asker, const request::ReleaseHandle&, TimePoint) {
+    desk.around.drags.release(asker.connection.value);
+    return desk.done(asker);
 }
 
-inline constexpr DeedTable kRows{&pick, &manipulate};
+inline constexpr DeedTable kRows{&pick, &grab, &drag, &release};
 
 }  // namespace tessera::aim_deeds

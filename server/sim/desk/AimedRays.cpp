@@ -6,6 +6,8 @@
 
 namespace tessera {
 
+namespace {
+
 Expected<Ray> rayThrough(const DeskSurroundings& around, double xPx, double yPx) {
     const Expected<View> view = around.view.view(around.simulation.scene());
     if (!view) return tl::unexpected(view.error());
@@ -25,6 +27,13 @@ Expected<Ray> rayAlong(const DeskSurroundings& around, const std::string& wand) 
     }
     return fail(ErrorCode::kNotFound,
                 fmt::format("no wand is called '{}'; the wall has: {}", wand, names.empty() ? "none" : names));
+}
+
+}  // namespace
+
+Expected<Ray> rayOf(const DeskSurroundings& around, const Aim& aim) {
+    if (aim.ray) return *aim.ray;
+    return aim.wand.empty() ? rayThrough(around, aim.xPx, aim.yPx) : rayAlong(around, aim.wand);
 }
 
 }  // namespace tessera

@@ -8,9 +8,8 @@
 
 namespace tessera {
 
-/// Through a pixel of the wall, as its users see it in the newest frame.
-[[nodiscard]] Expected<Ray> rayThrough(const DeskSurroundings& around, double xPx, double yPx);
-/// Where a wand points in the newest frame. kNotFound: the wall has no such wand. kRefused: it is not tracked.
-[[nodiscard]] Expected<Ray> rayAlong(const DeskSurroundings& around, const std::string& wand);
+/// Through a pixel of the wall, as its users see it in the newest frame; where a wand points in it; or the ray itself.
+/// kNotFound: the wall has no such wand. kRefused: it is not tracked.
+[[nodiscard]] Expected<Ray> rayOf(const DeskSurroundings& around, const Aim& aim);
 
 }  // namespace tessera

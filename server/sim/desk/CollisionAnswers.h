@@ -1,8 +1,8 @@
 /// What a frame's collision step found, as applications and render hosts are told of it.
 #pragma once
 
-#include "common/codec/ApplicationCollision.h"
 #include "common/codec/FrameCodec.h"
+#include "common/request/CollisionRequests.h"
 #include "server/collision/pipeline/StepResult.h"
 
 namespace tessera {

@@ -1,4 +1,4 @@
-/// Requests about collisions and questions, and what an application is told from now on. For Deeds.cpp alone.
+/// Requests about collisions, and answers to questions. For Deeds.cpp alone.
 #pragma once
 
 #include "server/sim/desk/DeedTable.h"
@@ -22,16 +22,10 @@ inline ServerActions getQuestions(Desk& desk, const Asker& asker, const request:
 }
 
 inline ServerActions answerQuestion(Desk& desk, const Asker& asker, const request::AnswerQuestion& wish, TimePoint) {
-    const Expected<void> taken = desk.news.decide(wish);
+    const Expected<void> taken = desk.news.decide(wish.reply);
     return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
 }
 
-inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::SubscribeNews& wish, TimePoint) {
-    ServerActions actions = desk.news.subscribe(asker.connection, wish);
-    append(actions, desk.done(asker));
-    return actions;
-}
-
-inline constexpr DeedTable kRows{&getContacts, &getEvents, &getDistances, &getQuestions, &answerQuestion, &subscribe};
+inline constexpr DeedTable kRows{&getContacts, &getEvents, &getDistances, &getQuestions, &answerQuestion};
 
 }  // namespace tessera::collision_deeds

@@ -11,15 +11,20 @@ namespace {
 constexpr std::size_t kCopiedAtOnce = 1024;  ///< changes
 }  // namespace
 
-ServerActions CopyRequests::ask(const Asker& asker, ObjectId node, CloneOptions options, TimePoint now) {
+ServerActions CopyRequests::ask(const Asker& asker, const CloneWish& wish, TimePoint now) {
     const std::size_t most = limits_.maxProposalChanges;
-    options.maxChanges = around_.orderCopy ? std::min(kCopiedAtOnce, most) : most;
-    Expected<Clone> clone = cloneList(around_.simulation.scene(), node, options);
+    CloneOptions options{.under = wish.under,
+                         .name = wish.name,
+                         .deep = wish.deep,
+                         .shareTypes = wish.shareTypes,
+                         .shareObjects = wish.shareObjects,
+                         .maxChanges = around_.orderCopy ? std::min(kCopiedAtOnce, most) : most};
+    Expected<Clone> clone = cloneList(around_.simulation.scene(), wish.node, options);
     if (!clone && clone.error().code == ErrorCode::kLimit && options.maxChanges < most) {
         const std::uint64_t ticket = edits_.newTicket();
         options.maxChanges = most;
         edits_.open(ticket, {.asker = asker, .isCopy = true});
-        waiting_.push_back({.ticket = ticket, .node = node, .options = std::move(options)});
+        waiting_.push_back({.ticket = ticket, .node = wish.node, .options = std::move(options)});
         goOn();
         return {};
     }

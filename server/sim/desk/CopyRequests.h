@@ -15,8 +15,7 @@ public:
     CopyRequests(const DeskSurroundings& around, const DeskLimits& limits, OpenEdits& edits)
         : around_(around), limits_(limits), edits_(edits) {}
 
-    /// `options.maxChanges` is set here.
-    [[nodiscard]] ServerActions ask(const Asker& asker, ObjectId node, CloneOptions options, TimePoint now);
+    [[nodiscard]] ServerActions ask(const Asker& asker, const CloneWish& wish, TimePoint now);
     [[nodiscard]] ServerActions copied(CopyMade made, TimePoint now);
     /// Orders the next one, where there is room. Call when edits have been closed.
     void goOn();

@@ -31,8 +31,4 @@ struct DeedTables : Topics... {
     explicit constexpr DeedTables(const Topics&... topics) : Topics(topics)... {}
 };
 
-/// What a request that is not taken leaves behind: of most nothing.
-template <typename Request>
-void forget(Desk&, const Asker&, const Request&) {}
-
 }  // namespace tessera

@@ -16,23 +16,15 @@ namespace {
 constexpr DeedTables kDeeds{edit_deeds::kRows, scene_deeds::kRows,     view_deeds::kRows,
                             aim_deeds::kRows,  collision_deeds::kRows, status_deeds::kRows};
 
-template <typename Request, typename... Which>
-constexpr bool kIsOneOf = (std::is_same_v<Request, Which> || ...);
-
-/// Whether an answer comes later: with a frame, a file or from hosts.
-template <typename Request>
-constexpr bool kStaysOpen = kIsOneOf<Request, request::ProposeChanges, request::UndoStep, request::RedoStep,
-                                     request::MoveNode, request::RemoveNode, request::CloneNode, request::Manipulate,
-                                     request::LoadFile, request::GetImages, request::SetView>;
-
 }  // namespace
 
 ServerActions carryOut(Desk& desk, const Asker& asker, const ApplicationRequest& request, TimePoint now) {
     return std::visit(
         [&]<typename Request>(const Request& wish) {
-            if constexpr (kStaysOpen<Request>)
+            constexpr const RequestInfo& info = Request::kInfo;
+            if constexpr (info.answered == Answered::kLater)
                 if (const std::optional<Error> why = desk.tooManyOpen(asker.connection)) {
-                    forget(desk, asker, wish);
+                    if (info.bringsArrays) desk.proposals.dropArrays(asker.connection);
                     return desk.refuse(asker, *why);
                 }
             return kDeeds(desk, asker, wish, now);

@@ -45,28 +45,17 @@ inline ServerActions remove(Desk& desk, const Asker& asker, const request::Remov
 }
 
 inline ServerActions clone(Desk& desk, const Asker& asker, const request::CloneNode& wish, TimePoint now) {
-    return desk.copies.ask(asker, wish.node,
-                           {.under = wish.under,
-                            .name = wish.name,
-                            .deep = wish.deep,
-                            .shareTypes = wish.shareTypes,
-                            .shareObjects = wish.shareObjects},
-                           now);
+    return desk.copies.ask(asker, wish.wish, now);
 }
 
-inline ServerActions load(Desk& desk, const Asker& asker, const request::LoadFile& wish, TimePoint) {
+inline ServerActions loadFile(Desk& desk, const Asker& asker, const request::LoadFile& wish, TimePoint) {
     return desk.loads.ask(asker, wish.path, wish.parent, wish.placing);
 }
 
-inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone, &load};
-
-}  // namespace tessera::edit_deeds
-
-namespace tessera {
-
-/// The arrays that came before it.
-inline void forget(Desk& desk, const Asker& asker, const request::ProposeChanges&) {
-    desk.proposals.dropArrays(asker.connection);
+inline ServerActions loadAsset(Desk& desk, const Asker& asker, const request::LoadAsset& wish, TimePoint) {
+    return desk.loads.ask(asker, std::string(wish.kPrefix) + wish.name, wish.parent, wish.placing);
 }
 
-}  // namespace tessera
+inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone, &loadFile, &loadAsset};
+
+}  // namespace tessera::edit_deeds

@@ -14,8 +14,8 @@ void FrameNews::tell(ServerActions& actions, Subscribed subscribed, MakeNotice n
     }
 }
 
-ServerActions FrameNews::subscribe(ConnectionId connection, const request::SubscribeNews& wanted) {
-    request::SubscribeNews& subscription = subscriptions_[connection];
+ServerActions FrameNews::subscribe(ConnectionId connection, const Subscription& wanted) {
+    Subscription& subscription = subscriptions_[connection];
     const bool newToQuestions = wanted.questions && !subscription.questions;
     subscription = wanted;
     if (!newToQuestions || questions_.unanswered().empty()) return {};
@@ -32,7 +32,6 @@ ServerActions FrameNews::committed(StepResult step, FrameNumber number, std::spa
 }
 
 ServerActions FrameNews::tellOfCollisions(std::span<const std::uint64_t> closedQuestions) {
-    using Subscription = request::SubscribeNews;
     ServerActions actions;
     tell(
         actions, [](const Subscription& s) { return s.contacts; }, [&] { return contacts(); });
@@ -59,7 +58,7 @@ ServerActions FrameNews::tellOfCollisions(std::span<const std::uint64_t> closedQ
 ServerActions FrameNews::released(const server_action::FrameReleased& release) {
     ServerActions actions;
     tell(
-        actions, [](const request::SubscribeNews& s) { return s.frames; },
+        actions, [](const Subscription& s) { return s.frames; },
         [&] { return notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held}; });
     return actions;
 }
@@ -67,14 +66,14 @@ ServerActions FrameNews::released(const server_action::FrameReleased& release) {
 ServerActions FrameNews::picked(const answer::Picked& picked) {
     ServerActions actions;
     tell(
-        actions, [](const request::SubscribeNews& s) { return s.picks; }, [&] { return picked; });
+        actions, [](const Subscription& s) { return s.picks; }, [&] { return picked; });
     return actions;
 }
 
 ServerActions FrameNews::poses(const notice::Poses& poses) {
     ServerActions actions;
     tell(
-        actions, [](const request::SubscribeNews& s) { return s.poses; }, [&] { return poses; });
+        actions, [](const Subscription& s) { return s.poses; }, [&] { return poses; });
     return actions;
 }
 
@@ -91,14 +90,14 @@ answer::Questions FrameNews::questions() const {
     return {.frame = frame_, .questions = openQuestions(), .closed = {}, .unanswered = step_.counters.unanswered};
 }
 
-Expected<void> FrameNews::decide(const request::AnswerQuestion& decision) {
+Expected<void> FrameNews::decide(const QuestionReply& decision) {
     const auto word = [&] {
         switch (decision.decision) {
-            case request::AnswerQuestion::Decision::kPass:
+            case QuestionReply::Decision::kPass:
                 return Reply::Decision::kPass;
-            case request::AnswerQuestion::Decision::kMove:
+            case QuestionReply::Decision::kMove:
                 return Reply::Decision::kMove;
-            case request::AnswerQuestion::Decision::kStop:
+            case QuestionReply::Decision::kStop:
                 break;
         }
         return Reply::Decision::kStop;

@@ -23,7 +23,7 @@ public:
     FrameNews(ServerSession& session, const Limits& limits) : session_(session), limits_(limits) {}
 
     /// Replaces what this application subscribed to. One that is new to questions is told of those that are open.
-    [[nodiscard]] ServerActions subscribe(ConnectionId connection, const request::SubscribeNews& wanted);
+    [[nodiscard]] ServerActions subscribe(ConnectionId connection, const Subscription& wanted);
     void applicationLeft(ConnectionId connection) { subscriptions_.erase(connection); }
 
     /// `open`: ids of the questions that stand after this frame.
@@ -40,7 +40,7 @@ public:
     [[nodiscard]] answer::Questions questions() const;
 
     /// kRefused: the question has an answer already, or does not stand.
-    [[nodiscard]] Expected<void> decide(const request::AnswerQuestion& decision);
+    [[nodiscard]] Expected<void> decide(const QuestionReply& decision);
     /// The answers for the frame that is about to be made.
     [[nodiscard]] std::vector<Reply> takeReplies() { return questions_.takeReplies(); }
 
@@ -53,7 +53,7 @@ private:
 
     ServerSession& session_;
     Limits limits_;
-    std::map<ConnectionId, request::SubscribeNews> subscriptions_;
+    std::map<ConnectionId, Subscription> subscriptions_;
     OpenQuestions questions_;
     FrameNumber frame_;
     StepResult step_;

@@ -157,7 +157,7 @@ private:
 
 }  // namespace
 
-answer::Objects describe(const Aspect& scene, const request::GetObjects& wanted) {
+answer::Objects describe(const Aspect& scene, const ObjectsWish& wanted) {
     answer::Objects out;
     ToldObjects content(scene);
     std::vector<ObjectId> nodes;
@@ -179,7 +179,7 @@ answer::Objects describe(const Aspect& scene, const request::GetObjects& wanted)
     return out;
 }
 
-Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree& wanted, const PageLimits& limits) {
+Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted, const PageLimits& limits) {
     if (!scene.get<Node>(wanted.node))
         return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", wanted.node.value));
     if (!wanted.after.empty() && wanted.after.front() != wanted.node)
@@ -221,7 +221,7 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree&
     return page;
 }
 
-Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::FindNodes& wanted, const PageLimits& limits) {
+Expected<answer::FoundPage> foundPage(const Aspect& scene, const NodeSearch& wanted, const PageLimits& limits) {
     const Expected<PathPattern> pattern = PathPattern::parse(wanted.expression);
     if (!pattern) return tl::unexpected(pattern.error());
     SearchOptions options{.top = wanted.node, .coreType = wanted.coreType, .after = wanted.after};

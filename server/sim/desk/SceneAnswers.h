@@ -9,7 +9,7 @@
 namespace tessera {
 
 /// `sequence` of what is returned is the caller's to set.
-[[nodiscard]] answer::Objects describe(const Aspect& scene, const request::GetObjects& wanted);
+[[nodiscard]] answer::Objects describe(const Aspect& scene, const ObjectsWish& wanted);
 
 struct PageLimits {
     std::size_t maxTold = 512;       ///< nodes
@@ -19,12 +19,12 @@ struct PageLimits {
     std::size_t maxSiblings = 65'536;  ///< looked at for the paths of what is found
 };
 /// kNotFound: `wanted.node` is no node (any more). The lengths of films are left to the caller.
-[[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const request::GetTree& wanted,
+[[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
                                                   const PageLimits& limits = {});
 
 /// A page of what `wanted.expression` names (common/scene/Search.h). kUsage: it is no expression. A node's path looks at all siblings on its way;
 /// where these are too many for one page, `path` is its number ("#17").
-[[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const request::FindNodes& wanted,
+[[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const NodeSearch& wanted,
                                                     const PageLimits& limits = {});
 
 }  // namespace tessera

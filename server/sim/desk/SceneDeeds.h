@@ -10,7 +10,7 @@ namespace tessera::scene_deeds {
 
 inline ServerActions getObjects(Desk& desk, const Asker& asker, const request::GetObjects& wish, TimePoint) {
     const Simulation& simulation = desk.around.simulation;
-    answer::Objects objects = describe(simulation.scene(), wish);
+    answer::Objects objects = describe(simulation.scene(), wish.wish);
     objects.sequence = simulation.sequence();
     return desk.answer(asker, ApplicationAnswer(std::move(objects)));
 }
@@ -18,9 +18,9 @@ inline ServerActions getObjects(Desk& desk, const Asker& asker, const request::G
 inline ServerActions getTree(Desk& desk, const Asker& asker, const request::GetTree& wish, TimePoint) {
     const Simulation& simulation = desk.around.simulation;
     const Aspect& scene = simulation.scene();
-    Expected<answer::TreePage> page = treePage(scene, wish);
+    Expected<answer::TreePage> page = treePage(scene, wish.wish);
     if (!page) return desk.refuse(asker, page.error());
-    if (wish.coreType == typeOf<Movie>() && desk.around.filmLength)
+    if (wish.wish.coreType == typeOf<Movie>() && desk.around.filmLength)
         for (const TreeNode& told : page->nodes) {
             const ObjectId core = scene.get<Node>(told.node)->core;
             if (const double seconds = desk.around.filmLength(core); seconds > 0)
@@ -32,7 +32,7 @@ inline ServerActions getTree(Desk& desk, const Asker& asker, const request::GetT
 
 inline ServerActions find(Desk& desk, const Asker& asker, const request::FindNodes& wish, TimePoint) {
     const Simulation& simulation = desk.around.simulation;
-    Expected<answer::FoundPage> page = foundPage(simulation.scene(), wish);
+    Expected<answer::FoundPage> page = foundPage(simulation.scene(), wish.wish);
     if (!page) return desk.refuse(asker, page.error());
     page->sequence = simulation.sequence();
     return desk.answer(asker, ApplicationAnswer(std::move(*page)));

@@ -1,4 +1,4 @@
-/// Requests about the wall itself. For Deeds.cpp alone.
+/// Requests about the wall itself, and what an application is told from now on. For Deeds.cpp alone.
 #pragma once
 
 #include "server/sim/desk/DeedTable.h"
@@ -16,6 +16,12 @@ inline ServerActions getTrackers(Desk& desk, const Asker& asker, const request::
     return desk.answer(asker, ApplicationAnswer(trackersOf(desk.around)));
 }
 
-inline constexpr DeedTable kRows{&getStatus, &getTrackers};
+inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::SubscribeNews& wish, TimePoint) {
+    ServerActions actions = desk.news.subscribe(asker.connection, wish.wanted);
+    append(actions, desk.done(asker));
+    return actions;
+}
+
+inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe};
 
 }  // namespace tessera::status_deeds

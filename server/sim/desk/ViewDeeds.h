@@ -7,13 +7,13 @@ namespace tessera::view_deeds {
 
 inline ServerActions setView(Desk& desk, const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
-    return desk.views.ask(asker, wish);
+    return desk.views.ask(asker, wish.wish);
 }
 
 inline ServerActions navigate(Desk& desk, const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     if (!desk.around.steering) return desk.refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
-    const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish, now);
+    const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish.wish, now);
     return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
 }
 

@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-ServerActions ViewRequests::ask(const Asker& asker, const request::SetView& wish) {
+ServerActions ViewRequests::ask(const Asker& asker, const ViewWish& wish) {
     waiting_.push_back({asker, wish, simulation_.sequence()});
     return goOn();
 }
@@ -31,7 +31,7 @@ ServerActions ViewRequests::goOn() {
     return actions;
 }
 
-ServerActions ViewRequests::set(const Asker& asker, const request::SetView& wish, const Box* bounds) {
+ServerActions ViewRequests::set(const Asker& asker, const ViewWish& wish, const Box* bounds) {
     const Expected<void> set = view_.set(simulation_.scene(), wish, bounds);
     if (!set) return answerTo(session_, asker, tl::unexpected(set.error()));
     return answerTo(session_, asker, ApplicationAnswer(answer::Done{}));

@@ -23,7 +23,7 @@ public:
     ViewRequests(ServerSession& session, ViewSource& view, const Simulation& simulation, Survey survey)
         : session_(session), view_(view), simulation_(simulation), survey_(std::move(survey)) {}
 
-    [[nodiscard]] ServerActions ask(const Asker& asker, const request::SetView& wish);
+    [[nodiscard]] ServerActions ask(const Asker& asker, const ViewWish& wish);
     /// `at`: the list up to which the scene had come.
     [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at);
     /// What it waits for does not happen.
@@ -34,11 +34,13 @@ public:
 private:
     struct Waiting {
         Asker asker;
-        request::SetView wish;
+        ViewWish wish;
         Sequence asked;
     };
-    [[nodiscard]] bool needsSurvey(const request::SetView& wish) const { return survey_ && wish.reset && !view_.hasCamera() && view_.framesScene(); }
-    [[nodiscard]] ServerActions set(const Asker& asker, const request::SetView& wish, const Box* bounds);
+    [[nodiscard]] bool needsSurvey(const ViewWish& wish) const {
+        return survey_ && wish.reset && !view_.hasCamera() && view_.framesScene();
+    }
+    [[nodiscard]] ServerActions set(const Asker& asker, const ViewWish& wish, const Box* bounds);
     /// As far as what is known goes.
     [[nodiscard]] ServerActions goOn();
 

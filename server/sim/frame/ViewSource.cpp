@@ -151,7 +151,7 @@ void ViewSource::goOnFrom(const ViewState& state) {
     if (checkWall(moved)) users_ = std::move(moved.users);
 }
 
-Expected<void> ViewSource::set(const Aspect& scene, const request::SetView& wish, const Box* bounds) {
+Expected<void> ViewSource::set(const Aspect& scene, const ViewWish& wish, const Box* bounds) {
     if (wish.reset) {
         override_.reset();
         default_.reset();

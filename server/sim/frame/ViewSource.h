@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/codec/ApplicationCodec.h"
 #include "common/math/Box.h"
+#include "common/request/ViewRequests.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 #include "server/sim/frame/FirstCamera.h"
@@ -53,7 +53,7 @@ public:
     [[nodiscard]] Expected<View> view(const Aspect& scene);
     /// `bounds`: of the scene as its animations take it (AnimatedBounds), for who goes back to the default camera; null: it is found
     /// when the next view is.
-    [[nodiscard]] Expected<void> set(const Aspect& scene, const request::SetView& wish, const Box* bounds = nullptr);
+    [[nodiscard]] Expected<void> set(const Aspect& scene, const ViewWish& wish, const Box* bounds = nullptr);
     /// The scene's camera counts unless somebody has moved the wall: no default one is needed.
     /// Without a camera all of the scene is to be seen: else the wall stands in its own place.
     [[nodiscard]] bool framesScene() const { return firstView_ == FirstView::kOfScene; }

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/codec/ApplicationTracking.h"
 #include "common/input/HandInput.h"
 #include "common/math/Ray.h"
+#include "common/request/StatusRequests.h"
 #include "server/manipulators/ManipulatorDrags.h"
 #include "server/sim/frame/Frame.h"
 

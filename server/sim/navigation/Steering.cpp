@@ -35,8 +35,8 @@ void Steering::hostLeft(const std::string& host) {
     if (hands_) hands_->end(host);
 }
 
-Expected<void> Steering::asked(std::uint64_t application, const request::NavigateView& wish, TimePoint at) {
-    using Deed = request::NavigateView::Deed;
+Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& wish, TimePoint at) {
+    using Deed = NavigationWish::Deed;
     if (!around_.takesInput) return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
     const Aspect& scene = around_.simulation.scene();
     const Expected<View> now = around_.view.view(scene);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/base/Clock.h"
-#include "common/codec/ApplicationNavigation.h"
+#include "common/request/ViewRequests.h"
 #include "server/sim/frame/Frame.h"
 #include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/HandleInput.h"
@@ -42,7 +42,7 @@ public:
     void received(const std::string& host, const std::vector<InputState>& states, TimePoint at = {});
     void hostLeft(const std::string& host);
     /// kRefused: no input is taken. kNotFound: no such node or bookmark.
-    [[nodiscard]] Expected<void> asked(std::uint64_t application, const request::NavigateView& wish, TimePoint at = {});
+    [[nodiscard]] Expected<void> asked(std::uint64_t application, const NavigationWish& wish, TimePoint at = {});
     void applicationLeft(std::uint64_t application);
     /// One more source, for the frame to come alone: whatever is no window. Not heard where no input is taken.
     /// `who`: for `active`.

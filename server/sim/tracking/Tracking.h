@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/codec/ApplicationTracking.h"
+#include "common/request/StatusRequests.h"
 #include "common/wall/View.h"
 #include "server/sim/frame/TrackedHead.h"
 #include "server/sim/tracking/PoseFilter.h"

@@ -149,6 +149,25 @@ TEST(Application, ACallbackMayAskButNotPoll) {
     EXPECT_EQ(cranePlace(*application), Vec3d(9, 9, 9));
 }
 
+TEST(Application, WhatIsOutOfItsBoundsIsNotSent) {
+    ScriptedServer server;
+    std::size_t heard = 0;
+    server.script([&](const ApplicationRequest&) -> Expected<ApplicationAnswer> {
+        ++heard;
+        return answer::Done{};
+    });
+    const auto application = join(server, false);
+    ASSERT_TRUE(application);
+    const auto budget = application->setBudget(-3);
+    ASSERT_FALSE(budget);
+    EXPECT_EQ(budget.error().message, "SetBudget: milliseconds must be from 0.1 to 60000, or 0, not -3");
+    EXPECT_FALSE(application->setView({.worldUnitsPerMetre = -1}));
+    EXPECT_FALSE(application->navigate({.deed = NavigationWish::Deed::kGoToBookmark}));
+    EXPECT_EQ(heard, 0u);
+    EXPECT_TRUE(application->setBudget(16));
+    EXPECT_EQ(heard, 1u);
+}
+
 TEST(Application, RequestsCarryTheirAnswers) {
     ScriptedServer server;
     server.script([](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
@@ -161,7 +180,7 @@ TEST(Application, RequestsCarryTheirAnswers) {
             return answer::Status{.wallName = "1x1", .frame = 9_frame};
         if (std::holds_alternative<request::GetContacts>(asked)) return answer::Contacts{.frame = 4_frame};
         if (std::holds_alternative<request::GetImages>(asked)) return answer::Images{{}, {"front-0-0"}};
-        if (const auto* view = std::get_if<request::SetView>(&asked); view && view->reset) return answer::Done{};
+        if (const auto* view = std::get_if<request::SetView>(&asked); view && view->wish.reset) return answer::Done{};
         return fail(ErrorCode::kRefused, "no");
     });
     const auto application = join(server, false);

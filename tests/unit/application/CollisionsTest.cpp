@@ -10,7 +10,7 @@ namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
-using Decision = request::AnswerQuestion::Decision;
+using Decision = QuestionReply::Decision;
 using test::ScriptedServer;
 
 std::unique_ptr<Application> joinAndAsk(const ScriptedServer& server) {
@@ -28,7 +28,7 @@ TEST(Collisions, EachKindIsSubscribedToByItself) {
     const auto application = joinAndAsk(server);
     ASSERT_TRUE(application);
     const auto bits = [&] {
-        const request::SubscribeNews s = server.subscription();
+        const Subscription s = server.subscription();
         return std::array{s.contacts, s.events, s.stays, s.distances, s.questions};
     };
     ASSERT_TRUE(application->onPairEvents([](const answer::PairEvents&) {}));
@@ -65,12 +65,12 @@ TEST(Collisions, EachKindReachesItsOwnCallback) {
 
 TEST(Collisions, AQuestionIsAnsweredFromWithinItsCallback) {
     ScriptedServer server;
-    std::vector<request::AnswerQuestion> answers;
+    std::vector<QuestionReply> answers;
     server.script([&](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
         const auto* respond = std::get_if<request::AnswerQuestion>(&asked);
         if (respond == nullptr) return fail(ErrorCode::kFailed, "unexpected");
-        if (respond->question != 3) return fail(ErrorCode::kRefused, "question 4 is not open");
-        answers.push_back(*respond);
+        if (respond->reply.question != 3) return fail(ErrorCode::kRefused, "question 4 is not open");
+        answers.push_back(respond->reply);
         return answer::Done{};
     });
     const auto application = joinAndAsk(server);

@@ -127,7 +127,7 @@ public:
         const std::scoped_lock lock(mutex_);
         faults_ = std::move(faults);
     }
-    [[nodiscard]] request::SubscribeNews subscription() const {
+    [[nodiscard]] Subscription subscription() const {
         const std::scoped_lock lock(mutex_);
         return subscription_;
     }
@@ -253,24 +253,26 @@ private:
             return commitLocked(std::move(inverse));
         }
         if (const auto* subscribe = std::get_if<request::SubscribeNews>(&asked)) {
-            subscription_ = *subscribe;
+            subscription_ = subscribe->wanted;
             return answer::Done{};
         }
-        if (const auto* objects = std::get_if<request::GetObjects>(&asked)) return describe(scene_, *objects);
+        if (const auto* objects = std::get_if<request::GetObjects>(&asked)) return describe(scene_, objects->wish);
         if (const auto* tree = std::get_if<request::GetTree>(&asked))
             // Small pages: the little scene takes several.
-            return treePage(scene_, *tree, {.maxTold = 2}).map([](answer::TreePage page) {
+            return treePage(scene_, tree->wish, {.maxTold = 2}).map([](answer::TreePage page) {
                 return ApplicationAnswer(std::move(page));
             });
         if (const auto* find = std::get_if<request::FindNodes>(&asked))
-            return foundPage(scene_, *find, {.maxLookedAt = 2}).map([](answer::FoundPage page) { return ApplicationAnswer(std::move(page)); });
+            return foundPage(scene_, find->wish, {.maxLookedAt = 2}).map([](answer::FoundPage page) {
+                return ApplicationAnswer(std::move(page));
+            });
         if (const auto* clone = std::get_if<request::CloneNode>(&asked)) {
-            Expected<Clone> made = cloneList(scene_, clone->node,
-                                             {.under = clone->under,
-                                              .name = clone->name,
-                                              .deep = clone->deep,
-                                              .shareTypes = clone->shareTypes,
-                                              .shareObjects = clone->shareObjects});
+            Expected<Clone> made = cloneList(scene_, clone->wish.node,
+                                             {.under = clone->wish.under,
+                                              .name = clone->wish.name,
+                                              .deep = clone->wish.deep,
+                                              .shareTypes = clone->wish.shareTypes,
+                                              .shareObjects = clone->wish.shareObjects});
             if (!made) return tl::unexpected(made.error());
             Expected<ApplicationAnswer> committed = commitLocked(std::move(made->list));
             if (!committed) return committed;
@@ -321,7 +323,7 @@ private:
     std::vector<ObjectId> stopped_;
     std::vector<LinkId> links_, followers_;
     Faults faults_;
-    request::SubscribeNews subscription_;
+    Subscription subscription_;
     Uploaded uploaded_;
     bool keepUploads_ = true, arraysGone_ = false;
     std::deque<BlobInfo> expected_;

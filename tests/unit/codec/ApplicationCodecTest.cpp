@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "common/request/Check.h"
 #include "tests/unit/codec/Samples.h"
 
 namespace tessera {
@@ -64,9 +65,10 @@ TEST(ApplicationCodec, WhatIsSaidOfTrackersKeepsItsFields) {
     EXPECT_EQ(wand.worldPosition, Vec3d(7, 8, 9));
     EXPECT_EQ(wand.worldOrientation.y(), 1);
     EXPECT_EQ(wand.axes, (std::vector{0.5, -1.0}));
-    EXPECT_EQ(std::get<request::PickAt>(*decodeRequest(encodeRequest(request::PickAt{.wand = "right"}))).wand, "right");
-    EXPECT_TRUE(
-        std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(request::SubscribeNews{.poses = true}))).poses);
+    EXPECT_EQ(std::get<request::PickAt>(*decodeRequest(encodeRequest(request::PickAt{{.wand = "right"}}))).aim.wand,
+              "right");
+    EXPECT_TRUE(std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(request::SubscribeNews{{.poses = true}})))
+                    .wanted.poses);
     EXPECT_EQ(
         std::get<answer::Status>(*decodeAnswer(encodeAnswer(answer::Status{.trackers = {"art: dtrack"}}))).trackers,
         std::vector<std::string>{"art: dtrack"});
@@ -84,23 +86,23 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     const answer::TreePage films{.lengths = {{ObjectId{9}, 2.5}, {ObjectId{7}, 0.25}}};
     EXPECT_EQ(std::get<answer::TreePage>(*decodeAnswer(encodeAnswer(films))).lengths, films.lengths);
     EXPECT_FALSE(decodeAnswer(encodeAnswer(answer::TreePage{.lengths = {{ObjectId{9}, std::numeric_limits<double>::quiet_NaN()}}})));
-    const auto named = std::get<request::GetObjects>(*decodeRequest(encodeRequest(everyRequest()[14])));
+    const auto named = std::get<request::GetObjects>(*decodeRequest(encodeRequest(everyRequest()[14]))).wish;
     EXPECT_EQ(named.names, (std::vector<std::string>{"/hall/crane", "#17"}));
     EXPECT_TRUE(!named.paths && named.content);
-    const auto tree = std::get<request::GetTree>(*decodeRequest(encodeRequest(everyRequest()[15])));
+    const auto tree = std::get<request::GetTree>(*decodeRequest(encodeRequest(everyRequest()[15]))).wish;
     EXPECT_EQ(tree.node, ObjectId{3});
     EXPECT_EQ(tree.levels, 4u);
     EXPECT_EQ(tree.after, (std::vector{ObjectId{3}, ObjectId{9}}));
     EXPECT_EQ(tree.coreType, ObjectType{5});
     EXPECT_EQ(tree.cores, (std::vector{ObjectId{6}, ObjectId{7}}));
     EXPECT_EQ(std::get<request::RemoveNode>(*decodeRequest(encodeRequest(everyRequest()[16]))).node, ObjectId{8});
-    const auto clone = std::get<request::CloneNode>(*decodeRequest(encodeRequest(everyRequest()[20])));
+    const auto clone = std::get<request::CloneNode>(*decodeRequest(encodeRequest(everyRequest()[20]))).wish;
     EXPECT_EQ(clone.node, ObjectId{11});
     EXPECT_EQ(clone.under, ObjectId{12});
     EXPECT_TRUE(clone.name == "twin" && clone.deep);
     EXPECT_EQ(clone.shareTypes, std::vector{ObjectType{5}});
     EXPECT_EQ(clone.shareObjects, (std::vector{ObjectId{13}, ObjectId{14}}));
-    const auto find = std::get<request::FindNodes>(*decodeRequest(encodeRequest(everyRequest()[21])));
+    const auto find = std::get<request::FindNodes>(*decodeRequest(encodeRequest(everyRequest()[21]))).wish;
     EXPECT_EQ(find.expression, "/hall/**/wheel*[visible]");
     EXPECT_EQ(find.node, ObjectId{3});
     EXPECT_EQ(find.coreType, ObjectType{4});
@@ -121,15 +123,15 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
 }
 
 TEST(ApplicationCodec, NamesAndPagesHaveLimits) {
-    request::GetObjects many;
+    ObjectsWish many;
     many.names.assign(ApplicationLimits().maxNames + 1, "/hall");
-    EXPECT_EQ(decodeRequest(encodeRequest(many)).error().code, ErrorCode::kLimit);
-    request::CloneNode sharing;
+    EXPECT_EQ(decodeRequest(encodeRequest(request::GetObjects{many})).error().code, ErrorCode::kLimit);
+    CloneWish sharing;
     sharing.shareObjects.assign(ApplicationLimits().maxShared + 1, ObjectId{5});
-    EXPECT_EQ(decodeRequest(encodeRequest(sharing)).error().code, ErrorCode::kLimit);
-    request::GetTree deep;
+    EXPECT_EQ(decodeRequest(encodeRequest(request::CloneNode{sharing})).error().code, ErrorCode::kLimit);
+    TreeWish deep;
     deep.after.assign(ApplicationLimits().maxDepth + 1, ObjectId{1});
-    EXPECT_EQ(decodeRequest(encodeRequest(deep)).error().code, ErrorCode::kLimit);
+    EXPECT_EQ(decodeRequest(encodeRequest(request::GetTree{deep})).error().code, ErrorCode::kLimit);
     answer::TreePage page;
     page.nodes.assign(ApplicationLimits().maxPageNodes + 1, {});
     EXPECT_EQ(decodeAnswer(encodeAnswer(page)).error().code, ErrorCode::kLimit);
@@ -152,7 +154,7 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_EQ(load.placing.up, UpAxis::kZ);
     EXPECT_EQ(load.placing.pointRadius, 0.25);
 
-    const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4])));
+    const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4]))).wish;
     EXPECT_EQ(*view.position, Vec3d(1, 2, 3));
     EXPECT_EQ(view.orientation->coeffs(), Quatd(0.5, -0.5, 0.5, -0.5).coeffs());
     EXPECT_EQ(*view.worldUnitsPerMetre, 1000);
@@ -160,14 +162,14 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_EQ(*view.head, Vec3d(0, 1.7, 2.4));
     EXPECT_TRUE(view.reset);
 
-    const auto still = std::get<request::SetView>(*decodeRequest(encodeRequest(request::SetView{})));
+    const auto still = std::get<request::SetView>(*decodeRequest(encodeRequest(request::SetView{}))).wish;
     EXPECT_FALSE(still.position || still.orientation || still.worldUnitsPerMetre || still.head || still.reset)
         << "what is not set stays not set";
 
-    const auto pick = std::get<request::PickAt>(*decodeRequest(encodeRequest(everyRequest()[5])));
+    const auto pick = std::get<request::PickAt>(*decodeRequest(encodeRequest(everyRequest()[5]))).aim;
     EXPECT_EQ(pick.xPx, 12.5);
     EXPECT_EQ(pick.yPx, -3);
-    const auto subscribe = std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(everyRequest()[8])));
+    const auto subscribe = std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(everyRequest()[8]))).wanted;
     EXPECT_TRUE(subscribe.contacts && !subscribe.picks && subscribe.frames);
 }
 
@@ -240,8 +242,8 @@ TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
 
 TEST(ApplicationCodec, RefusesNumbersThatAreNone) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const auto refused = [](const request::SetView& view) { return !decodeRequest(encodeRequest(view)); };
-    request::SetView view;
+    const auto refused = [](const ViewWish& view) { return !decodeRequest(encodeRequest(request::SetView{view})); };
+    ViewWish view;
     view.position = Vec3d(0, nan, 0);
     EXPECT_TRUE(refused(view));
     view = {};
@@ -252,7 +254,7 @@ TEST(ApplicationCodec, RefusesNumbersThatAreNone) {
     EXPECT_TRUE(refused(view));
     view.worldUnitsPerMetre = -1;
     EXPECT_TRUE(refused(view));
-    EXPECT_FALSE(decodeRequest(encodeRequest(request::PickAt{nan, 0})));
+    EXPECT_FALSE(decodeRequest(encodeRequest(request::PickAt{{nan, 0, ""}})));
     answer::Contacts contacts = twoContacts();
     contacts.contacts[0].point.x() = std::numeric_limits<double>::infinity();
     EXPECT_FALSE(decodeAnswer(encodeAnswer(contacts)));
@@ -281,6 +283,37 @@ TEST(ApplicationCodec, WhatANewerVersionAsksIsRefusedInWords) {
     const auto request = decodeRequest(share(std::move(bytes)));
     ASSERT_FALSE(request);
     EXPECT_NE(request.error().message.find("this version does not know"), std::string::npos);
+}
+
+TEST(ApplicationCodec, WhatAnOlderProgramAsksIsRefusedInWords) {
+    // A handle that is grabbed, as a program of protocol 15 before requests were described says it: field 24.
+    Bytes bytes(8);
+    bytes[0] = std::byte{5};
+    for (const int b : {0xc2, 0x01, 0x02, 0x12, 0x00}) bytes.push_back(static_cast<std::byte>(b));
+    const auto request = decodeRequest(share(std::move(bytes)));
+    ASSERT_FALSE(request);
+    EXPECT_EQ(request.error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(request.error().message, "request 24 is no longer understood; take a newer program");
+}
+
+TEST(ApplicationCodec, WhatIsOutOfItsBoundsIsRefusedByItsName) {
+    const auto refusal = [](const ApplicationRequest& request) {
+        const auto decoded = decodeRequest(encodeRequest(request));
+        return decoded ? std::string("taken") : decoded.error().message;
+    };
+    EXPECT_EQ(refusal(request::SetBudget{-3}), "SetBudget: milliseconds must be from 0.1 to 60000, or 0, not -3");
+    EXPECT_EQ(refusal(request::SetBudget{0}), "taken");
+    EXPECT_EQ(refusal(request::SetView{{.worldUnitsPerMetre = 0}}),
+              "SetView: world_units_per_metre must be above 0, not 0");
+    EXPECT_EQ(refusal(request::MoveNode{.move = {.scale = Vec3d(1, 0, 1)}}),
+              "MoveNode: scale must be other than 0, not 0");
+    EXPECT_EQ(refusal(request::NavigateView{{.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 10}}),
+              "NavigateView: there is no bookmark 10: 1 to 9 are possible");
+    EXPECT_EQ(refusal(request::LoadFile{std::string(5000, 'x'), {}}),
+              "LoadFile: path has 5000 bytes; at most 4096 are allowed");
+    const auto said = checkRequest(request::SetBudget{-3});
+    ASSERT_FALSE(said);
+    EXPECT_EQ(said.error().message, refusal(request::SetBudget{-3})) << "who says it is told the same";
 }
 
 TEST(ApplicationCodec, NoBytesCrashIt) {

@@ -1,6 +1,6 @@
 /// What applications are told of collisions: every field arrives as it was said, and bytes that say what cannot be are
 /// refused.
-#include "common/codec/ApplicationCollisionParts.h"
+#include "common/codec/MemberCodec.h"
 
 #include <gtest/gtest.h>
 
@@ -149,18 +149,20 @@ TEST(ApplicationCollision, EventsDistancesAndQuestionsKeepTheirFields) {
 
 TEST(ApplicationCollision, SubscriptionsAndDecisionsKeepTheirFields) {
     for (int bit = 0; bit < 7; ++bit) {
-        const request::SubscribeNews wanted{bit == 0, bit == 1, bit == 2, bit == 3, bit == 4, bit == 5, bit == 6};
-        const auto back = std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(wanted)));
+        const Subscription wanted{bit == 0, bit == 1, bit == 2, bit == 3, bit == 4, bit == 5, bit == 6};
+        const auto back =
+            std::get<request::SubscribeNews>(*decodeRequest(encodeRequest(request::SubscribeNews{wanted}))).wanted;
         EXPECT_EQ(
             std::tie(back.contacts, back.picks, back.frames, back.events, back.stays, back.distances, back.questions),
             std::tie(wanted.contacts, wanted.picks, wanted.frames, wanted.events, wanted.stays, wanted.distances,
                      wanted.questions))
             << bit;
     }
-    using Decision = request::AnswerQuestion::Decision;
+    using Decision = QuestionReply::Decision;
     for (const Decision decision : {Decision::kStop, Decision::kPass, Decision::kMove}) {
-        request::AnswerQuestion respond{.question = 12, .decision = decision, .pose = someQuestion().wanted};
-        const auto back = std::get<request::AnswerQuestion>(*decodeRequest(encodeRequest(respond)));
+        QuestionReply respond{.question = 12, .decision = decision, .pose = someQuestion().wanted};
+        const auto back =
+            std::get<request::AnswerQuestion>(*decodeRequest(encodeRequest(request::AnswerQuestion{respond}))).reply;
         EXPECT_EQ(back.question, 12u);
         EXPECT_EQ(back.decision, decision);
         expectSame(back.pose, decision == Decision::kMove ? respond.pose : Pose());
@@ -168,8 +170,8 @@ TEST(ApplicationCollision, SubscriptionsAndDecisionsKeepTheirFields) {
 }
 
 TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
-    request::AnswerQuestion respond{.question = 1, .decision = request::AnswerQuestion::Decision::kMove, .pose = {}};
-    const auto refused = [&] { return !decodeRequest(encodeRequest(respond)); };
+    QuestionReply respond{.question = 1, .decision = QuestionReply::Decision::kMove, .pose = {}};
+    const auto refused = [&] { return !decodeRequest(encodeRequest(request::AnswerQuestion{respond})); };
     EXPECT_FALSE(refused());
     respond.pose.translation.z() = std::numeric_limits<double>::quiet_NaN();
     EXPECT_TRUE(refused());
@@ -179,18 +181,29 @@ TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
     respond.pose = {};
     respond.pose.scale.y() = 0;
     EXPECT_TRUE(refused());
-    respond = {.question = 1, .decision = static_cast<request::AnswerQuestion::Decision>(3), .pose = {}};
+    respond = {.question = 1, .decision = static_cast<QuestionReply::Decision>(3), .pose = {}};
     EXPECT_TRUE(refused());
+}
+
+template <typename Value>
+Bytes packed(const std::vector<Value>& values) {
+    return packRecords(std::span<const Value>(values));
+}
+/// As a message would: records, and whether each says what may be.
+template <typename Value>
+Expected<std::vector<Value>> unpacked(ByteSpan bytes, std::size_t most) {
+    Expected<std::vector<Value>> values = unpackRecords<Value>(bytes, most);
+    if (!values) return values;
+    for (const Value& value : *values)
+        if (const std::optional<Error> fault = findFault(value)) return tl::unexpected(*fault);
+    return values;
 }
 
 /// One entry, one thing wrong with it.
 template <typename Value, typename Spoil>
 bool refused(Value value, Spoil spoil) {
     spoil(value);
-    if constexpr (std::is_same_v<Value, ContactValue>) return !unpackContacts(packContacts({&value, 1}), 1);
-    if constexpr (std::is_same_v<Value, PairEventValue>) return !unpackEvents(packEvents({&value, 1}), 1);
-    if constexpr (std::is_same_v<Value, PairDistanceValue>) return !unpackDistances(packDistances({&value, 1}), 1);
-    if constexpr (std::is_same_v<Value, QuestionValue>) return !unpackQuestions(packQuestions({&value, 1}), 1);
+    return !unpacked<Value>(packed<Value>({value}), 1);
 }
 
 TEST(ApplicationCollision, NumbersThatCannotBeAreRefused) {
@@ -218,21 +231,22 @@ TEST(ApplicationCollision, NumbersThatCannotBeAreRefused) {
     EXPECT_TRUE(refused(someQuestion(), [&](auto& q) { q.normal.x() = nan; }));
 
     const PairEventValue event = someEvent();
-    Bytes flag = packEvents({&event, 1});
+    Bytes flag = packed<PairEventValue>({event});
     flag[28] = std::byte{2};  // `through`
-    EXPECT_FALSE(unpackEvents(flag, 1));
+    EXPECT_FALSE(unpacked<PairEventValue>(flag, 1));
     const PairDistanceValue distance = someDistance();
-    Bytes reserved = packDistances({&distance, 1});
+    Bytes reserved = packed<PairDistanceValue>({distance});
     reserved[52] = std::byte{1};
-    EXPECT_FALSE(unpackDistances(reserved, 1));
+    EXPECT_FALSE(unpacked<PairDistanceValue>(reserved, 1));
 }
 
 TEST(ApplicationCollision, CountsAndBytesAreBounded) {
     const std::vector<PairEventValue> events(3, someEvent());
-    const Bytes packed = packEvents(events);
-    EXPECT_TRUE(unpackEvents(packed, 3));
-    EXPECT_EQ(unpackEvents(packed, 2).error().code, ErrorCode::kLimit);
-    EXPECT_FALSE(unpackEvents(ByteSpan(packed).first(packed.size() - 1), 3)) << "cut in the middle of an entry";
+    const Bytes bytes = packed(events);
+    EXPECT_TRUE(unpacked<PairEventValue>(bytes, 3));
+    EXPECT_EQ(unpacked<PairEventValue>(bytes, 2).error().code, ErrorCode::kLimit);
+    EXPECT_FALSE(unpacked<PairEventValue>(ByteSpan(bytes).first(bytes.size() - 1), 3))
+        << "cut in the middle of an entry";
 
     ApplicationLimits tight;
     tight.maxEvents = tight.maxDistances = tight.maxQuestions = tight.maxContacts = 1;
@@ -244,10 +258,10 @@ TEST(ApplicationCollision, CountsAndBytesAreBounded) {
     EXPECT_FALSE(decodeNotice(encodeNotice(answer::Contacts{0_frame, 0, {{}, {}}, 0, 0}), tight));
 
     ApplicationLimits small;
-    small.maxCollisionBytes = 3 * kPairEventBytes - 1;
+    small.maxCollisionBytes = 3 * recordSize<PairEventValue>() - 1;
     EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small).error().code,
               ErrorCode::kLimit);
-    small.maxCollisionBytes = 3 * kPairEventBytes;
+    small.maxCollisionBytes = 3 * recordSize<PairEventValue>();
     EXPECT_TRUE(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small));
 }
 
@@ -257,29 +271,28 @@ TEST(ApplicationCollision, NoBytesCrashIt) {
     const std::vector<PairEventValue> events(4, someEvent());
     const std::vector<PairDistanceValue> distances(4, someDistance());
     const std::vector<QuestionValue> questions(4, someQuestion());
-    const std::array seeds{packContacts(contacts), packEvents(events), packDistances(distances),
-                           packQuestions(questions)};
+    const std::array seeds{packed(contacts), packed(events), packed(distances), packed(questions)};
     std::mt19937 random(11);
     std::size_t accepted = 0, refusedOnes = 0;
     for (int round = 0; round < 20'000; ++round) {
         Bytes bytes = seeds[random() % seeds.size()];
         for (unsigned n = random() % 4; n > 0; --n) bytes[random() % bytes.size()] = static_cast<std::byte>(random());
         if (random() % 4 == 0) bytes.resize(random() % (bytes.size() + 1));
-        if (const auto found = unpackContacts(bytes, 8)) {
+        if (const auto found = unpacked<ContactValue>(bytes, 8)) {
             ++accepted;
             for (const ContactValue& c : *found) EXPECT_TRUE(c.point.allFinite() && c.time >= 0 && c.time <= 1);
         } else {
             ++refusedOnes;
         }
-        if (const auto found = unpackEvents(bytes, 8)) {
+        if (const auto found = unpacked<PairEventValue>(bytes, 8)) {
             ++accepted;
             for (const PairEventValue& e : *found) EXPECT_LE(e.phase, TouchPhase::kEnded);
         }
-        if (const auto found = unpackDistances(bytes, 8)) {
+        if (const auto found = unpacked<PairDistanceValue>(bytes, 8)) {
             ++accepted;
             for (const PairDistanceValue& d : *found) EXPECT_TRUE(d.distance >= 0 && std::isfinite(d.distance));
         }
-        if (const auto found = unpackQuestions(bytes, 8)) {
+        if (const auto found = unpacked<QuestionValue>(bytes, 8)) {
             ++accepted;
             for (const QuestionValue& q : *found) EXPECT_GT(q.wanted.rotation.squaredNorm(), 0);
         }

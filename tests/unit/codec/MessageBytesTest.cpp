@@ -18,6 +18,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/FrameCodec.h"
 #include "common/codec/MessageCodec.h"
+#include "common/request/Schema.h"
 #include "tests/unit/AnyMessage.h"
 #include "tests/unit/codec/Samples.h"
 
@@ -33,7 +34,7 @@ std::string hexOf(const Bytes& bytes) {
     return text.str();
 }
 
-/// "NUMBER NAME" of a message, or "KIND NUMBER" of what is in a body, to hexadecimal bytes.
+/// "NUMBER NAME" of a message, or "KIND NAME" of what is in a body, to hexadecimal bytes.
 struct KeptBytes {
     unsigned protocol = 0;
     std::map<std::string, std::string> messages;
@@ -47,15 +48,25 @@ KeptBytes bytesNow() {
         const std::string number = (info.number < 10 ? "0" : "") + std::to_string(info.number);
         now.messages[number + " " + std::string(info.name)] = hexOf(encodeMessage(message).joined());
     }
-    const auto keep = [&](const std::string& kind, std::size_t index, const Bytes& bytes) {
-        now.messages[kind + (index < 10 ? " 0" : " ") + std::to_string(index)] = hexOf(bytes);
+    const auto keep = [&](const std::string& kind, std::string_view name, const Bytes& bytes) {
+        now.messages[kind + " " + std::string(name)] = hexOf(bytes);
     };
-    for (const auto& value : test::everyRequest()) keep("request", value.index(), encodeRequest(value));
-    for (const auto& value : test::everyAnswer()) keep("answer", value.index(), encodeAnswer(value));
-    for (const auto& value : test::everyNotice()) keep("notice", value.index(), encodeNotice(value));
-    keep("list", 0, encodeChangeList(test::richList(test::blobOf(1))));
-    keep("frame", 0, encodeFrame(test::someFrame()));
-    keep("stats", 0, encodeStats({{{"front-0-0", 0.5, 1.5, 3, 4, 5, 6, 7, 8, 2.5, 3.5, 4.5, 9, 10, 11}}, 5.5, 6.5, 7.5, 12, 8.5, {{ObjectId(13), 510.5}}}));
+    const auto nameOfSaid = [](const auto& value) {
+        return std::visit([]<typename T>(const T&) { return T::kInfo.name; }, value);
+    };
+    for (const auto& value : test::everyRequest()) keep("request", nameOfSaid(value), encodeRequest(value));
+    for (const auto& value : test::everyAnswer()) keep("answer", nameOfSaid(value), encodeAnswer(value));
+    for (const auto& value : test::everyNotice()) keep("notice", nameOfSaid(value), encodeNotice(value));
+    keep("list", "00", encodeChangeList(test::richList(test::blobOf(1))));
+    keep("frame", "00", encodeFrame(test::someFrame()));
+    keep("stats", "00",
+         encodeStats({{{"front-0-0", 0.5, 1.5, 3, 4, 5, 6, 7, 8, 2.5, 3.5, 4.5, 9, 10, 11}},
+                      5.5,
+                      6.5,
+                      7.5,
+                      12,
+                      8.5,
+                      {{ObjectId(13), 510.5}}}));
     return now;
 }
 
@@ -138,11 +149,11 @@ TEST(MessageBytes, OfEarlierPeersAreUnderstood) {
 
 namespace pb = google::protobuf;
 
-/// As protoc read it when this was built.
+/// As protoc read it when this was built: "session", "application".
 class Schema {
 public:
-    Schema() {
-        std::ifstream file(TESSERA_BIN_DIR "/../generated/proto/session.schema", std::ios::binary);
+    explicit Schema(const std::string& name) {
+        std::ifstream file(TESSERA_BIN_DIR "/../generated/proto/" + name + ".schema", std::ios::binary);
         pb::FileDescriptorSet set;
         if (set.ParseFromIstream(&file) && set.file_size() == 1) file_ = pool_.BuildFile(set.file(0));
     }
@@ -156,6 +167,21 @@ private:
     pb::DescriptorPool pool_;
     const pb::FileDescriptor* file_ = nullptr;
 };
+
+/// What protobuf itself writes of this payload's head are the same bytes, and it knows all of its fields.
+void expectHead(pb::DynamicMessageFactory& factory, const pb::Descriptor* head, const Bytes& payload,
+                std::string_view name) {
+    ASSERT_NE(head, nullptr) << name;
+    std::uint32_t headBytes = 0, parts = 0;
+    std::memcpy(&headBytes, payload.data(), 4);
+    std::memcpy(&parts, payload.data() + 4, 4);
+    const std::string ours(reinterpret_cast<const char*>(payload.data()) + 8 + 8 * std::size_t{parts}, headBytes);
+    const std::unique_ptr<pb::Message> message(factory.GetPrototype(head)->New());
+    ASSERT_TRUE(message->ParseFromString(ours)) << name;
+    EXPECT_EQ(message->SerializeAsString(), ours) << name;
+    message->DiscardUnknownFields();
+    EXPECT_EQ(message->SerializeAsString(), ours) << name << " has fields that the schema does not know";
+}
 
 template <typename T>
 pb::FieldDescriptor::Type schemaType(FieldForm form) {
@@ -197,7 +223,7 @@ void compare(const Schema& schema) {
 }
 
 TEST(MessageBytes, HaveTheHeadsOfTheSchema) {
-    const Schema schema;
+    const Schema schema("session");
     ASSERT_NE(schema.file(), nullptr);
     [&]<typename... M>(std::type_identity<std::variant<M...>>) {
         (compare<M>(schema), ...);
@@ -206,17 +232,31 @@ TEST(MessageBytes, HaveTheHeadsOfTheSchema) {
 
     // And what protobuf itself writes for them are the same bytes.
     pb::DynamicMessageFactory factory;
-    for (const Message& message : test::sampleMessages()) {
-        const Bytes payload = encodeMessage(message).joined();
-        std::uint32_t headBytes = 0, parts = 0;
-        std::memcpy(&headBytes, payload.data(), 4);
-        std::memcpy(&parts, payload.data() + 4, 4);
-        const std::string ours(reinterpret_cast<const char*>(payload.data()) + 8 + 8 * std::size_t{parts}, headBytes);
-        const std::unique_ptr<pb::Message> head(factory.GetPrototype(schema.find(nameOf(message)))->New());
-        ASSERT_TRUE(head->ParseFromString(ours)) << nameOf(message);
-        EXPECT_TRUE(head->GetReflection()->GetUnknownFields(*head).empty()) << nameOf(message);
-        EXPECT_EQ(head->SerializeAsString(), ours) << nameOf(message);
-    }
+    for (const Message& message : test::sampleMessages())
+        expectHead(factory, schema.find(nameOf(message)), encodeMessage(message).joined(), nameOf(message));
+}
+
+// ---- proto/application.proto is what the descriptions print
+
+TEST(MessageBytes, TheKeptSchemaOfApplicationsIsWhatTheDescriptionsPrint) {
+    std::ifstream file(TESSERA_SOURCE_DIR "/proto/application.proto");
+    std::ostringstream kept;
+    kept << file.rdbuf();
+    EXPECT_EQ(kept.str(), applicationSchema())
+        << "print it anew: ./build/bin/tessera-ctl requests --proto > proto/application.proto";
+}
+
+TEST(MessageBytes, OfApplicationsHaveTheHeadsOfTheSchema) {
+    const Schema schema("application");
+    ASSERT_NE(schema.file(), nullptr);
+    pb::DynamicMessageFactory factory;
+    const auto expectAll = [&](const auto& values, const char* head, const auto& encode) {
+        for (const auto& value : values)
+            expectHead(factory, schema.find(head), encode(value), head + std::to_string(value.index()));
+    };
+    expectAll(test::everyRequest(), "RequestHead", encodeRequest);
+    expectAll(test::everyAnswer(), "AnswerHead", encodeAnswer);
+    expectAll(test::everyNotice(), "NoticeHead", encodeNotice);
 }
 
 }  // namespace

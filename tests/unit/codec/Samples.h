@@ -1,5 +1,5 @@
 /// What travels in the bodies of messages, with something in every field: a list, a frame, and one of everything that
-/// applications say and are told, in the order of the variants.
+/// applications say and are told.
 #pragma once
 
 #include <array>
@@ -137,7 +137,7 @@ inline std::vector<ObjectInfo> twoObjects() {
 }
 
 inline std::vector<ApplicationRequest> everyRequest() {
-    request::SetView view;
+    ViewWish view;
     view.position = Vec3d(1, 2, 3);
     view.orientation = Quatd(0.5, -0.5, 0.5, -0.5);
     view.worldUnitsPerMetre = 1000;
@@ -150,52 +150,53 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::LoadFile{"models/2CylinderEngine.glb",
                               ObjectId{17},
                               {.at = Vec3d(1, 2, 3), .scale = 0.5, .up = UpAxis::kZ, .pointRadius = 0.25}},
-            view,
-            request::PickAt{12.5, -3},
+            request::SetView{view},
+            request::PickAt{{12.5, -3, ""}},
             request::GetContacts{},
             request::GetImages{},
-            request::SubscribeNews{true, false, true},
+            request::SubscribeNews{{true, false, true}},
             request::GetEvents{},
             request::GetDistances{},
             request::GetQuestions{},
-            request::AnswerQuestion{.question = 5, .decision = request::AnswerQuestion::Decision::kMove, .pose = {}},
+            request::AnswerQuestion{{.question = 5, .decision = QuestionReply::Decision::kMove}},
             request::RedoStep{},
-            request::GetObjects{{"/hall/crane", "#17"}, false, true},
-            request::GetTree{.node = ObjectId{3},
-                             .levels = 4,
-                             .after = {ObjectId{3}, ObjectId{9}},
-                             .coreType = ObjectType{5},
-                             .cores = {ObjectId{6}, ObjectId{7}}},
+            request::GetObjects{{{"/hall/crane", "#17"}, false, true}},
+            request::GetTree{{.node = ObjectId{3},
+                              .levels = 4,
+                              .after = {ObjectId{3}, ObjectId{9}},
+                              .coreType = ObjectType{5},
+                              .cores = {ObjectId{6}, ObjectId{7}}}},
             request::RemoveNode{ObjectId{8}},
             request::GetTrackers{},
             request::ShowPicture{Showing::kCountedTestPicture},
             request::NavigateView{
-                .mode = NavigationMode::kWalk,
-                .deed = request::NavigateView::Deed::kGoToBookmark,
-                .node = ObjectId{9},
-                .bookmark = 3,
-                .input = InputState{.source = 1, .held = 1, .wheel = ~0ull, .right = -32767, .cursorX = 5}},
-            request::CloneNode{.node = ObjectId{11},
-                               .under = ObjectId{12},
-                               .name = "twin",
-                               .deep = true,
-                               .shareTypes = {ObjectType{5}},
-                               .shareObjects = {ObjectId{13}, ObjectId{14}}},
-            request::FindNodes{.expression = "/hall/**/wheel*[visible]",
-                               .node = ObjectId{3},
-                               .coreType = ObjectType{4},
-                               .pageSize = 17,
-                               .after = {ObjectId{3}, ObjectId{9}}},
+                {.mode = NavigationMode::kWalk,
+                 .deed = NavigationWish::Deed::kGoToBookmark,
+                 .node = ObjectId{9},
+                 .bookmark = 3,
+                 .input = InputState{.source = 1, .held = 1, .wheel = ~0ull, .right = -32767, .cursorX = 5}}},
+            request::CloneNode{{.node = ObjectId{11},
+                                .under = ObjectId{12},
+                                .name = "twin",
+                                .deep = true,
+                                .shareTypes = {ObjectType{5}},
+                                .shareObjects = {ObjectId{13}, ObjectId{14}}}},
+            request::FindNodes{{.expression = "/hall/**/wheel*[visible]",
+                                .node = ObjectId{3},
+                                .coreType = ObjectType{4},
+                                .pageSize = 17,
+                                .after = {ObjectId{3}, ObjectId{9}}}},
             request::SetBudget{16.5},
-            request::Manipulate{.deed = request::Manipulate::Deed::kDrag,
-                                .aim = {.xPx = 3.5, .yPx = 4.5, .wand = "w"},
-                                .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}},
             request::MoveNode{.node = ObjectId{15},
                               .move = {.translation = Vec3d(1, 2, 3),
                                        .rotation = Quatd(0.5, -0.5, 0.5, -0.5),
                                        .scale = Vec3d(4, 5, 6),
                                        .relative = true},
-                              .gesture = 4712}};
+                              .gesture = 4712},
+            request::LoadAsset{"2CylinderEngine.glb", ObjectId{18}, {.fit = 2.5, .up = UpAxis::kY}},
+            request::GrabHandle{{.xPx = 3.5, .yPx = 4.5, .wand = "w", .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}}},
+            request::DragHandle{{.xPx = 5.5, .wand = {}}},
+            request::ReleaseHandle{}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {

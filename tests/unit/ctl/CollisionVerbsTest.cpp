@@ -44,8 +44,8 @@ protected:
         if (std::holds_alternative<request::GetDistances>(asked)) return distances;
         if (std::holds_alternative<request::GetQuestions>(asked)) return questions;
         if (const auto* respond = std::get_if<request::AnswerQuestion>(&asked)) {
-            if (respond->question != 7) return fail(ErrorCode::kRefused, "question 8 is over");
-            responded = *respond;
+            if (respond->reply.question != 7) return fail(ErrorCode::kRefused, "question 8 is over");
+            responded = respond->reply;
             return answer::Done{};
         }
         return fail(ErrorCode::kFailed, "unexpected");
@@ -88,7 +88,7 @@ protected:
     answer::PairEvents events{.frame = 10_frame};
     answer::Distances distances{.frame = 11_frame};
     answer::Questions questions{.frame = 12_frame};
-    std::optional<request::AnswerQuestion> responded;
+    std::optional<QuestionReply> responded;
 };
 
 TEST_F(CollisionVerbs, ContactsAreATableByPaths) {
@@ -186,7 +186,7 @@ TEST_F(CollisionVerbs, FollowingPrintsEachFrameAsItComesAndEndsAfterSoMany) {
     const std::vector<ApplicationNotice> frames = {told(5, {}), told(6, {event(TouchPhase::kBegan)}),
                                                    told(7, {event(TouchPhase::kEnded), event(TouchPhase::kBegan)}),
                                                    told(8, {event(TouchPhase::kEnded)})};
-    const auto telling = tellOnce([](const request::SubscribeNews& s) { return s.events && !s.stays; }, frames);
+    const auto telling = tellOnce([](const Subscription& s) { return s.events && !s.stays; }, frames);
     std::vector<std::string> printed;
     const CtlOutcome outcome = runCtl({"--server", server.address(), "--json", "contacts", "--follow", "--frames", "3"},
                                       [&](const std::string& lines) { printed.push_back(lines); });
@@ -261,12 +261,12 @@ TEST_F(CollisionVerbs, QuestionsAreListedAndAnswered) {
         << ctl({"questions"}).out;
 
     EXPECT_EQ(ctl({"answer", "7", "move", "9", "-8", "7"}).exitCode, 0);
-    EXPECT_EQ(responded->decision, request::AnswerQuestion::Decision::kMove);
+    EXPECT_EQ(responded->decision, QuestionReply::Decision::kMove);
     EXPECT_EQ(responded->pose.translation, Vec3d(9, -8, 7));
     EXPECT_EQ(responded->pose.rotation.coeffs(), Quatd(0, 1, 0, 0).coeffs()) << "as where it was stopped";
     EXPECT_EQ(responded->pose.scale, Vec3d(2, 2, 2));
     EXPECT_EQ(ctl({"answer", "7", "pass"}).exitCode, 0);
-    EXPECT_EQ(responded->decision, request::AnswerQuestion::Decision::kPass);
+    EXPECT_EQ(responded->decision, QuestionReply::Decision::kPass);
     const CtlOutcome late = ctl({"answer", "8", "stop"});
     EXPECT_EQ(late.exitCode, 1);
     EXPECT_EQ(late.err, "tessera-ctl: question 8 is over\n");

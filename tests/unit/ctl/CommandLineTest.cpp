@@ -163,7 +163,7 @@ TEST(CommandLine, ContactsAreAskedForInAllTheirForms) {
 }
 
 TEST(CommandLine, DecisionsAreReadInAllTheirForms) {
-    using Decision = request::AnswerQuestion::Decision;
+    using Decision = QuestionReply::Decision;
     (void)parsed<verb::Questions>("questions");
     EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").question, 7u);
     EXPECT_EQ(parsed<verb::Respond>("answer 7 stop").decision, Decision::kStop);
@@ -222,7 +222,7 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
 }
 
 TEST(CommandLine, WhatAKeyAsksForAVerbAsksFor) {
-    using Deed = request::NavigateView::Deed;
+    using Deed = NavigationWish::Deed;
     const auto wish = [](const std::string& words) {
         return std::get<verb::Navigate>(std::get<CommandLine>(*parseCommandLine(split("--server a:1 " + words))).verb);
     };
@@ -238,8 +238,10 @@ TEST(CommandLine, WhatAKeyAsksForAVerbAsksFor) {
 }
 
 TEST(CommandLine, HelpFitsATerminal) {
-    for (const std::string verb : {"", "status ", "tree ", "load ", "move ", "set ", "remove ", "undo ", "redo ", "view ",
-                                   "fly ",  "navigate ", "bookmark ", "pick ", "contacts ", "questions ", "answer ", "snapshot ", "types ", "save ", "trackers ", "play-tracker "}) {
+    for (const std::string verb :
+         {"",        "status ",   "tree ",  "load ",     "move ",     "set ",      "remove ",      "undo ",
+          "redo ",   "view ",     "fly ",   "navigate ", "bookmark ", "pick ",     "contacts ",    "questions ",
+          "answer ", "snapshot ", "types ", "requests ", "save ",     "trackers ", "play-tracker "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);
@@ -285,6 +287,41 @@ TEST(CommandLine, TypesAreListedWithoutAServer) {
     }
     EXPECT_EQ(json["types"][12]["fields"][2]["words"]["slide"], Interest::kSlide);
     EXPECT_NE(refusal("status").find("--server is required"), std::string::npos);
+}
+
+/// A program in another language can say all of them: it has each number, role, field and bound.
+TEST(CommandLine, RequestsAreListedWithoutAServer) {
+    const auto textOf = [](const std::string& words) {
+        return std::get<HelpText>(*parseCommandLine(split(words))).text;
+    };
+    const auto json = nlohmann::json::parse(textOf("requests --json"));
+    ASSERT_EQ(json["requests"].size(), std::variant_size_v<ApplicationRequest>);
+    ASSERT_GE(json["requests"].size(), 15u);
+    std::map<std::string, nlohmann::json> byName;
+    for (const auto& request : json["requests"]) {
+        const std::string role = request["role"];
+        EXPECT_TRUE(role == "viewer" || role == "editor" || role == "operator") << request["name"];
+        EXPECT_FALSE(request["help"].get<std::string>().empty()) << request["name"];
+        EXPECT_TRUE(request["fields"].is_array() && request["stays_open"].is_boolean() &&
+                    request["answer"].is_string());
+        EXPECT_NE(textOf("requests").find(request["name"].get<std::string>() + " "), std::string::npos);
+        EXPECT_NE(textOf("requests --proto").find("message " + request["name"].get<std::string>() + " {"),
+                  std::string::npos);
+        byName[request["name"]] = request;
+    }
+    EXPECT_EQ(byName["LoadFile"]["role"], "operator");
+    EXPECT_EQ(byName["LoadAsset"]["role"], "editor");
+    EXPECT_EQ(byName["GetImages"]["role"], "viewer");
+    EXPECT_EQ(byName["SetView"]["changes"], "view");
+    EXPECT_EQ(byName["MoveNode"]["changes"], "scene");
+    EXPECT_TRUE(byName["ProposeChanges"]["stays_open"]);
+    const auto budget = byName["SetBudget"]["fields"][0];
+    EXPECT_EQ(budget["name"], "milliseconds");
+    EXPECT_EQ(budget["unit"], "ms");
+    EXPECT_EQ(budget["least"], 0.1);
+    EXPECT_EQ(budget["or"], 0);
+    EXPECT_EQ(byName["ShowPicture"]["fields"][0]["words"][1], "test_picture");
+    EXPECT_EQ(json["former"], nlohmann::json::array({24}));
 }
 
 }  // namespace

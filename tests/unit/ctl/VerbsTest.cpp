@@ -132,20 +132,23 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
             return status;
         }
         if (const auto* pick = std::get_if<request::PickAt>(&asked))
-            return answer::Picked{pick->xPx == 10, test::kHook, 4, Vec3d(0.1, 0.2, 0.3), pick->xPx, pick->yPx};
+            return answer::Picked{pick->aim.xPx == 10,  test::kHook,   4,
+                                  Vec3d(0.1, 0.2, 0.3), pick->aim.xPx, pick->aim.yPx};
         if (std::holds_alternative<request::GetContacts>(asked)) {
             answer::Contacts contacts{9_frame, 3, {}};
             contacts.contacts.push_back({test::kHook, ObjectId{999}, 1, 2, Vec3d(1, 2, 3), Vec3d::UnitX()});
             return contacts;
         }
         if (const auto* load = std::get_if<request::LoadFile>(&asked)) {
-            if (!load->path.starts_with('/') && !load->path.starts_with("asset://"))
-                return fail(ErrorCode::kFailed, load->path);
+            if (!load->path.starts_with('/')) return fail(ErrorCode::kFailed, load->path);
             if (load->path.ends_with("bad.ply")) return fail(ErrorCode::kBadInput, load->path + ": no faces");
             return answer::Loaded{load->parent ? load->parent : ObjectId{50}, 3, 12, {"which way is up was guessed"}};
         }
+        if (const auto* load = std::get_if<request::LoadAsset>(&asked))
+            return answer::Loaded{load->parent, 3, 12, {load->name}};
         if (const auto* view = std::get_if<request::SetView>(&asked)) {
-            if (view->head && view->head->z() < 0) return fail(ErrorCode::kBadInput, "the head is behind the screen");
+            if (view->wish.head && view->wish.head->z() < 0)
+                return fail(ErrorCode::kBadInput, "the head is behind the screen");
             return answer::Done{};
         }
         return fail(ErrorCode::kFailed, "unexpected");
@@ -168,6 +171,7 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
     EXPECT_EQ(askJson(server, {"load", "some.glb", "--under", "/hall"})["path"], "/hall");
     EXPECT_NE(ctl(server, {"load", "some.glb"}).out.find("which way is up was guessed"), std::string::npos);
     EXPECT_EQ(askJson(server, {"load", "asset://some.glb", "--under", "/hall"})["node"], 2);
+    EXPECT_NE(ctl(server, {"load", "asset://some.glb"}).out.find("some.glb"), std::string::npos) << "by its name alone";
     EXPECT_EQ(ctl(server, {"load", ""}).exitCode, 2) << "no path, and no exception";
     const CtlOutcome bad = ctl(server, {"load", "/tmp/bad.ply"});
     EXPECT_EQ(bad.exitCode, 3);

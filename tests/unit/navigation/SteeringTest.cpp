@@ -91,7 +91,7 @@ TEST(Steering, WhoSetsTheViewHasThatFrameAndTheFlightGoesOnFromThere) {
 }
 
 TEST(Steering, ApplicationsAskForModesPlacesAndKeys) {
-    using Deed = request::NavigateView::Deed;
+    using Deed = NavigationWish::Deed;
     Yard yard(3);
     const View begun = yard.now();
     EXPECT_TRUE(yard.steering.asked(7, {.input = ahead()})) << "its first word counts";
@@ -180,7 +180,7 @@ TEST(Steering, AnEasedWayTakesItsTimeAtAnyRateOfFrames) {
         Yard yard(3);
         yard.frame = frameOf(rate);
         yard.frames(1);
-        EXPECT_TRUE(yard.steering.asked(1, {.deed = request::NavigateView::Deed::kHome}));
+        EXPECT_TRUE(yard.steering.asked(1, {.deed = NavigationWish::Deed::kHome}));
         const Vec3d home = yard.view.home(yard.simulation.scene())->position;
         int frames = 0;
         for (; yard.now().position != home && frames < 3000; ++frames) yard.frames(1);
@@ -245,7 +245,7 @@ TEST(Steering, ARunThatNobodySteersDependsOnNoClock) {
 
 TEST(Steering, BookmarksAreInWhatAServerGoesOnFrom) {
     Yard yard(2), next(2);
-    EXPECT_TRUE(yard.steering.asked(1, {.deed = request::NavigateView::Deed::kKeepBookmark, .bookmark = 9}));
+    EXPECT_TRUE(yard.steering.asked(1, {.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 9}));
     const std::uint64_t version = yard.view.version();
     yard.steering.received("only", {ahead()});
     yard.frames(10);

@@ -88,8 +88,8 @@ TEST(Copies, LargeOnesComeInPartsAndAreTheSame) {
     ASSERT_EQ(atOnce.group(kNodes), group);
     const std::size_t before = beside.simulation.scene().objectCount();
     for (DeskWithFrames* one : {&beside, &atOnce}) {
-        one->ask(request::CloneNode{.node = group, .name = "second", .deep = true});
-        one->ask(request::CloneNode{.node = group, .name = "third", .deep = true});
+        one->ask(request::CloneNode{{.node = group, .name = "second", .deep = true}});
+        one->ask(request::CloneNode{{.node = group, .name = "third", .deep = true}});
     }
     EXPECT_EQ(beside.orders.size(), 1u) << "one at a time";
     beside.copy();
@@ -123,7 +123,7 @@ TEST(Copies, LargeOnesComeInPartsAndAreTheSame) {
 
 TEST(Copies, SmallOnesAreMadeAtOnce) {
     DeskWithFrames beside(true);
-    beside.ask(request::CloneNode{.node = beside.group(100), .deep = true});
+    beside.ask(request::CloneNode{{.node = beside.group(100), .deep = true}});
     EXPECT_TRUE(beside.orders.empty());
     (void)beside.frames();
     EXPECT_EQ(beside.committed(0).created, 200u);
@@ -133,7 +133,7 @@ TEST(Copies, SmallOnesAreMadeAtOnce) {
 TEST(Copies, OneThatIsTooLargeOrHasNowhereToStandIsRefusedInWords) {
     DeskWithFrames beside(true);
     const ObjectId group = beside.group(3'000);
-    beside.ask(request::CloneNode{.node = group, .deep = true});
+    beside.ask(request::CloneNode{{.node = group, .deep = true}});
     ASSERT_EQ(beside.orders.size(), 1u);
     beside.orders[0].options.maxChanges = 2'000;
     beside.copy();
@@ -148,7 +148,7 @@ TEST(Copies, OneThatIsTooLargeOrHasNowhereToStandIsRefusedInWords) {
     (void)beside.simulation.step(false, std::move(edits));
     const std::size_t before = beside.simulation.scene().objectCount();
     const ObjectId under = findNode(beside.simulation.scene(), "/shelf").value();
-    beside.ask(request::CloneNode{.node = group, .under = under, .deep = true});
+    beside.ask(request::CloneNode{{.node = group, .under = under, .deep = true}});
     beside.copy();
     beside.ask(request::RemoveNode{.node = under});
     (void)beside.frames();
@@ -161,7 +161,7 @@ TEST(Copies, AnUndoWhileOneAppearsWaitsUntilItIsThere) {
     DeskWithFrames beside(true);
     const ObjectId group = beside.group(20'000);
     const std::size_t before = beside.simulation.scene().objectCount();
-    beside.ask(request::CloneNode{.node = group, .deep = true});
+    beside.ask(request::CloneNode{{.node = group, .deep = true}});
     beside.copy();
     for (int i = 0; i < 100 && !beside.simulation.appearing(); ++i) (void)beside.frame();
     ASSERT_TRUE(beside.simulation.appearing());
@@ -176,7 +176,7 @@ TEST(Copies, WhoLeavesGetsNoAnswerAndTheCopyIsWhole) {
     DeskWithFrames beside(true);
     const ObjectId group = beside.group(3'000);
     const std::size_t before = beside.simulation.scene().objectCount();
-    beside.ask(request::CloneNode{.node = group, .deep = true});
+    beside.ask(request::CloneNode{{.node = group, .deep = true}});
     beside.copy();
     std::vector<Edit> first = beside.desk->takeEdits();
     (void)beside.simulation.step(false, std::move(first));

@@ -104,7 +104,7 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
     const ObjectId node = simulation.scene().root().children.front();
     const ConnectionId greedy = join("greedy"), other = join("other");
     for (int i = 0; i < 2; ++i)
-        EXPECT_FALSE(ask(greedy, request::CloneNode{.node = node, .under = kRootNode, .name = "copy", .deep = true}));
+        EXPECT_FALSE(ask(greedy, request::CloneNode{{.node = node, .under = kRootNode, .name = "copy", .deep = true}}));
     ASSERT_EQ(copies.size(), 1u) << "one at a time";
     server.take(desk.copied(makeCopy(simulation.scene(), copies[0]), server.now));
     EXPECT_EQ(copies.size(), 1u) << "the first one holds more than all may";
@@ -113,7 +113,7 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
     // A copy that is made at once counts too.
     const ObjectId tree = simulation.scene().get<Node>(node)->children.front();
     for (int i = 0; i < 7; ++i)
-        (void)ask(other, request::CloneNode{.node = tree, .under = kRootNode, .name = "copy", .deep = true});
+        (void)ask(other, request::CloneNode{{.node = tree, .under = kRootNode, .name = "copy", .deep = true}});
     EXPECT_NE(ask(other, proposal()).value_or("").find("wait already"), std::string::npos);
     // Once it is in the scene the next one is made.
     FrameResult result;

@@ -325,7 +325,7 @@ TEST(LevelChoice, AFrameWritesItAndUndoDoesNot) {
     made.node("thing", kRootNode, core);
     std::vector<Edit> edits(1);
     edits[0].list = made.builder.take();
-    request::SetView stand;
+    ViewWish stand;
     stand.position = Vec3d::Zero();
     stand.worldUnitsPerMetre = 1;
     ASSERT_TRUE(view.set(simulation.scene(), stand));

@@ -18,7 +18,7 @@ namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
-using Decision = request::AnswerQuestion::Decision;
+using Decision = QuestionReply::Decision;
 
 ServerSessionConfig configOf(const Wall& wall) {
     ServerSessionConfig config;

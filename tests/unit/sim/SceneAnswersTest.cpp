@@ -24,7 +24,7 @@ std::vector<ObjectId> idsOf(const answer::TreePage& page) {
 }
 
 /// All pages of a scene that stands still.
-std::vector<ObjectId> walked(const Aspect& scene, request::GetTree wanted, const PageLimits& limits) {
+std::vector<ObjectId> walked(const Aspect& scene, TreeWish wanted, const PageLimits& limits) {
     std::vector<ObjectId> all;
     do {
         const Expected<answer::TreePage> page = treePage(scene, wanted, limits);
@@ -42,7 +42,7 @@ void addBelow(const Aspect& scene, ObjectId node, std::uint32_t levels, std::vec
     if (levels == 0) return;
     for (const ObjectId child : scene.get<Node>(node)->children) addBelow(scene, child, levels - 1, ids);
 }
-std::vector<ObjectId> inOrder(const Aspect& scene, ObjectId top, std::uint32_t levels = request::GetTree::kAllLevels) {
+std::vector<ObjectId> inOrder(const Aspect& scene, ObjectId top, std::uint32_t levels = TreeWish::kAllLevels) {
     std::vector<ObjectId> ids;
     addBelow(scene, top, levels, ids);
     return ids;
@@ -144,7 +144,7 @@ TEST(SceneAnswers, PagesGoOnWhileTheTreeChanges) {
             for (const Placement& placement : list.placements) stayed.erase(placement.node);
         };
         SceneExcerpt excerpt;
-        request::GetTree wanted;
+        TreeWish wanted;
         std::size_t pages = 0;
         do {
             const Expected<answer::TreePage> page = treePage(tree.scene(), wanted, {.maxTold = 3});

@@ -26,7 +26,7 @@ protected:
         view.update(simulation.scene(), simulation.step(false, test::one(make.builder.take())).commit.list.get());
     }
     Vec3d position() { return view.view(simulation.scene()).value().position; }
-    void ask(ConnectionId who, const request::SetView& wish) { server.take(views.ask({who, ++asked}, wish)); }
+    void ask(ConnectionId who, const ViewWish& wish) { server.take(views.ask({who, ++asked}, wish)); }
     void find() {
         const Sequence at = simulation.sequence();
         server.take(views.surveyed(animatedBounds(simulation.scene()).box, at));

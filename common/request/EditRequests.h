@@ -1,0 +1,224 @@
+/// Requests that change the scene, and what answers them.
+#pragma once
+
+#include "common/request/ValueMembers.h"
+
+namespace tessera {
+
+/// How a node is copied with everything below it (`cloneList` in common/scene/Clones.h says what each means).
+struct CloneWish {
+    ObjectId node, under;
+    std::string name;
+    bool deep = false;
+    std::vector<ObjectType> shareTypes;
+    std::vector<ObjectId> shareObjects;
+
+    static constexpr std::string_view kName = "CloneWish";
+    static constexpr auto members() {
+        return std::tuple(member<&CloneWish::node>(1, "node"),
+                          member<&CloneWish::under>(2, "under").said("0: beside the original"),
+                          member<&CloneWish::name>(3, "name").said("empty: as the original's"),
+                          member<&CloneWish::deep>(4, "deep").said("cores are copied, too, and not shared"),
+                          member<&CloneWish::shareTypes>(5, "share_types")
+                              .atMost(&ApplicationLimits::maxShared)
+                              .said("of cores that are shared all the same"),
+                          member<&CloneWish::shareObjects>(6, "share_objects")
+                              .atMost(&ApplicationLimits::maxShared)
+                              .said("that are shared all the same"));
+    }
+};
+
+namespace answer {
+
+/// It is done, and there is no more to say.
+struct Done {
+    static constexpr ToldInfo kInfo{.name = "Done", .answer = 1, .help = "It is done"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+struct Committed {
+    Sequence sequence;
+    /// Ids given to the placeholders of the proposal; of a copy its node alone.
+    std::vector<std::pair<ObjectId, ObjectId>> ids;
+    /// Objects whose transforms the collision response kept from going where the proposal wanted them.
+    std::vector<ObjectId> stopped;
+    std::uint64_t removed = 0;  ///< objects that were removed
+    std::uint64_t created = 0;  ///< objects that were copied
+
+    static constexpr ToldInfo kInfo{.name = "Committed", .answer = 2, .help = "The edit is in the scene"};
+    static constexpr auto members() {
+        return std::tuple(member<&Committed::sequence>(1, "sequence").said("of the list that holds the edit"),
+                          member<&Committed::removed>(2, "removed").said("objects that were removed"),
+                          member<&Committed::created>(3, "created").said("objects that were copied"),
+                          partMember<&Committed::ids>("ids")
+                              .atMost(&ApplicationLimits::maxIds)
+                              .said("given to placeholders; of a copy its node alone"),
+                          partMember<&Committed::stopped>("stopped")
+                              .atMost(&ApplicationLimits::maxIds)
+                              .said("transforms that collisions kept from going where they should"));
+    }
+};
+
+struct Loaded {
+    static constexpr std::size_t kMostNotes = ApplicationLimits{}.maxNotes;
+    ObjectId node;  ///< the new node that holds the file's content
+    std::uint64_t objects = 0, triangles = 0;
+    std::vector<std::string> notes = {};  ///< what was left out or guessed, for people; no more than so many
+
+    static constexpr ToldInfo kInfo{.name = "Loaded", .answer = 4, .help = "The file is in the scene"};
+    static constexpr auto members() {
+        return std::tuple(member<&Loaded::node>(1, "node").said("the new node that holds the file's content"),
+                          member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
+                          member<&Loaded::notes>(4, "notes")
+                              .atMost(&ApplicationLimits::maxNotes)
+                              .said("what was left out or guessed, for people"));
+    }
+};
+
+}  // namespace answer
+
+namespace request {
+
+/// An encoded ChangeList (ChangeCodec); new objects carry placeholders. Blobs it names are uploaded in `blobs`.
+/// Proposals in a row of one gesture of one application are one step of undo (0: none).
+struct ProposeChanges {
+    ByteSlice list;
+    std::vector<ByteSlice> blobs;
+    std::uint64_t gesture = 0;
+
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 1,
+                                       .name = "ProposeChanges",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Commits a list of changes, whole or not at all",
+                                       .bringsArrays = true};
+    static constexpr auto members() {
+        return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
+                              .said("proposals in a row of one gesture are one step of undo; 0: none"),
+                          partMember<&ProposeChanges::list>("list").said("an encoded list of changes (change.proto)"),
+                          restMember<&ProposeChanges::blobs>("blobs")
+                              .atMost(&ApplicationLimits::maxBlobs)
+                              .said("its small arrays, one each"));
+    }
+};
+
+/// Takes back the last step, whoever made it.
+struct UndoStep {
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 2,
+                                       .name = "UndoStep",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Takes back the last step, whoever made it"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+struct RedoStep {
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 14,
+                                       .name = "RedoStep",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Does again the step that was taken back last"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+/// Moves the nearest Transform from a node upwards. What "from where it is" means is worked out in the frame that makes
+/// the edit, behind the edits before it: of several that move the same node by so much all count.
+struct MoveNode {
+    ObjectId node;
+    NodeMove move;
+    std::uint64_t gesture = 0;
+
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 25,
+                                       .name = "MoveNode",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Moves a node to a place, or by so much"};
+    static constexpr auto members() {
+        return std::tuple(member<&MoveNode::node>(1, "node").said("moves the nearest Transform from here upwards"),
+                          spreadMember<&MoveNode::move>(2),
+                          member<&MoveNode::gesture>(6, "gesture")
+                              .said("moves in a row of one gesture are one step of undo; 0: none"));
+    }
+};
+
+/// Takes a node away with everything below it, and what only they used (`removalList`).
+struct RemoveNode {
+    ObjectId node;
+
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 17,
+                                       .name = "RemoveNode",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Removes a node with everything below it"};
+    static constexpr auto members() { return std::tuple(member<&RemoveNode::node>(1, "node")); }
+};
+
+struct CloneNode {
+    CloneWish wish;
+
+    using Answer = answer::Committed;
+    static constexpr RequestInfo kInfo{.number = 21,
+                                       .name = "CloneNode",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Copies a node with everything below it"};
+    static constexpr auto members() { return std::tuple(spreadMember<&CloneNode::wish>(1)); }
+};
+
+/// Imports a file on the server's disk and adds it below `parent` (none: the root).
+struct LoadFile {
+    std::string path;
+    ObjectId parent;
+    Placing placing = {};
+
+    using Answer = answer::Loaded;
+    static constexpr RequestInfo kInfo{.number = 4,
+                                       .name = "LoadFile",
+                                       .role = Role::kOperator,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Adds a file on the server's disk to the scene"};
+    static constexpr auto members() {
+        return std::tuple(member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
+                          member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"),
+                          spreadMember<&LoadFile::placing>(3));
+    }
+};
+
+/// The same of one of the server's assets.
+struct LoadAsset {
+    static constexpr std::string_view kPrefix = "asset://";  ///< of assets where files could stand, too
+
+    std::string name;  ///< without the prefix
+    ObjectId parent;
+    Placing placing = {};
+
+    using Answer = answer::Loaded;
+    static constexpr RequestInfo kInfo{.number = 26,
+                                       .name = "LoadAsset",
+                                       .role = Role::kEditor,
+                                       .answered = Answered::kLater,
+                                       .changes = Changes::kScene,
+                                       .help = "Adds one of the server's assets to the scene"};
+    static constexpr auto members() {
+        return std::tuple(member<&LoadAsset::name>(1, "name").said("behind asset://"),
+                          member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"),
+                          spreadMember<&LoadAsset::placing>(3));
+    }
+};
+
+using OfEdits = std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset>;
+
+}  // namespace request
+}  // namespace tessera

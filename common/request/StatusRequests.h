@@ -1,0 +1,280 @@
+/// Requests about the wall itself: how it is, its trackers, and what an application wants to be told of.
+#pragma once
+
+#include "common/request/EditRequests.h"
+
+namespace tessera {
+
+/// What a tracker says of one sensor, and how well.
+struct SensorInfo {
+    std::string sensor;         ///< "body 0"
+    std::string moves;          ///< "head viewer, wand right"; empty: nobody
+    std::uint64_t poses = 0;    ///< taken so far
+    std::uint64_t refused = 0;  ///< no poses, or jumps that nobody makes
+    double rateHz = 0;          ///< of late
+    double ageMs = 0;           ///< since the last pose; negative: none yet
+    double straysMm = 0;        ///< from where they were expected, along one axis, of late
+    std::uint32_t buttons = 0;
+
+    static constexpr std::string_view kName = "SensorInfo";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&SensorInfo::sensor>(1, "sensor"),
+            member<&SensorInfo::moves>(2, "moves").said("whom; empty: nobody"),
+            member<&SensorInfo::poses>(3, "poses").said("taken so far"),
+            member<&SensorInfo::refused>(4, "refused").said("none, or jumps that nobody makes"),
+            member<&SensorInfo::rateHz>(5, "rate_hz").in("Hz"),
+            member<&SensorInfo::ageMs>(6, "age_ms").in("ms").said("since the last pose; negative: none yet"),
+            member<&SensorInfo::straysMm>(7, "strays_mm").in("mm").said("from where they were expected"),
+            member<&SensorInfo::buttons>(8, "buttons").said("bit i: button i is pressed"));
+    }
+};
+struct TrackerInfo {
+    std::string name, protocol, address;
+    std::string trouble;  ///< the last thing that was wrong; empty: nothing was
+    // So far. Of a stream: reads.
+    std::uint64_t datagrams = 0;  ///< from who may say something
+    std::uint64_t strangers = 0;  ///< from others
+    std::uint64_t malformed = 0;  ///< refused as a whole
+    std::uint64_t tooMany = 0;    ///< not looked at: too fast, or more than a frame takes
+    std::vector<SensorInfo> sensors;
+
+    static constexpr std::string_view kName = "TrackerInfo";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&TrackerInfo::name>(1, "name"), member<&TrackerInfo::protocol>(2, "protocol"),
+            member<&TrackerInfo::address>(3, "address"),
+            member<&TrackerInfo::trouble>(4, "trouble").said("the last thing that was wrong"),
+            member<&TrackerInfo::datagrams>(5, "datagrams").said("so far; of a stream reads"),
+            member<&TrackerInfo::strangers>(6, "strangers").said("datagrams from others"),
+            member<&TrackerInfo::malformed>(7, "malformed"),
+            member<&TrackerInfo::tooMany>(8, "too_many").said("not looked at: too fast, or more than a frame takes"),
+            member<&TrackerInfo::sensors>(9, "sensors").atMost(&ApplicationLimits::maxSensors));
+    }
+};
+
+/// A head as a frame shows it: metres, in the wall's frame.
+struct HeadState {
+    std::string user;
+    bool tracked = false;     ///< false: it stands where the file, tessera-ctl or a silent tracker has left it
+    std::uint64_t poses = 0;  ///< of its sensor, that this frame knows of
+    Vec3d position = Vec3d::Zero();
+    Quatd orientation = Quatd::Identity();
+
+    static constexpr std::string_view kName = "HeadState";
+    static constexpr auto members() {
+        return std::tuple(member<&HeadState::user>(1, "user"), member<&HeadState::tracked>(2, "tracked"),
+                          member<&HeadState::poses>(3, "poses").said("of its sensor, so far"),
+                          member<&HeadState::position>(4, "position").in("m").said("in the wall's frame"),
+                          member<&HeadState::orientation>(5, "orientation"));
+    }
+};
+/// A wand: its -Z points ahead. Metres in the wall's frame; world units in the world's.
+struct WandState {
+    std::string name;
+    bool tracked = false;
+    std::uint64_t poses = 0;
+    Vec3d position = Vec3d::Zero();
+    Quatd orientation = Quatd::Identity();
+    Vec3d worldPosition = Vec3d::Zero();
+    Quatd worldOrientation = Quatd::Identity();
+    // None pressed, and 0, where it has been silent for a quarter of a second.
+    std::uint32_t buttons = 0;  ///< bit i: button i is pressed
+    std::vector<double> axes;   ///< -1 to 1 mostly: as the device says
+
+    static constexpr std::string_view kName = "WandState";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&WandState::name>(1, "name"), member<&WandState::tracked>(2, "tracked"),
+            member<&WandState::poses>(3, "poses").said("of its sensor, so far"),
+            member<&WandState::position>(4, "position").in("m").said("in the wall's frame"),
+            member<&WandState::orientation>(5, "orientation").said("its -Z points ahead"),
+            member<&WandState::worldPosition>(6, "world_position").in("world units"),
+            member<&WandState::worldOrientation>(7, "world_orientation"),
+            member<&WandState::buttons>(8, "buttons").said("bit i: button i is pressed"),
+            member<&WandState::axes>(9, "axes").atMost(&ApplicationLimits::maxAxes).said("-1 to 1 mostly"));
+    }
+};
+
+/// Each frame's data that is wanted from now on.
+struct Subscription {
+    bool contacts = false, picks = false, frames = false;
+    bool events = false;
+    bool stays = false;  ///< with `events`: in every frame, pairs that go on touching too
+    bool distances = false;
+    bool questions = false;
+    bool poses = false;
+
+    static constexpr std::string_view kName = "Subscription";
+    static constexpr auto members() {
+        return std::tuple(member<&Subscription::contacts>(1, "contacts"),
+                          member<&Subscription::picks>(2, "picks").said("whoever picks"),
+                          member<&Subscription::frames>(3, "frames").said("which hosts have shown it"),
+                          member<&Subscription::events>(4, "events"),
+                          member<&Subscription::stays>(5, "stays").said("among the events pairs that go on touching"),
+                          member<&Subscription::distances>(6, "distances"),
+                          member<&Subscription::questions>(7, "questions"),
+                          member<&Subscription::poses>(8, "poses").said("heads and wands"));
+    }
+};
+
+namespace answer {
+
+struct HostInfo {
+    std::string name, state;
+    FrameNumber lastShown;
+    double roundTripMs = 0;
+
+    static constexpr std::string_view kName = "HostInfo";
+    static constexpr auto members() {
+        return std::tuple(member<&HostInfo::name>(1, "name"), member<&HostInfo::state>(2, "state"),
+                          member<&HostInfo::lastShown>(3, "last_shown").said("frame"),
+                          member<&HostInfo::roundTripMs>(4, "round_trip_ms").in("ms"));
+    }
+};
+/// A tile that the others waited for, of late (512 frames at most).
+struct TileWait {
+    std::string tile, host;
+    std::uint64_t frames = 0;
+    double ms = 0;       ///< altogether
+    std::string reason;  ///< what it spent more time on than they did, most of all; words of report.json
+
+    static constexpr std::string_view kName = "TileWait";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&TileWait::tile>(1, "tile"), member<&TileWait::host>(2, "host"),
+            member<&TileWait::frames>(3, "frames"), member<&TileWait::ms>(4, "ms").in("ms").said("altogether"),
+            member<&TileWait::reason>(5, "reason").said("what it spent more time on than the others did"));
+    }
+};
+struct Status {
+    std::string wallName;
+    Epoch epoch;
+    FrameNumber frame;
+    Sequence sequence;
+    StateHash stateHash;
+    std::vector<HostInfo> hosts;
+    std::vector<std::string> waitingFor;
+    std::uint64_t objects = 0, nodes = 0, undoDepth = 0, redoDepth = 0, applications = 0;
+    std::string journal;                ///< the server's folder; empty: what is done does not survive it
+    std::string journalTrouble;         ///< why nothing is written at present, and no edit is taken; empty: all is well
+    std::vector<TileWait> waits;        ///< those waited for longest first
+    std::uint64_t waitFrames = 0;       ///< frames that `waits` looks at
+    std::vector<std::string> trackers;  ///< a line for each
+    std::string
+        navigation;  ///< the mode in which people move: "fly", "orbit", "walk"; empty: the server takes no input
+    std::vector<std::string> steering;  ///< who moves the wall now, or has in the last second: hosts and applications
+    double budgetMs = 0;                ///< for a frame; 0: none
+    unsigned detail = 0;                ///< step of kDetailSteps that the next frame is drawn at
+    std::vector<std::string> programs;  ///< a line for each SurfaceProgram that is bad or heavy
+
+    static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
+    static constexpr auto members() {
+        return std::tuple(
+            member<&Status::wallName>(1, "wall_name"), fixedMember<&Status::epoch>(2, "epoch"),
+            member<&Status::frame>(3, "frame").said("the next one"),
+            member<&Status::sequence>(4, "sequence").said("of the newest list"),
+            fixedMember<&Status::stateHash>(5, "state_hash"),
+            member<&Status::hosts>(6, "hosts").atMost(&ApplicationLimits::maxHosts),
+            member<&Status::waitingFor>(7, "waiting_for")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("hosts that the first frame waits for"),
+            member<&Status::objects>(8, "objects"), member<&Status::nodes>(9, "nodes"),
+            member<&Status::undoDepth>(10, "undo_depth"), member<&Status::applications>(11, "applications"),
+            member<&Status::redoDepth>(12, "redo_depth"),
+            member<&Status::journal>(13, "journal").said("folder of the server; empty: it has none"),
+            member<&Status::journalTrouble>(14, "journal_trouble")
+                .said("why nothing is written at present, and no edit is taken"),
+            member<&Status::waits>(15, "waits")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("tiles that the others waited for of late, longest first"),
+            member<&Status::waitFrames>(16, "wait_frames").said("that the waits look at"),
+            member<&Status::navigation>(17, "navigation").said("the mode; empty: no input is taken"),
+            member<&Status::steering>(18, "steering").atMost(&ApplicationLimits::maxHosts).said("who moves the wall"),
+            member<&Status::trackers>(20, "trackers").atMost(&ApplicationLimits::maxHosts).said("a line for each"),
+            member<&Status::budgetMs>(21, "budget_ms").in("ms").said("for a frame; 0: none"),
+            member<&Status::detail>(22, "detail").said("step that the next frame is drawn at (common/wall/Detail.h)"),
+            member<&Status::programs>(23, "programs")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("a line for each that is bad or heavy"));
+    }
+};
+
+struct Trackers {
+    std::vector<TrackerInfo> trackers;
+
+    static constexpr ToldInfo kInfo{
+        .name = "Trackers", .answer = 20, .help = "What the wall's trackers say, and how well"};
+    static constexpr auto members() {
+        return std::tuple(member<&Trackers::trackers>(1, "trackers").atMost(&ApplicationLimits::maxTrackers));
+    }
+};
+
+}  // namespace answer
+
+namespace notice {
+
+struct Frame {
+    FrameNumber frame;
+    std::vector<std::string> shown, held;
+
+    static constexpr ToldInfo kInfo{.name = "Frame", .notice = 1, .help = "A frame was shown"};
+    static constexpr auto members() {
+        return std::tuple(
+            member<&Frame::frame>(1, "frame"),
+            member<&Frame::shown>(2, "shown").atMost(&ApplicationLimits::maxHosts).said("hosts that have shown it"),
+            member<&Frame::held>(3, "held")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("hosts that go on showing an earlier one"));
+    }
+};
+
+/// Of each frame as it is made, before it is drawn.
+struct Poses {
+    FrameNumber frame;
+    std::vector<HeadState> heads;  ///< all users, in the wall's order
+    std::vector<WandState> wands;
+
+    static constexpr ToldInfo kInfo{
+        .name = "Poses", .notice = 7, .help = "Heads and wands of a frame, before it is drawn"};
+    static constexpr auto members() {
+        return std::tuple(member<&Poses::frame>(1, "frame"),
+                          member<&Poses::heads>(2, "heads")
+                              .atMost(&ApplicationLimits::maxPoses)
+                              .said("of all users, in the wall's order"),
+                          member<&Poses::wands>(3, "wands").atMost(&ApplicationLimits::maxPoses));
+    }
+};
+
+}  // namespace notice
+
+namespace request {
+
+struct GetStatus {
+    using Answer = answer::Status;
+    static constexpr RequestInfo kInfo{
+        .number = 3, .name = "GetStatus", .help = "How the wall is: hosts, frame, scene, journal, detail"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+struct GetTrackers {
+    using Answer = answer::Trackers;
+    static constexpr RequestInfo kInfo{
+        .number = 20, .name = "GetTrackers", .help = "What the wall's trackers say, and how well"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+/// Replaces what this application has subscribed to.
+struct SubscribeNews {
+    Subscription wanted;
+
+    using Answer = answer::Done;
+    static constexpr RequestInfo kInfo{
+        .number = 9, .name = "SubscribeNews", .help = "What the application is told of every frame from now on"};
+    static constexpr auto members() { return std::tuple(spreadMember<&SubscribeNews::wanted>(1)); }
+};
+
+using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews>;
+
+}  // namespace request
+}  // namespace tessera
