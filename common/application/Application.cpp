@@ -441,7 +441,6 @@ Expected<answer::Committed> Application::propose(const ChangeList& list, std::ui
 Expected<answer::Committed> Application::undo() {
     return impl_->edit(request::UndoStep{});
 }
-
 Expected<answer::Committed> Application::redo() {
     return impl_->edit(request::RedoStep{});
 }
@@ -461,11 +460,9 @@ Expected<answer::Committed> Application::moveNode(const std::string& node, const
 Expected<answer::Committed> Application::moveNode(const ObjectInfo& node, const NodeMove& move, std::uint64_t gesture) {
     return impl_->move(node.id, move, gesture);
 }
-
 Expected<answer::Committed> Application::removeNode(ObjectId node) {
     return impl_->edit(request::RemoveNode{node});
 }
-
 Expected<answer::Committed> Application::cloneNode(const CloneWish& wish) {
     return impl_->edit(request::CloneNode{wish});
 }
@@ -549,19 +546,15 @@ Expected<answer::Loaded> Application::load(const std::string& path, ObjectId par
 Expected<void> Application::setView(const ViewWish& view) {
     return impl_->done(request::SetView{view});
 }
-
 Expected<void> Application::show(Showing showing) {
     return impl_->done(request::ShowPicture{showing});
 }
-
 Expected<void> Application::setBudget(double milliseconds) {
     return impl_->done(request::SetBudget{milliseconds});
 }
-
 Expected<void> Application::navigate(const NavigationWish& wish) {
     return impl_->done(request::NavigateView{wish});
 }
-
 Expected<answer::Picked> Application::pick(const Aim& aim) {
     return impl_->ask(request::PickAt{aim});
 }
