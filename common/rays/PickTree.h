@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <queue>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/math/Box.h"
@@ -46,6 +49,28 @@ public:
             const bool leftFirst = nearness(nodes_[node.left].box) <= nearness(nodes_[node.right].box);
             open.push_back(leftFirst ? node.right : node.left);
             open.push_back(leftFirst ? node.left : node.right);
+        }
+    }
+
+    /// Visits items in the order of how near their boxes are. distance(box) is never more than that of any box within it.
+    /// visit(item) says beyond which distance nothing is of interest from there on.
+    template <typename Distance, typename Visit>
+    void forNearest(double within, const Distance& distance, const Visit& visit) const {
+        if (root_ == kNone) return;
+        using Open = std::pair<double, std::uint32_t>;
+        std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
+        const auto add = [&](std::uint32_t number) {
+            if (const double from = distance(nodes_[number].box); from <= within) open.emplace(from, number);
+        };
+        for (add(root_); !open.empty() && open.top().first <= within;) {
+            const Node& node = nodes_[open.top().second];
+            open.pop();
+            if (node.left == kNone) {
+                within = visit(node.item);
+                continue;
+            }
+            add(node.left);
+            add(node.right);
         }
     }
 

@@ -169,4 +169,9 @@ bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork&
     return impl_->picker.facesIn(aspect, impl_->handler, box, work, faces);
 }
 
+std::optional<NearestSurface> CollisionPipeline::nearestSurface(const Aspect& aspect, const Vec3d& place,
+                                                                ObjectId below, QueryWork& work) {
+    return impl_->picker.nearest(aspect, impl_->handler, place, below, work);
+}
+
 }  // namespace tessera

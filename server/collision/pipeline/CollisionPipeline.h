@@ -23,6 +23,7 @@ namespace tessera {
 
 class Workers;
 struct InterestTerms;
+struct NearestSurface;
 struct PickHit;
 
 /// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
@@ -76,6 +77,9 @@ public:
     [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray);
     /// The visible triangles near a place (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces);
+    /// The visible surface nearest to a place, at or below a node (ScenePicker::nearest).
+    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Aspect& aspect, const Vec3d& place, ObjectId below,
+                                                               QueryWork& work);
 
 private:
     struct Impl;

@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "common/cores/CollisionObject.h"
 #include "common/drawable/Drawable.h"
+#include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/objects/SortOnce.h"
 #include "server/collision/query/FacesNear.h"
+#include "server/collision/query/NearestFace.h"
 #include "server/collision/query/RayQuery.h"
 
 namespace tessera {
@@ -24,6 +27,20 @@ bool isLookedThrough(const Aspect& aspect, ObjectId node) {
         if (const CollisionObject* object = aspect.coreOf<CollisionObject>(*aspect.get<Node>(id)))
             if (object->layers == 0 && object->node == id) return true;
     return false;
+}
+
+/// No point of the box is nearer, whatever rounding does. Below 0 where that may be nothing at all.
+double distanceTo(const Box& box, const Vec3d& place) {
+    const Vec3d beyond = (box.lower - place).cwiseMax(place - box.upper).cwiseMax(0.0);
+    constexpr double kRounding = 1e-12;
+    return beyond.norm() - kRounding * (box.lower.norm() + box.upper.norm() + place.norm());
+}
+
+/// Points are balls. The octahedra that stand for them have their corners on these; the middles of their faces are the
+/// farthest from them. Of `face` of a mesh of octahedra.
+double errorOf(const Triangle& face, const Affine3d& world) {
+    const double radius = (face[1] - face[0]).norm() / std::numbers::sqrt2;
+    return radius * (1 - 1 / std::numbers::sqrt3) * singularStretchOf(world.linear()).most;
 }
 
 }  // namespace
@@ -135,6 +152,49 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
         }
     }
     return true;
+}
+
+std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectHandler& handler, const Vec3d& place,
+                                                   ObjectId below, QueryWork& work) {
+    if (!(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return std::nullopt;
+    follow(aspect, handler);
+    const std::uint32_t top = handler.placeOf(below);
+    if (top == Place::kNone) return std::nullopt;
+    const PagedRow<Place>& places = handler.places();
+    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    std::optional<NearestSurface> best;
+    std::uint32_t bestPlace = Place::kNone;
+    double limit = kMostCoordinate;
+    const auto distance = [&](const Box& box) {
+        ++work.boxTests;
+        return work.exhausted() ? kNothing : distanceTo(box, place);
+    };
+    tree_.forNearest(limit, distance, [&](std::uint32_t number) {
+        const Place& at = places[number];
+        if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return limit;
+        const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
+        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+        if (!shape) return limit;
+        const Affine3d world = worldTransform(aspect, at.node);
+        const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
+        if (!found || (best && found->distance == best->distance && !handler.precedes(number, bestPlace))) return limit;
+        best = NearestSurface{.node = at.node,
+                              .face = found->face,
+                              .point = found->point,
+                              .distance = found->distance,
+                              .error = arrays.primitive == Primitive::kPoints
+                                           ? errorOf(shape->mesh().triangle(found->face), world)
+                                           : 0};
+        bestPlace = number;
+        return limit = found->distance;
+    });
+    if (work.exhausted()) return std::nullopt;
+    if (!best) return best;
+    const MeshArrays arrays = drawableOf(aspect, places[bestPlace].core).arrays();
+    const Affine3d world = worldTransform(aspect, best->node);
+    if (const std::optional<HitDetails> details = detailsOf(arrays, world, best->face, best->point))
+        best->details = *details;
+    return best;
 }
 
 }  // namespace tessera

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSlack = 1e-9;
 
 /// The scale of a similarity; 0 of other maps.
-double scaleOf(const Affine3d& map) {
+double scaleOfSimilarity(const Affine3d& map) {
     const Mat3d gram = map.linear().transpose() * map.linear();
     const double squared = gram.trace() / 3;
     if (!(squared > 0 && std::isfinite(squared))) return 0;
@@ -43,7 +43,7 @@ std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const S
                                           QueryWork& work) {
     std::vector<PatchPair> left;
     const std::vector<SphericalTriangle>&domainsA = a.layout().triangles(), &domainsB = b.layout().triangles();
-    const double scale = scaleOf(a_T_b);
+    const double scale = scaleOfSimilarity(a_T_b);
     const bool similar = scale > 0;
     // Between the two centres' frames.
     const Mat3d linear = a_T_b.linear();

@@ -46,6 +46,10 @@ std::optional<PickHit> Simulation::pick(const Ray& ray) {
     return pipeline_.pickNode(scene(), ray);
 }
 
+std::optional<NearestSurface> Simulation::nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work) {
+    return pipeline_.nearestSurface(scene(), place, below, work);
+}
+
 void Simulation::goOnFrom(Left left) {
     committer_.goOnFrom(std::move(left.scene), left.sequence);
     history_ = std::move(left.history);

@@ -115,6 +115,8 @@ public:
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
         return pipeline_.facesIn(scene(), box, work, faces);
     }
+    /// The visible surface nearest to a place in world coordinates, at or below a node (ScenePicker::nearest).
+    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work);
 
 private:
     /// An edit that may be taken back, until collisions have said what remains of it.

@@ -1,0 +1,72 @@
+/// Requests that aim: picks, and hands on manipulators. For Deeds.cpp alone.
+#pragma once
+
+#include "server/collision/pipeline/ScenePicker.h"
+#include "server/sim/desk/AimedRays.h"
+#include "server/sim/desk/DeedTable.h"
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera::aim_deeds {
+
+inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
+    answer::Picked picked{
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
+    if (const std::optional<PickHit> hit = desk.around.simulation.pick(*ray)) {
+        picked.hit = true;
+        picked.node = hit->node;
+        picked.face = hit->face;
+        picked.point = hit->point;
+        picked.t = hit->t * ray->direction.norm();
+        picked.normal = hit->details.normal;
+        picked.corners = hit->details.weights.tail<2>();
+        picked.texcoord = hit->details.texcoord;
+    }
+    ServerActions actions = desk.news.picked(picked);
+    append(actions, desk.answer(asker, ApplicationAnswer(picked)));
+    return actions;
+}
+
+inline ServerActions grab(Desk& desk, const Asker& asker, const request::GrabHandle& wish, TimePoint) {
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
+    if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
+    Simulation& simulation = desk.around.simulation;
+    const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
+    const Expected<ManipulatorDrags::Held> held =
+        desk.around.drags.grab(simulation.scene(), simulation.manipulators(), asker.connection.value, *ray, drivers);
+    if (!held) return desk.refuse(asker, held.error());
+    return desk.answer(asker, ApplicationAnswer(answer::Picked{.hit = held->any,
+                                                               .node = held->node,
+                                                               .face = static_cast<std::uint32_t>(held->handle),
+                                                               .point = held->point,
+                                                               .xPx = wish.aim.xPx,
+                                                               .yPx = wish.aim.yPx,
+                                                               .t = held->t}));
+}
+
+inline ServerActions drag(Desk& desk, const Asker& asker, const request::DragHandle& wish, TimePoint now) {
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
+    Simulation& simulation = desk.around.simulation;
+    const std::uint64_t holder = asker.connection.value;
+    const auto drivers = [&](const ChangeList& list) { return simulation.drivingWhat(list); };
+    Expected<ChangeList> list = desk.around.drags.drag(simulation.scene(), holder, *ray, drivers);
+    if (!list) return desk.refuse(asker, list.error());
+    if (list->empty())
+        return desk.answer(
+            asker, ApplicationAnswer(answer::Committed{.sequence = simulation.sequence(), .ids = {}, .stopped = {}}));
+    // Not a number that proposals of this application could name: theirs count from 1 up.
+    const Gesture gesture{holder, ~desk.around.drags.gesture(holder)};
+    return desk.edits.enter({.asker = asker, .edit = {.list = std::move(*list), .gesture = gesture}}, {}, now);
+}
+
+inline ServerActions release(Desk& desk, const Asker& asker, const request::ReleaseHandle&, TimePoint) {
+    desk.around.drags.release(asker.connection.value);
+    return desk.done(asker);
+}
+
+inline constexpr DeedTable kRows{&pick, &grab, &drag, &release};
+
+}  // namespace tessera::aim_deeds

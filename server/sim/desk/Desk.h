@@ -1,0 +1,53 @@
+/// What a deed has at hand.
+#pragma once
+
+#include <set>
+#include <utility>
+
+#include "server/sim/desk/CopyRequests.h"
+#include "server/sim/desk/DeskSurroundings.h"
+#include "server/sim/desk/ImageRequests.h"
+#include "server/sim/desk/LoadRequests.h"
+#include "server/sim/desk/OpenEdits.h"
+#include "server/sim/desk/ProposalRequests.h"
+
+namespace tessera {
+
+/// All that waits for something, with what the server lends the desk. Frame thread only.
+struct Desk {
+    Desk(const DeskSurroundings& lent, const DeskLimits& most)
+        : around(lent),
+          limits(most),
+          edits(around, limits),
+          proposals(around, limits, edits),
+          loads(around, edits),
+          copies(around, limits, edits),
+          images(around.wall, around.session, limits.imageDeadline),
+          views(around.session, around.view, around.simulation, around.orderSurvey),
+          news(around.session, limits.news) {}
+    Desk(const Desk&) = delete;
+    Desk& operator=(const Desk&) = delete;
+
+    const DeskSurroundings around;
+    const DeskLimits limits;
+    std::set<ConnectionId> applications;  ///< that are there
+    OpenEdits edits;
+    ProposalRequests proposals;
+    LoadRequests loads;
+    CopyRequests copies;
+    ImageRequests images;
+    ViewRequests views;
+    FrameNews news;
+
+    [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
+        return answerTo(around.session, asker, answer);
+    }
+    [[nodiscard]] ServerActions done(const Asker& asker) const { return answer(asker, answer::Done{}); }
+    [[nodiscard]] ServerActions refuse(const Asker& asker, Error why) const {
+        return answer(asker, tl::unexpected(std::move(why)));
+    }
+    /// Each application for itself: one that asks without end keeps no other from asking.
+    [[nodiscard]] std::optional<Error> tooManyOpen(ConnectionId connection) const;
+};
+
+}  // namespace tessera

@@ -1,0 +1,78 @@
+/// What the desk asks and changes, and how much of anything may wait at it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/codec/ApplicationCodec.h"
+#include "common/session/Messages.h"
+#include "server/manipulators/ManipulatorDrags.h"
+#include "server/sim/desk/FrameNews.h"
+#include "server/sim/desk/Loader.h"
+#include "server/sim/desk/Uploads.h"
+#include "server/sim/desk/ViewRequests.h"
+#include "server/sim/frame/Copies.h"
+#include "server/sim/frame/FrameBudget.h"
+#include "server/sim/frame/ViewSource.h"
+#include "server/sim/navigation/Steering.h"
+
+namespace tessera {
+
+class Simulation;
+
+struct DeskLimits {
+    /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals and copies
+    /// hold together; one may exceed it. Once copies that were made beside the frames hold as much, whoever wants them,
+    /// no further one is made.
+    std::size_t maxOpenRequests = 256;
+    std::size_t maxOpenBytes = std::size_t{256} << 20;
+    /// Of those who have left: edits that are still carried out.
+    std::size_t maxLeftBehind = 256;
+    std::chrono::milliseconds imageDeadline{5'000};
+    /// Of the arrays that come with a list: they are copied and hashed between two frames. The others come before it
+    /// (Uploads).
+    std::size_t maxInlineArrayBytes = limits::kMaxInlineArrayBytes;
+    /// Of one proposal, or of what the removal of a node takes: a list is checked and applied between two frames.
+    std::size_t maxProposalBytes = limits::kMaxProposalBytes;
+    std::size_t maxProposalChanges = 500'000;
+    /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
+    std::size_t maxFrameChanges = 50'000;
+    FrameNews::Limits news;
+};
+
+/// All of it outlives the desk.
+struct DeskSurroundings {
+    const Wall& wall;
+    BlobStore& blobs;
+    ServerSession& session;
+    Simulation& simulation;
+    ViewSource& view;
+    Loader& loader;
+    Uploads* uploads = nullptr;  ///< null: proposals bring small arrays alone
+    ManipulatorDrags& drags;
+    std::string journal = {};  ///< its folder; empty: there is none
+    /// Why no edit is taken at present; empty: none is ever refused for that.
+    std::function<std::optional<Error>()> editsRefused = {};
+    /// Fills in which tiles the wall waits for; empty: nobody knows.
+    std::function<void(answer::Status&)> describeWaits = {};
+    std::function<answer::Trackers()> describeTrackers = {};  ///< empty: there are none
+    /// Those of materials that are bad or heavy; empty: nobody knows.
+    std::function<std::vector<std::string>()> describePrograms = {};
+    std::function<double(ObjectId)> filmLength = {};  ///< of a Movie, s; 0: not known. Empty: of none
+    std::function<notice::Poses()> poses = {};        ///< of the newest frame; empty: nobody is tracked
+    Showing* showing = nullptr;                       ///< of the frames to come; null: it is not to be changed
+    Steering* steering = nullptr;                     ///< null: nobody can be asked to fly
+    InlineLoading* inlines = nullptr;                 ///< is told what comes of its orders
+    ViewRequests::Survey orderSurvey = {};
+    /// Has `makeCopy` called beside the frames, with the scene as it is now; `copied` is told. Empty: copies are made
+    /// at once.
+    std::function<void(CopyOrder)> orderCopy = {};
+    FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
+
+    /// Why no edit is taken at present; none: edits are taken.
+    [[nodiscard]] std::optional<Error> whyNoEdit() const { return editsRefused ? editsRefused() : std::nullopt; }
+};
+
+}  // namespace tessera

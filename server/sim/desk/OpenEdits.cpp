@@ -1,0 +1,206 @@
+#include "server/sim/desk/OpenEdits.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera {
+
+namespace {
+
+answer::Committed committedAnswer(const OpenEdits::Open& open, const EditOutcome& outcome, Sequence sequence) {
+    answer::Committed committed{
+        .sequence = sequence, .stopped = outcome.stopped, .removed = open.removed, .created = open.created};
+    if (open.parts.size() > 1) {  // ids in a row
+        const auto& first = outcome.ids.front();
+        committed.ids.emplace_back(open.copy, ObjectId(first.second.value + (open.copy.value - first.first.value)));
+        return committed;
+    }
+    for (const auto& pair : outcome.ids)
+        if (!open.copy || pair.first == open.copy) committed.ids.push_back(pair);
+    return committed;
+}
+
+answer::Loaded loadedAnswer(const OpenEdits::Open& open, const EditOutcome& outcome) {
+    answer::Loaded loaded = open.loaded;
+    const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
+    if (given != outcome.ids.end())
+        loaded.node = given->second;
+    else if (!outcome.ids.empty())  // of parts: ids in a row
+        loaded.node =
+            ObjectId(outcome.ids.front().second.value + (loaded.node.value - outcome.ids.front().first.value));
+    return loaded;
+}
+
+Expected<ApplicationAnswer> outcomeOf(const OpenEdits::Open& open, const EditOutcome& outcome, Sequence sequence) {
+    if (!outcome.result) return tl::unexpected(outcome.result.error());
+    if (open.isLoad) return ApplicationAnswer(loadedAnswer(open, outcome));
+    return ApplicationAnswer(committedAnswer(open, outcome, sequence));
+}
+
+}  // namespace
+
+void OpenEdits::open(std::uint64_t ticket, Open open) {
+    open.edit.ticket = ticket;
+    open_[ticket] = std::move(open);
+}
+
+OpenEdits::Open* OpenEdits::find(std::uint64_t ticket) {
+    const auto found = open_.find(ticket);
+    return found == open_.end() ? nullptr : &found->second;
+}
+
+ServerActions OpenEdits::enter(Open open, std::vector<Blob> named, TimePoint now) {
+    const std::uint64_t ticket = newTicket();
+    this->open(ticket, std::move(open));
+    return queue(ticket, std::move(named), now);
+}
+
+ServerActions OpenEdits::queue(std::uint64_t ticket, std::vector<Blob> named, TimePoint now) {
+    if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(ticket, *why);
+    if (named.empty()) {
+        ready_.push_back(ticket);
+        return {};
+    }
+    std::vector<BlobInfo> infos;
+    for (const Blob& blob : named) {
+        around_.blobs.add(blob);
+        infos.push_back({blob.id(), blob.sizeBytes()});
+    }
+    // Hosts fetch them before the commit. What an undo names may leave the history before its turn comes: others undo
+    // too.
+    open_.at(ticket).announced = std::move(named);
+    return around_.session.announceBlobs(ticket, std::move(infos), now);
+}
+
+ServerActions OpenEdits::refuse(std::uint64_t ticket, const Error& why) {
+    const auto open = open_.find(ticket);
+    ServerActions actions = tell(open->second, tl::unexpected(why));
+    drop(std::move(open->second.parts));
+    close(open);
+    return actions;
+}
+
+void OpenEdits::blobsEverywhere(std::uint64_t ticket) {
+    if (open_.contains(ticket)) ready_.push_back(ticket);
+}
+
+OpenEdits::Count OpenEdits::countOf(ConnectionId connection) const {
+    Count count;
+    for (const auto& [ticket, open] : open_) {
+        if (open.asker.connection != connection) continue;
+        ++count.edits;
+        count.bytes += open.bytes;
+    }
+    return count;
+}
+
+std::size_t OpenEdits::copiedBytes() const {
+    std::size_t bytes = 0;
+    for (const auto& [ticket, open] : open_)
+        if (open.isCopy) bytes += open.bytes;
+    return bytes;
+}
+
+void OpenEdits::forgetLeftBehind(const std::set<ConnectionId>& present) {
+    const auto leftBehind = [&](const Opens::value_type& entry) {
+        const Open& open = entry.second;
+        return !open.isLoad && open.parts.empty() && !present.contains(open.asker.connection);
+    };
+    auto many = static_cast<std::size_t>(std::ranges::count_if(open_, leftBehind));
+    for (auto it = open_.end(); many > limits_.maxLeftBehind && it != open_.begin();) {
+        if (--it; !leftBehind(*it)) continue;
+        std::erase(ready_, it->first);
+        around_.session.forgetBlobs(it->first);
+        it = close(it);
+        --many;
+    }
+}
+
+std::vector<Edit> OpenEdits::takeEdits() {
+    std::vector<Edit> edits;
+    std::vector<std::uint64_t> later;
+    bool full = false;  // the others open another frame
+    std::size_t changes = 0;
+    const Simulation& simulation = around_.simulation;
+    for (const std::uint64_t ticket : std::exchange(ready_, {})) {
+        Open& open = open_.at(ticket);
+        const bool step = isStep(open.edit.kind);
+        if (!open.parts.empty()) {
+            loading_.push_back(ticket);
+            continue;
+        }
+        if (step && (simulation.stepUnderWay() || simulation.appearing())) {  // it waits for that, and nobody for it
+            later.push_back(ticket);
+            continue;
+        }
+        // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
+        full = full || (step && !edits.empty());
+        // Nor do many large ones hold up a frame.
+        changes += open.edit.move ? 1 : open.edit.list.changeCount();
+        full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
+        if (full)
+            later.push_back(ticket);
+        else
+            edits.push_back(std::move(open.edit));
+    }
+    ready_ = std::move(later);
+    return edits;
+}
+
+void OpenEdits::takePart(std::vector<Edit>& edits) {
+    constexpr std::size_t kDroppedAtOnce = 8;
+    dropped_.resize(dropped_.size() - std::min(dropped_.size(), kDroppedAtOnce));
+    if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind))
+        return;
+    Open& open = open_.at(loading_.front());
+    Edit part = open.edit;
+    part.list = std::move(open.parts[open.nextPart++]);
+    const bool isLast = open.nextPart == open.parts.size();
+    // What is one part only is an edit like others.
+    if (open.parts.size() > 1) part.kind = isLast ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+    edits.push_back(std::move(part));
+    if (isLast) loading_.pop_front();
+}
+
+void OpenEdits::drop(std::vector<ChangeList> parts) {
+    std::ranges::move(parts, std::back_inserter(dropped_));
+}
+
+ServerActions OpenEdits::committed(const FrameResult& frame) {
+    ServerActions actions;
+    for (const EditOutcome& outcome : frame.outcomes) {
+        const auto found = open_.find(outcome.ticket);
+        if (found == open_.end() || outcome.underWay) continue;
+        Open& open = found->second;
+        const bool morePartsFollow = open.nextPart < open.parts.size();
+        if (morePartsFollow && outcome.result) continue;
+        append(actions, tell(open, outcomeOf(open, outcome, frame.commit.sent->sequence)));
+        if (morePartsFollow) {
+            std::erase(loading_, outcome.ticket);
+            drop(std::move(open.parts));
+        }
+        // Of an edit that was refused nobody holds the arrays any more: who joins could not fetch them.
+        around_.session.forgetBlobs(outcome.ticket);
+        close(found);
+    }
+    return actions;
+}
+
+ServerActions OpenEdits::tell(const Open& open, const Expected<ApplicationAnswer>& outcome) {
+    if (!open.content) return answerTo(around_.session, open.asker, outcome);
+    if (around_.inlines)
+        around_.inlines->ended(open.content, outcome ? std::nullopt : std::optional(outcome.error().message));
+    return {};
+}
+
+OpenEdits::Opens::iterator OpenEdits::close(Opens::iterator open) {
+    if (around_.uploads) {
+        around_.uploads->letGo(std::move(open->second.announced));
+        around_.uploads->handedOver(open->second.upload);
+    }
+    return open_.erase(open);
+}
+
+}  // namespace tessera

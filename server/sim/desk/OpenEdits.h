@@ -1,0 +1,93 @@
+/// Edits, from their asking to their outcome.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "server/sim/desk/DeskSurroundings.h"
+#include "server/sim/frame/Frame.h"
+
+namespace tessera {
+
+/// The book of all edits that are open: proposals, steps of undo, loads, copies. Each has a ticket until its outcome is
+/// known and told to its asker, once. One that names blobs goes into a frame when every live host has them. One of many
+/// parts goes into as many frames, part by part, those of the first one first. Frame thread only.
+class OpenEdits {
+public:
+    /// A start scene is loaded without a question; its ticket is `kStartScene`, which no other edit has.
+    static constexpr std::uint64_t kStartScene = 0;
+
+    struct Open {
+        Asker asker;
+        Edit edit = {};             ///< waiting for blobs or a frame; its ticket is the book's to set
+        std::uint64_t removed = 0;  ///< objects that it takes away, for its answer
+        std::uint64_t created = 0;  ///< objects that it makes, for its answer
+        ObjectId copy = {};         ///< the placeholder whose id its answer tells; none: those of all placeholders
+        std::size_t bytes = 0;      ///< of the proposal, or that a copy holds once it is made
+        bool isCopy = false;        ///< one that is made beside the frames
+        std::uint64_t upload = 0;   ///< whose room it takes (Uploads::handedOver); 0: none
+        bool isLoad = false;
+        ObjectId content = {};               ///< of what an Inline holds: its core; nobody asked
+        answer::Loaded loaded = {};          ///< of a load: its answer; `node` is a placeholder until the commit
+        std::vector<ChangeList> parts = {};  ///< of a load, or a large copy, that takes several frames
+        std::size_t nextPart = 0;
+        std::vector<Blob> announced = {};  ///< can be fetched until its outcome is known
+    };
+
+    OpenEdits(const DeskSurroundings& around, const DeskLimits& limits) : around_(around), limits_(limits) {}
+    OpenEdits(const OpenEdits&) = delete;
+    OpenEdits& operator=(const OpenEdits&) = delete;
+
+    [[nodiscard]] std::uint64_t newTicket() { return nextTicket_++; }
+    void open(std::uint64_t ticket, Open open);
+    /// Null: its outcome is known, or nobody wants it any more.
+    [[nodiscard]] Open* find(std::uint64_t ticket);
+    /// It goes into a frame when every live host has what it names. While no edit is taken it is refused.
+    [[nodiscard]] ServerActions queue(std::uint64_t ticket, std::vector<Blob> named, TimePoint now);
+    /// All of that at once.
+    [[nodiscard]] ServerActions enter(Open open, std::vector<Blob> named, TimePoint now);
+    [[nodiscard]] ServerActions refuse(std::uint64_t ticket, const Error& why);
+    void blobsEverywhere(std::uint64_t ticket);
+
+    struct Count {
+        std::size_t edits = 0, bytes = 0;
+    };
+    /// Of one application.
+    [[nodiscard]] Count countOf(ConnectionId connection) const;
+    /// Of copies that were made beside the frames.
+    [[nodiscard]] std::size_t copiedBytes() const;
+
+    /// Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
+    /// leave too many behind, because no frame takes them, the newest do not count. `present`: who is there.
+    void forgetLeftBehind(const std::set<ConnectionId>& present);
+
+    /// The whole edits for the frame that is about to be made.
+    [[nodiscard]] std::vector<Edit> takeEdits();
+    /// And a part beside them: one in a frame, and none beside a step, which may take several frames itself.
+    void takePart(std::vector<Edit>& edits);
+    /// Parts that nobody wants: freed some at a time.
+    void drop(std::vector<ChangeList> parts);
+    /// What has become of the edits of a frame.
+    [[nodiscard]] ServerActions committed(const FrameResult& frame);
+
+private:
+    using Opens = std::map<std::uint64_t, Open>;  ///< by ticket
+
+    /// To whoever asked, or to who orders what Inlines hold.
+    [[nodiscard]] ServerActions tell(const Open& open, const Expected<ApplicationAnswer>& outcome);
+    /// Its outcome is known, or nobody wants it. What comes behind it.
+    Opens::iterator close(Opens::iterator open);
+
+    const DeskSurroundings& around_;
+    const DeskLimits& limits_;
+    std::uint64_t nextTicket_ = kStartScene + 1;
+    Opens open_;
+    std::vector<std::uint64_t> ready_;   ///< tickets whose edits go into the next frame
+    std::deque<std::uint64_t> loading_;  ///< tickets whose parts do, one at a time, those of the first one first
+    std::vector<ChangeList> dropped_;    ///< parts that were refused
+};
+
+}  // namespace tessera

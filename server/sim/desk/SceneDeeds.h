@@ -1,0 +1,43 @@
+/// Requests that look at the scene. For Deeds.cpp alone.
+#pragma once
+
+#include "common/cores/Movie.h"
+#include "server/sim/desk/DeedTable.h"
+#include "server/sim/desk/SceneAnswers.h"
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera::scene_deeds {
+
+inline ServerActions getObjects(Desk& desk, const Asker& asker, const request::GetObjects& wish, TimePoint) {
+    const Simulation& simulation = desk.around.simulation;
+    answer::Objects objects = describe(simulation.scene(), wish.wish);
+    objects.sequence = simulation.sequence();
+    return desk.answer(asker, ApplicationAnswer(std::move(objects)));
+}
+
+inline ServerActions getTree(Desk& desk, const Asker& asker, const request::GetTree& wish, TimePoint) {
+    const Simulation& simulation = desk.around.simulation;
+    const Aspect& scene = simulation.scene();
+    Expected<answer::TreePage> page = treePage(scene, wish.wish);
+    if (!page) return desk.refuse(asker, page.error());
+    if (wish.wish.coreType == typeOf<Movie>() && desk.around.filmLength)
+        for (const TreeNode& told : page->nodes) {
+            const ObjectId core = scene.get<Node>(told.node)->core;
+            if (const double seconds = desk.around.filmLength(core); seconds > 0)
+                page->lengths.push_back({core, seconds});
+        }
+    page->sequence = simulation.sequence();
+    return desk.answer(asker, ApplicationAnswer(std::move(*page)));
+}
+
+inline ServerActions find(Desk& desk, const Asker& asker, const request::FindNodes& wish, TimePoint) {
+    const Simulation& simulation = desk.around.simulation;
+    Expected<answer::FoundPage> page = foundPage(simulation.scene(), wish.wish);
+    if (!page) return desk.refuse(asker, page.error());
+    page->sequence = simulation.sequence();
+    return desk.answer(asker, ApplicationAnswer(std::move(*page)));
+}
+
+inline constexpr DeedTable kRows{&getObjects, &getTree, &find};
+
+}  // namespace tessera::scene_deeds

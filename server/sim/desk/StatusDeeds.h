@@ -1,0 +1,27 @@
+/// Requests about the wall itself, and what an application is told from now on. For Deeds.cpp alone.
+#pragma once
+
+#include "server/sim/desk/DeedTable.h"
+#include "server/sim/desk/StatusAnswers.h"
+
+namespace tessera::status_deeds {
+
+inline ServerActions getStatus(Desk& desk, const Asker& asker, const request::GetStatus&, TimePoint) {
+    answer::Status status = statusOf(desk.around);
+    status.applications = desk.applications.size();
+    return desk.answer(asker, ApplicationAnswer(std::move(status)));
+}
+
+inline ServerActions getTrackers(Desk& desk, const Asker& asker, const request::GetTrackers&, TimePoint) {
+    return desk.answer(asker, ApplicationAnswer(trackersOf(desk.around)));
+}
+
+inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::SubscribeNews& wish, TimePoint) {
+    ServerActions actions = desk.news.subscribe(asker.connection, wish.wanted);
+    append(actions, desk.done(asker));
+    return actions;
+}
+
+inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe};
+
+}  // namespace tessera::status_deeds

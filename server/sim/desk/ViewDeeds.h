@@ -1,0 +1,40 @@
+/// Requests about what the wall shows, and from where. For Deeds.cpp alone.
+#pragma once
+
+#include "server/sim/desk/DeedTable.h"
+
+namespace tessera::view_deeds {
+
+inline ServerActions setView(Desk& desk, const Asker& asker, const request::SetView& wish, TimePoint) {
+    if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
+    return desk.views.ask(asker, wish.wish);
+}
+
+inline ServerActions navigate(Desk& desk, const Asker& asker, const request::NavigateView& wish, TimePoint now) {
+    if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
+    if (!desk.around.steering) return desk.refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
+    const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish.wish, now);
+    return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
+}
+
+inline ServerActions show(Desk& desk, const Asker& asker, const request::ShowPicture& wish, TimePoint) {
+    if (!desk.around.showing)
+        return desk.refuse(asker, {ErrorCode::kUnsupported, "this server shows its scene and nothing else"});
+    *desk.around.showing = wish.showing;
+    return desk.done(asker);
+}
+
+inline ServerActions setBudget(Desk& desk, const Asker& asker, const request::SetBudget& wish, TimePoint) {
+    if (!desk.around.budget)
+        return desk.refuse(asker, {ErrorCode::kUnsupported, "this server draws all frames with all of their detail"});
+    desk.around.budget->set(wish.milliseconds);
+    return desk.done(asker);
+}
+
+inline ServerActions getImages(Desk& desk, const Asker& asker, const request::GetImages&, TimePoint now) {
+    return desk.images.ask(asker, now);
+}
+
+inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages};
+
+}  // namespace tessera::view_deeds

@@ -1,0 +1,146 @@
+// What is open: an edit from its asking to its outcome, without anybody's request.
+#include "server/sim/desk/OpenEdits.h"
+
+#include <gtest/gtest.h>
+
+#include "common/scene/FieldTable.h"
+#include "server/sim/desk/RequestDesk.h"
+#include "server/sim/frame/Simulation.h"
+#include "tests/unit/session/ServerFixture.h"
+#include "tests/unit/sim/SceneForTests.h"
+
+namespace tessera {
+namespace {
+
+class OpenEditsBook : public testing::Test {
+protected:
+    static Edit oneNode() {
+        test::ListMaker maker;
+        maker.node("n", kRootNode);
+        return {.list = maker.builder.take()};
+    }
+    [[nodiscard]] Asker asker(std::uint64_t request = 1) const {
+        return {.connection = application, .request = request};
+    }
+    /// What its asker is told by these actions: the error, empty where it is good; nothing: no answer.
+    std::optional<std::string> told(ServerActions actions) {
+        server.forget();
+        server.take(std::move(actions));
+        const auto replies = server.sent<message::Reply>(application);
+        return replies.empty() ? std::nullopt : std::optional(replies[0].error);
+    }
+    static FrameResult frameOf(std::vector<EditOutcome> outcomes) {
+        FrameResult frame;
+        frame.commit.sent = std::make_shared<CommittedList>();
+        frame.outcomes = std::move(outcomes);
+        return frame;
+    }
+
+    Wall wall = test::wallOfOne();
+    BlobStore blobs;
+    ServerFixture server;
+    Simulation simulation;
+    ViewSource view{wall, ""};
+    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
+    ManipulatorDrags drags;
+    std::optional<Error> trouble;
+    DeskSurroundings around{.wall = wall,
+                            .blobs = blobs,
+                            .session = server.session,
+                            .simulation = simulation,
+                            .view = view,
+                            .loader = loader,
+                            .drags = drags,
+                            .editsRefused = [this] { return trouble; }};
+    RequestDesk::Limits limits{.maxLeftBehind = 2};
+    OpenEdits edits{around, limits};
+    ConnectionId application = server.hello("somebody", PeerRole::kApplication);
+};
+
+TEST_F(OpenEditsBook, AnEditIsTakenOnceAndToldOnce) {
+    EXPECT_FALSE(told(edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now)));
+    EXPECT_EQ(edits.countOf(application).edits, 1u);
+    const std::vector<Edit> taken = edits.takeEdits();
+    ASSERT_EQ(taken.size(), 1u);
+    EXPECT_TRUE(edits.takeEdits().empty());
+    const std::uint64_t ticket = taken[0].ticket;
+    ASSERT_TRUE(edits.find(ticket));
+    EXPECT_FALSE(told(edits.committed(frameOf({{.ticket = ticket, .underWay = true}})))) << "it takes several frames";
+    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket}}))), "");
+    EXPECT_FALSE(edits.find(ticket));
+    EXPECT_FALSE(told(edits.committed(frameOf({{.ticket = ticket}}))));
+    EXPECT_EQ(edits.countOf(application).edits, 0u);
+}
+
+TEST_F(OpenEditsBook, WhatIsRefusedIsToldWhyAndIsOpenNoMore) {
+    trouble = Error{ErrorCode::kFailed, "the disk is full"};
+    EXPECT_EQ(told(edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now)), "the disk is full");
+    trouble.reset();
+    EXPECT_TRUE(edits.takeEdits().empty());
+    (void)edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now);
+    const std::uint64_t ticket = edits.takeEdits().at(0).ticket;
+    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}}))), "no");
+    EXPECT_EQ(edits.countOf(application).edits, 0u);
+}
+
+TEST_F(OpenEditsBook, PartsComeOneAFrameAndOneEditBehindTheOther) {
+    std::vector<std::uint64_t> tickets;
+    for (int i = 0; i < 2; ++i) {
+        std::vector<ChangeList> parts;
+        for (int part = 0; part < 3; ++part) parts.push_back(oneNode().list);
+        tickets.push_back(edits.newTicket());
+        edits.open(tickets.back(), {.asker = asker(), .isLoad = true, .parts = std::move(parts)});
+        (void)edits.queue(tickets.back(), {}, server.now);
+    }
+    for (const std::uint64_t ticket : tickets)
+        for (int part = 0; part < 3; ++part) {
+            std::vector<Edit> frame = edits.takeEdits();
+            EXPECT_TRUE(frame.empty());
+            edits.takePart(frame);
+            ASSERT_EQ(frame.size(), 1u);
+            EXPECT_EQ(frame[0].ticket, ticket);
+            EXPECT_EQ(frame[0].kind, part < 2 ? Edit::Kind::kPart : Edit::Kind::kLastPart);
+            const auto answer = told(edits.committed(frameOf({{.ticket = ticket}})));
+            EXPECT_EQ(answer.has_value(), part == 2) << "with the last part";
+        }
+    std::vector<Edit> step{{.kind = Edit::Kind::kUndo}};
+    edits.takePart(step);
+    EXPECT_EQ(step.size(), 1u);
+}
+
+TEST_F(OpenEditsBook, APartThatIsRefusedTakesTheOthersWithIt) {
+    std::vector<ChangeList> parts(3);
+    const std::uint64_t ticket = edits.newTicket();
+    edits.open(ticket, {.asker = asker(), .isLoad = true, .parts = std::move(parts)});
+    (void)edits.queue(ticket, {}, server.now);
+    std::vector<Edit> frame = edits.takeEdits();
+    edits.takePart(frame);
+    ASSERT_EQ(frame.size(), 1u);
+    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}}))), "no");
+    frame = edits.takeEdits();
+    edits.takePart(frame);
+    EXPECT_TRUE(frame.empty());
+}
+
+TEST_F(OpenEditsBook, OfThoseWhoHaveLeftTheNewestEditsDoNotCount) {
+    for (int i = 0; i < 5; ++i) (void)edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now);
+    edits.forgetLeftBehind({application});
+    EXPECT_EQ(edits.countOf(application).edits, 5u) << "it is there";
+    edits.forgetLeftBehind({});
+    const std::vector<Edit> taken = edits.takeEdits();
+    ASSERT_EQ(taken.size(), 2u);
+    EXPECT_LT(taken[0].ticket, taken[1].ticket);
+    EXPECT_EQ(taken[0].ticket, OpenEdits::kStartScene + 1);
+}
+
+TEST_F(OpenEditsBook, BytesCountPerApplicationAndOfCopiesTogether) {
+    edits.open(edits.newTicket(), {.asker = asker(), .bytes = 100});
+    edits.open(edits.newTicket(), {.asker = asker(), .bytes = 20, .isCopy = true});
+    edits.open(edits.newTicket(), {.asker = {.connection = ConnectionId{99}}, .bytes = 3, .isCopy = true});
+    EXPECT_EQ(edits.countOf(application).edits, 2u);
+    EXPECT_EQ(edits.countOf(application).bytes, 120u);
+    EXPECT_EQ(edits.copiedBytes(), 23u);
+}
+
+}  // namespace
+}  // namespace tessera
