@@ -11,7 +11,7 @@ namespace {
 constexpr double kSlack = 1e-9;
 
 /// The scale of a similarity; 0 of other maps.
-double scaleOf(const Affine3d& map) {
+double similarityOf(const Affine3d& map) {
     const Mat3d gram = map.linear().transpose() * map.linear();
     const double squared = gram.trace() / 3;
     if (!(squared > 0 && std::isfinite(squared))) return 0;
@@ -39,11 +39,24 @@ bool mayMeet(const SphericalTriangle& domain, const PatchBound& patch, const Vec
 
 }  // namespace
 
+bool mayMeetBall(const SphericalBezierBound& body, const Vec3d& centre, double radius, QueryWork& work) {
+    const std::vector<SphericalTriangle>& domains = body.layout().triangles();
+    const Vec3d from = centre - body.centre();
+    const double grown = radius * (1 + kSlack) + kSlack * from.norm() + 1e-15 * (centre.norm() + body.centre().norm());
+    for (std::size_t p = 0; p < domains.size(); ++p) {
+        const PatchBound& bound = body.patches()[p];
+        if (bound.faces.empty()) continue;
+        ++work.boxTests;
+        if (mayMeet(domains[p], bound, from, grown)) return true;
+    }
+    return false;
+}
+
 std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const SphericalBezierBound& b, const Affine3d& a_T_b,
                                           QueryWork& work) {
     std::vector<PatchPair> left;
     const std::vector<SphericalTriangle>&domainsA = a.layout().triangles(), &domainsB = b.layout().triangles();
-    const double scale = scaleOf(a_T_b);
+    const double scale = similarityOf(a_T_b);
     const bool similar = scale > 0;
     // Between the two centres' frames.
     const Mat3d linear = a_T_b.linear();
