@@ -253,15 +253,15 @@ TEST_F(CollideProgram, RaysNameTheNodeThatTheyMeetFirst) {
     const auto lines = outcome.lines();
     ASSERT_EQ(lines.size(), 3u);
     const json near = json::parse(lines[0]), far = json::parse(lines[1]);
-    EXPECT_EQ(near["node"], "/near");
+    EXPECT_EQ(near["node"], "/near/geometry");
     EXPECT_NEAR(near["t"].get<double>(), 0.75, 1e-12);
     EXPECT_NEAR(near["normal"][0].get<double>(), -1, 1e-12);
     EXPECT_NEAR(near["point"][1].get<double>(), 0.1, 1e-12);
-    EXPECT_EQ(far["node"], "/far");
+    EXPECT_EQ(far["node"], "/far/geometry");
     EXPECT_NEAR(far["t"].get<double>(), 3, 0.02);
     EXPECT_EQ(json::parse(lines[2]), json({{"hit", false}}));
     const Outcome words = run({scene, "--query", "ray", "--poses", rays, "--allow-unconfined-import"});
-    EXPECT_NE(words.out.find("/near at t = 0.75, face "), std::string::npos) << words.out;
+    EXPECT_NE(words.out.find("/near/geometry at t = 0.75, face "), std::string::npos) << words.out;
     EXPECT_NE(words.out.find("meets nothing"), std::string::npos);
     const Outcome bad =
         run({scene, "--query", "ray", "--poses", write("bad", "0 0 0 0 0 0\n"), "--allow-unconfined-import"});
