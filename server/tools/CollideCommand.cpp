@@ -44,8 +44,12 @@ const std::map<std::string, Representation> kKinds{
     // Smooth: kFreeformKinds; compared with whatever is not as triangles.
     {"subdivision", Representation::kTriangles},
     {"loop", Representation::kTriangles},
-    {"nurbs", Representation::kTriangles}};
-const std::map<std::string, FreeformKind> kFreeformKinds{{"subdivision", FreeformKind::kSubdivision}, {"loop", FreeformKind::kLoop}, {"nurbs", FreeformKind::kNurbs}};
+    {"nurbs", Representation::kTriangles},
+    {"bezier", Representation::kTriangles}};
+const std::map<std::string, FreeformKind> kFreeformKinds{{"subdivision", FreeformKind::kSubdivision},
+                                                         {"loop", FreeformKind::kLoop},
+                                                         {"nurbs", FreeformKind::kNurbs},
+                                                         {"bezier", FreeformKind::kBezier}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
@@ -230,9 +234,10 @@ private:
 
 Expected<void> collideFreeform(const CollideArguments& arguments, const std::vector<PoseLine>& poses) {
     const SteadyClock::time_point start = SteadyClock::now();
-    const Expected<FreeformShape> a = loadFreeform(arguments.a, arguments.freeformA, arguments.asA, arguments);
+    BezierFaces facesA, facesB;
+    const Expected<FreeformShape> a = loadFreeform(arguments.a, arguments.freeformA, arguments.asA, arguments, &facesA);
     if (!a) return tl::unexpected(a.error());
-    const Expected<FreeformShape> b = loadFreeform(arguments.b, arguments.freeformB, arguments.asB, arguments);
+    const Expected<FreeformShape> b = loadFreeform(arguments.b, arguments.freeformB, arguments.asB, arguments, &facesB);
     if (!b) return tl::unexpected(b.error());
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()), .instructionSet = name(instructionSet())};
     FreeformPair pair(*a, *b);
@@ -244,7 +249,7 @@ Expected<void> collideFreeform(const CollideArguments& arguments, const std::vec
     };
     for (const PoseLine& pose : poses) {
         double us = 0;
-        write(freeformAnswer(pair, pose, arguments, us));
+        write(freeformAnswer(pair, pose, arguments, us, facesA, facesB));
         times.queryUs.push_back(us);
         progress.at(times.queryUs.size());
         if (!written) break;
@@ -356,7 +361,8 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     options
         .option("--as-a", asA,
                 "A as triangles, hull, heightfield, points,\nspherical, spherical-bezier or\ndistance-field; or as "
-                "OBJ's smooth\nsurfaces: subdivision (Catmull-Clark),\nloop, nurbs (triangles)")
+                "OBJ's smooth\nsurfaces: subdivision (Catmull-Clark),\nits approximation by patches, bezier,\nloop, "
+                "nurbs (triangles)")
         .typeName("KIND")
         .oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
     options.option("--as-b", asB, "The same of B").typeName("KIND").oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
@@ -474,6 +480,14 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
             return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles, hulls, spherical and distance fields");
         if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
         if (out.threads > 1) return fail(ErrorCode::kUsage, "smooth surfaces take one thread");
+        const auto isOfPatches = [](const std::optional<FreeformKind>& kind, Representation as) {
+            return kind || as == Representation::kTriangles || as == Representation::kHull;
+        };
+        const bool isBezier = out.freeformA == FreeformKind::kBezier || out.freeformB == FreeformKind::kBezier;
+        if (isBezier && out.query == CollideQuery::kDepth)
+            return fail(ErrorCode::kUsage, "bezier has no depth: subdivision has");
+        if (isBezier && !(isOfPatches(out.freeformA, out.asA) && isOfPatches(out.freeformB, out.asB)))
+            return fail(ErrorCode::kUsage, "bezier is compared with smooth surfaces, triangles and hulls");
     }
     if (out.threads > 1 && out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
         return fail(ErrorCode::kUsage, fmt::format("--threads is for any and all; {} takes one thread", query));

@@ -16,7 +16,7 @@ namespace tessera {
 enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth, kSelf, kRay };
 
 /// Smooth surfaces of a file (server/collision/freeform).
-enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs };
+enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs, kBezier };
 /// Of their answers where nobody says, and what a question may cost: minutes.
 inline constexpr double kFreeformTolerance = 1e-6;
 inline constexpr std::uint64_t kMostFreeformWork = 2'000'000;

@@ -83,6 +83,20 @@ TEST(CollideCommand, SurfacesMayBeSphericalBezierPatches) {
               std::string::npos);
 }
 
+TEST(CollideCommand, SubdivisionSurfacesMayBeBezierPatches) {
+    const auto with = [](const std::string& query, std::vector<std::string> more) {
+        more.insert(more.begin(), {"a", "b", "--poses", "p", "--query", query, "--as-a", "bezier"});
+        return more;
+    };
+    EXPECT_EQ(arguments(with("toi", {"--as-b", "subdivision"})).freeformA, FreeformKind::kBezier);
+    EXPECT_EQ(arguments(with("any", {"--as-b", "hull"})).freeformA, FreeformKind::kBezier);
+    EXPECT_EQ(refusal(with("depth", {})), "bezier has no depth: subdivision has");
+    for (const char* kind : {"spherical", "distance-field", "spherical-bezier"})
+        EXPECT_EQ(refusal(with("any", {"--as-b", kind})),
+                  "bezier is compared with smooth surfaces, triangles and hulls")
+            << kind;
+}
+
 TEST(CollideCommand, RaysAreAskedOfOneFile) {
     const CollideArguments out = arguments({"hall.tsct", "--query", "ray", "--poses", "rays", "--json"});
     EXPECT_EQ(out.query, CollideQuery::kRay);
