@@ -289,7 +289,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     CLI::App* get = app.add_subcommand("get", "The fields of an object, and of a node's core");
     get->add_option("NODE", in.get.node, "/path/of/names, or #id of any object")->required();
-    get->add_option("FIELD", in.get.field, "One of them alone, e.g. problem");
+    get->add_option(
+        "FIELD", in.get.field,
+        "One of them alone, e.g. problem; bounds: the box\nin the world around all that is drawn there and\nbelow");
 
     CLI::App* remove = app.add_subcommand("remove", "Removes a node and all below it");
     remove->add_option("NODE", in.remove.node, "/path/of/names or #id")->required();

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "client/ctl/FieldText.h"
+#include "common/rays/BoundsAction.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -46,7 +47,33 @@ Expected<Answer> run(Application& application, const verb::Find& find, bool json
     return answer;
 }
 
+namespace {
+
+Expected<Answer> boundsOf(Application& application, const std::string& name) {
+    const Expected<ObjectInfo> node = application.describeNode(name);
+    if (!node) return tl::unexpected(node.error());
+    const Aspect& scene = application.scene();
+    if (!scene.get<Node>(node->id)) return fail(ErrorCode::kNotFound, fmt::format("{} is gone", node->path));
+    BoundsAction bounds;
+    bounds.lookAnew(scene);
+    const Box box = bounds.worldBox(scene, node->id);
+    Answer answer;
+    answer.json = {{"path", node->path}, {"bounds", nullptr}};
+    if (box.empty()) {
+        answer.text = "nothing is to be seen there\n";
+        return answer;
+    }
+    const auto list = [](const Vec3d& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
+    const auto words = [](const Vec3d& v) { return fmt::format("{} {} {}", v.x(), v.y(), v.z()); };
+    answer.json["bounds"] = {{"lower", list(box.lower)}, {"upper", list(box.upper)}};
+    answer.text = fmt::format("from {} to {}, {} large\n", words(box.lower), words(box.upper), words(box.size()));
+    return answer;
+}
+
+}  // namespace
+
 Expected<Answer> run(Application& application, const verb::Get& get) {
+    if (asksForBounds(get)) return boundsOf(application, get.node);
     const Expected<ObjectInfo> object = application.describe(get.node);
     if (!object) return tl::unexpected(object.error());
     std::optional<FieldPlace> one;

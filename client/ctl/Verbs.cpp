@@ -480,9 +480,11 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     options.name = "tessera-ctl";
     options.timeout = line.timeout;
     // Every other verb costs its answer, however large the scene is.
-    options.followScene = std::holds_alternative<verb::Save>(line.verb);
+    const auto* get = std::get_if<verb::Get>(&line.verb);
+    options.followScene = std::holds_alternative<verb::Save>(line.verb) || (get != nullptr && asksForBounds(*get));
     if (options.followScene) {
-        // Whoever saves a scene wants what it is made of too, however long that takes to come.
+        // Whoever saves a scene, or asks how large it is, wants what it is made of too, however long that takes to
+        // come.
         options.wantBlobs = true;
         options.timeout = std::max<std::chrono::milliseconds>(options.timeout, std::chrono::minutes(2));
     }

@@ -21,11 +21,14 @@ struct CollisionObject : CollisionWords {
     /// over a grid; or the balls around points. Spherical: the same surface, what touches it looked up by directions.
     /// Distance field: the same surface, but its distances are approximate, wrong by `error` at most, and quick. Auto:
     /// balls for points, heights for a large grid, a distance field where an `error` is allowed, else the surface.
-    /// Freeform: the smooth surface itself that a SubdivisionSurface or a NurbsSurface stands for, in place of the triangles
-    /// that are drawn of it: what it touches, where, and how far it is away, to `error`; motions stop at it, too. By the triangles
-    /// go all the same: what touches already as a motion begins, free bodies, times of mode dynamic, rollbacks, and what meets
-    /// points or a height field. Auto takes it of what deforms where an `error` is allowed. Where a geometry is not what is asked for, or deforms and is
-    /// not freeform, it is taken as the surface that is drawn, and the report names it.
+    /// Freeform: the smooth surface itself that a SubdivisionSurface or a NurbsSurface stands for, in place of the
+    /// triangles that are drawn of it: what it touches, where, and how far it is away, to `error`; motions stop at it,
+    /// too. By the triangles go all the same: what touches already as a motion begins, free bodies, times of mode
+    /// dynamic, rollbacks, and what meets points or a height field. Auto takes it of what deforms where an `error` is
+    /// allowed. Spherical Bézier: the same surface, of which patches over directions from within tell quickly that
+    /// something is apart; answers are the surface's. It may deform, and has to be star-shaped as it comes. Where a
+    /// geometry is not what is asked for, or deforms and is neither freeform nor spherical Bézier, it is taken as the
+    /// surface that is drawn, and the report names it.
     std::int64_t shape = kTriangles;
     std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
     /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
@@ -58,55 +61,52 @@ struct CollisionObject : CollisionWords {
 template <>
 inline constexpr auto kSaid<CollisionObject> = []<typename T>(Describing<T>) {
     return describe("CollisionObject", field<&T::node>(1, "node").to(typeOf<Node>()).affects(Effect::kRules),
-             field<&T::kind>(2, "kind")
-                 .oneOf({{CollisionObject::kStatic, "static"},
-                         {CollisionObject::kRigid, "rigid"},
-                         {CollisionObject::kDeforming, "deforming"}})
-                 .affects(Effect::kRules),
-             field<&T::division>(3, "division")
-                 .oneOf({{CollisionObject::kWhole, "whole"},
-                         {CollisionObject::kEachChild, "each-child"},
-                         {CollisionObject::kEachGeometry, "each-geometry"}})
-                 .affects(Effect::kRules),
-             field<&T::shape>(4, "shape")
-                 .oneOf({{CollisionObject::kTriangles, "triangles"},
-                         {CollisionObject::kHull, "hull"},
-                         {CollisionObject::kHeightField, "heightfield"},
-                         {CollisionObject::kPoints, "points"},
-                         {CollisionObject::kAutoShape, "auto"},
-                         {CollisionObject::kSpherical, "spherical"},
-                         {CollisionObject::kDistanceField, "distance-field"},
-                         {CollisionObject::kFreeform, "freeform"}})
-                 .affects(Effect::kRules),
-             field<&T::layers>(5, "layers").affects(Effect::kRules),
-             field<&T::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
-             field<&T::restitution>(7, "restitution").between(0, 1).affects(Effect::kTerms),
-             field<&T::friction>(8, "friction").between(0, 1e3).affects(Effect::kTerms),
-             field<&T::velocity>(9, "velocity")
-                 .unit(Unit::kWorldPerSecond)
-                 .between(-CollisionObject::kFastest, CollisionObject::kFastest)
-                 .affects(Effect::kTerms),
-             field<&T::spin>(10, "spin")
-                 .unit(Unit::kRadianPerSecond)
-                 .between(-CollisionObject::kFastest, CollisionObject::kFastest)
-                 .affects(Effect::kTerms),
-             field<&T::volume>(11, "volume")
-                 .oneOf({{CollisionObject::kAuto, "auto"},
-                         {CollisionObject::kSphere, "sphere"},
-                         {CollisionObject::kAabb, "aabb"},
-                         {CollisionObject::kObb, "obb"},
-                         {CollisionObject::kDop6, "6-dop"},
-                         {CollisionObject::kDop14, "14-dop"},
-                         {CollisionObject::kDop18, "18-dop"},
-                         {CollisionObject::kDop26, "26-dop"}})
-                 .affects(Effect::kRules),
-             field<&T::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms),
-             field<&T::level>(13, "level")
-                 .between(0, CollisionObject::kFinestLevel)
-                 .affects(Effect::kRules),
-             field<&T::error>(14, "error")
-                 .between(0, CollisionObject::kLargestError)
-                 .affects(Effect::kRules));
+                    field<&T::kind>(2, "kind")
+                        .oneOf({{CollisionObject::kStatic, "static"},
+                                {CollisionObject::kRigid, "rigid"},
+                                {CollisionObject::kDeforming, "deforming"}})
+                        .affects(Effect::kRules),
+                    field<&T::division>(3, "division")
+                        .oneOf({{CollisionObject::kWhole, "whole"},
+                                {CollisionObject::kEachChild, "each-child"},
+                                {CollisionObject::kEachGeometry, "each-geometry"}})
+                        .affects(Effect::kRules),
+                    field<&T::shape>(4, "shape")
+                        .oneOf({{CollisionObject::kTriangles, "triangles"},
+                                {CollisionObject::kHull, "hull"},
+                                {CollisionObject::kHeightField, "heightfield"},
+                                {CollisionObject::kPoints, "points"},
+                                {CollisionObject::kAutoShape, "auto"},
+                                {CollisionObject::kSpherical, "spherical"},
+                                {CollisionObject::kDistanceField, "distance-field"},
+                                {CollisionObject::kFreeform, "freeform"},
+                                {CollisionObject::kSphericalBezier, "spherical-bezier"}})
+                        .affects(Effect::kRules),
+                    field<&T::layers>(5, "layers").affects(Effect::kRules),
+                    field<&T::mass>(6, "mass").between(0, 1e12).affects(Effect::kTerms),
+                    field<&T::restitution>(7, "restitution").between(0, 1).affects(Effect::kTerms),
+                    field<&T::friction>(8, "friction").between(0, 1e3).affects(Effect::kTerms),
+                    field<&T::velocity>(9, "velocity")
+                        .unit(Unit::kWorldPerSecond)
+                        .between(-CollisionObject::kFastest, CollisionObject::kFastest)
+                        .affects(Effect::kTerms),
+                    field<&T::spin>(10, "spin")
+                        .unit(Unit::kRadianPerSecond)
+                        .between(-CollisionObject::kFastest, CollisionObject::kFastest)
+                        .affects(Effect::kTerms),
+                    field<&T::volume>(11, "volume")
+                        .oneOf({{CollisionObject::kAuto, "auto"},
+                                {CollisionObject::kSphere, "sphere"},
+                                {CollisionObject::kAabb, "aabb"},
+                                {CollisionObject::kObb, "obb"},
+                                {CollisionObject::kDop6, "6-dop"},
+                                {CollisionObject::kDop14, "14-dop"},
+                                {CollisionObject::kDop18, "18-dop"},
+                                {CollisionObject::kDop26, "26-dop"}})
+                        .affects(Effect::kRules),
+                    field<&T::tolerance>(12, "tolerance").between(0, 1e12).affects(Effect::kTerms),
+                    field<&T::level>(13, "level").between(0, CollisionObject::kFinestLevel).affects(Effect::kRules),
+                    field<&T::error>(14, "error").between(0, CollisionObject::kLargestError).affects(Effect::kRules));
 };
 
 }  // namespace tessera

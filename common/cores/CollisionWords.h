@@ -10,7 +10,7 @@ struct CollisionWords {
     static constexpr std::int64_t kStatic = 0, kRigid = 1, kDeforming = 2;
     static constexpr std::int64_t kWhole = 0, kEachChild = 1, kEachGeometry = 2;
     static constexpr std::int64_t kTriangles = 0, kHull = 1, kHeightField = 2, kPoints = 3, kAutoShape = 4,
-                                  kSpherical = 5, kDistanceField = 6, kFreeform = 7;
+                                  kSpherical = 5, kDistanceField = 6, kFreeform = 7, kSphericalBezier = 8;
     static constexpr std::int64_t kAuto = 0, kSphere = 1, kAabb = 2, kObb = 3, kDop6 = 4, kDop14 = 5, kDop18 = 6,
                                   kDop26 = 7;
 };

@@ -209,34 +209,4 @@ Expected<void> checkStand(const View& view) {
     return {};
 }
 
-Expected<void> checkView(const Wall& wall, const View& view) {
-    if (Expected<void> sound = checkStand(view); !sound) return sound;
-    for (const User& user : view.users) {
-        if (wall.findUser(user.name) == nullptr) {
-            return fail(ErrorCode::kNotFound, fmt::format("wall \"{}\" has no user \"{}\"", wall.name, user.name));
-        }
-        if (!user.position.allFinite() || !tellsRotation(user.orientation.squaredNorm()) || !std::isfinite(user.eyeSeparationMetres)) {
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("the head of user \"{}\" is not made of finite numbers", user.name));
-        }
-        if (user.position.cwiseAbs().maxCoeff() > WallLimits().maxMetres) {
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("the head of user \"{}\" is more than {} m away: positions are in metres",
-                                    user.name, WallLimits().maxMetres));
-        }
-    }
-    for (const Tile& tile : layoutTiles(wall)) {
-        const Screen& screen = screenOf(wall, tile);
-        const Vec3d eye = userOf(wall, view, tile.user).eye(tile.eye);
-        if (axesOf(screen).normal.dot(eye - screen.lowerLeft) < kNearestEyeMetres) {
-            return fail(
-                ErrorCode::kBadInput,
-                fmt::format(
-                    "user \"{}\" would stand on or behind screen \"{}\", which only has a picture from in front",
-                    tile.user, tile.screen));
-        }
-    }
-    return {};
-}
-
 }  // namespace tessera

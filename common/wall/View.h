@@ -62,8 +62,5 @@ inline constexpr double kFrustumMarginPx = 1;
 inline constexpr double kMaxViewCoordinate = 1e15, kMinWorldUnitsPerMetre = 1e-9, kMaxWorldUnitsPerMetre = 1e9;
 /// Says what is wrong with where the wall stands in the world: position, orientation, scale. Users are not looked at.
 [[nodiscard]] Expected<void> checkStand(const View& view);
-/// Says what is wrong with a view for this wall: where it stands (see checkStand), a number that is not finite, an unknown
-/// user, a head so far that it must be millimetres, an eye on or behind a screen it looks at.
-[[nodiscard]] Expected<void> checkView(const Wall& wall, const View& view);
 
 }  // namespace tessera

@@ -37,12 +37,15 @@ static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&
               ObjectMessage::EACH_CHILD == CollisionObject::kEachChild &&
               ObjectMessage::EACH_GEOMETRY == CollisionObject::kEachGeometry);
-static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles && ObjectMessage::HULL == CollisionObject::kHull &&
+static_assert(ObjectMessage::TRIANGLES == CollisionObject::kTriangles &&
+              ObjectMessage::HULL == CollisionObject::kHull &&
               ObjectMessage::HEIGHTFIELD == CollisionObject::kHeightField &&
-              ObjectMessage::POINTS == CollisionObject::kPoints && ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape &&
+              ObjectMessage::POINTS == CollisionObject::kPoints &&
+              ObjectMessage::AUTO_SHAPE == CollisionObject::kAutoShape &&
               ObjectMessage::SPHERICAL == CollisionObject::kSpherical &&
               ObjectMessage::DISTANCE_FIELD == CollisionObject::kDistanceField &&
-              ObjectMessage::FREEFORM == CollisionObject::kFreeform);
+              ObjectMessage::FREEFORM == CollisionObject::kFreeform &&
+              ObjectMessage::SPHERICAL_BEZIER == CollisionObject::kSphericalBezier);
 static_assert(ObjectMessage::AUTO == CollisionObject::kAuto && ObjectMessage::SPHERE == CollisionObject::kSphere &&
               ObjectMessage::DOP26 == CollisionObject::kDop26);
 

@@ -108,18 +108,27 @@ std::string timeLine(const QueryTimes& times, AnswerFormat format) {
         return sorted[std::min(sorted.size() - 1,
                                static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
     };
+    std::string boxes;
+    if (times.boxes) {
+        const auto& [tests, placed] = *times.boxes;
+        const double volume = placed.count > 0 ? placed.volume / static_cast<double>(placed.count) : 0;
+        boxes = format == AnswerFormat::kJson
+                    ? fmt::format(R"(,"boxes_tested":{},"box_volume":{})", tests, json(volume))
+                    : fmt::format("; {} boxes tested, B's of mean volume {:.6g}", tests, volume);
+    }
     if (format == AnswerFormat::kJson)
         return fmt::format(
             R"({{"build_us":{},"mean_us":{},"median_us":{},"p99_us":{},"threads":{},"instruction_set":"{}",)"
-            R"("faces":[{},{}],"bytes":[{},{}]}})",
+            R"("faces":[{},{}],"bytes":[{},{}]{}}})",
             json(times.buildUs), json(mean), json(at(0.5)), json(at(0.99)), times.threads, times.instructionSet,
-            times.faces[0], times.faces[1], times.bytes[0], times.bytes[1]);
+            times.faces[0], times.faces[1], times.bytes[0], times.bytes[1], boxes);
     return fmt::format(
-        "build {:.0f} µs; query mean {:.2f} µs, median {:.2f} µs, p99 {:.2f} µs; {} thread{}; {}; faces {} and {}, {:.2f} "
-        "and {:.2f} MB",
+        "build {:.0f} µs; query mean {:.2f} µs, median {:.2f} µs, p99 {:.2f} µs; {} thread{}; {}; faces {} and {}, "
+        "{:.2f} "
+        "and {:.2f} MB{}",
         times.buildUs, mean, at(0.5), at(0.99), times.threads, times.threads == 1 ? "" : "s", times.instructionSet,
         times.faces[0], times.faces[1], 1e-6 * static_cast<double>(times.bytes[0]),
-        1e-6 * static_cast<double>(times.bytes[1]));
+        1e-6 * static_cast<double>(times.bytes[1]), boxes);
 }
 
 }  // namespace tessera

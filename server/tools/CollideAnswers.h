@@ -26,12 +26,19 @@ inline constexpr std::size_t kPairsNamed = 16;
 /// `error`: as PairDepth::error; none: it is not known.
 [[nodiscard]] std::string answerLine(const PairDepth& depth, std::optional<double> error, AnswerFormat format);
 
+/// With --realignment: what was tested, and how tight it was.
+struct RealignedBoxes {
+    std::uint64_t tests = 0;  ///< of a box against the sixteen of a node
+    PlacedVolumes placed;     ///< B's boxes, as they were tested
+};
+
 struct QueryTimes {
     double buildUs = 0;           ///< of both shapes
     std::vector<double> queryUs;  ///< in the order asked
     std::array<std::size_t, 2> faces{}, bytes{};  ///< of A and B after all queries: of a cover its balls
     unsigned threads = 1;
     std::string_view instructionSet;
+    std::optional<RealignedBoxes> boxes;
 };
 [[nodiscard]] std::string timeLine(const QueryTimes& times, AnswerFormat format);
 

@@ -11,11 +11,12 @@
 #include <variant>
 
 #include "common/base/Version.h"
-#include "common/options/Options.h"
 #include "common/base/Workers.h"
+#include "common/options/Options.h"
 #include "server/collision/mesh/InstructionSet.h"
 #include "server/collision/query/SelfCollision.h"
 #include "server/tools/CollideFreeform.h"
+#include "server/tools/CollideRays.h"
 #include "server/tools/SceneTriangles.h"
 
 namespace tessera {
@@ -30,22 +31,31 @@ double microseconds(SteadyClock::time_point from, SteadyClock::time_point to) {
 
 const std::map<std::string, CollideQuery> kQueries{
     {"any", CollideQuery::kAny},    {"all", CollideQuery::kAll},     {"distance", CollideQuery::kDistance},
-    {"toi", CollideQuery::kImpact}, {"depth", CollideQuery::kDepth}, {"self", CollideQuery::kSelf}};
-const std::map<std::string, Representation> kKinds{{"triangles", Representation::kTriangles},
-                                                   {"hull", Representation::kHull},
-                                                   {"heightfield", Representation::kHeightField},
-                                                   {"points", Representation::kPoints},
-                                                   {"spherical", Representation::kSpherical},
-                                                   {"distance-field", Representation::kDistanceField},
-                                                   // Smooth: kFreeformKinds; compared with whatever is not as triangles.
-                                                   {"subdivision", Representation::kTriangles},
-                                                   {"loop", Representation::kTriangles},
-                                                   {"nurbs", Representation::kTriangles}};
-const std::map<std::string, FreeformKind> kFreeformKinds{{"subdivision", FreeformKind::kSubdivision}, {"loop", FreeformKind::kLoop}, {"nurbs", FreeformKind::kNurbs}};
+    {"toi", CollideQuery::kImpact}, {"depth", CollideQuery::kDepth}, {"self", CollideQuery::kSelf},
+    {"ray", CollideQuery::kRay}};
+const std::map<std::string, Representation> kKinds{
+    {"triangles", Representation::kTriangles},
+    {"hull", Representation::kHull},
+    {"heightfield", Representation::kHeightField},
+    {"points", Representation::kPoints},
+    {"spherical", Representation::kSpherical},
+    {"distance-field", Representation::kDistanceField},
+    {"spherical-bezier", Representation::kSphericalBezier},
+    // Smooth: kFreeformKinds; compared with whatever is not as triangles.
+    {"subdivision", Representation::kTriangles},
+    {"loop", Representation::kTriangles},
+    {"nurbs", Representation::kTriangles},
+    {"bezier", Representation::kTriangles}};
+const std::map<std::string, FreeformKind> kFreeformKinds{{"subdivision", FreeformKind::kSubdivision},
+                                                         {"loop", FreeformKind::kLoop},
+                                                         {"nurbs", FreeformKind::kNurbs},
+                                                         {"bezier", FreeformKind::kBezier}};
 const std::map<std::string, VolumeKind> kVolumes{{"sphere", VolumeKind::kSphere}, {"aabb", VolumeKind::kAabb},
                                                  {"obb", VolumeKind::kObb},       {"dop6", VolumeKind::kDop6},
                                                  {"dop14", VolumeKind::kDop14},   {"dop18", VolumeKind::kDop18},
                                                  {"dop26", VolumeKind::kDop26}};
+const std::map<std::string, Realignment> kRealignments{{"planes", Realignment::kThreePlanes},
+                                                       {"table", Realignment::kTable}};
 const std::map<std::string, SplitRule> kSplits{{"area", SplitRule::kSurfaceArea},
                                                {"median", SplitRule::kLongestSideMedian},
                                                {"mean", SplitRule::kLongestSideMean},
@@ -109,6 +119,14 @@ Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as
         return field;
     }
     if (as == Representation::kSpherical) return CollisionShape::ofSphericalField(std::move(mesh), trees);
+    if (as == Representation::kSphericalBezier) {
+        Expected<std::shared_ptr<CollisionShape>> patches = CollisionShape::ofSphericalBezier(std::move(mesh), trees);
+        if (patches) {
+            (void)(*patches)->tree();
+            return patches;
+        }
+        fmt::print(stderr, "tessera-collide: {}: {}; taken as triangles\n", path, patches.error().message);
+    }
     std::shared_ptr<CollisionShape> shape = as == Representation::kHull
                                                 ? CollisionShape::ofHull(mesh, trees)
                                                 : CollisionShape::ofTriangles(std::move(mesh), trees);
@@ -132,17 +150,18 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
     const AnswerFormat format = arguments.format;
     const Affine3d here = Affine3d::Identity();
     const double error = coverError({a, here}, {b, a_T_b});
+    const auto effort = [&](QueryWork& work) {
+        return PairEffort{
+            .work = work, .workers = workers, .realignment = arguments.realignment.value_or(Realignment::kThreePlanes)};
+    };
     switch (arguments.query) {
         case CollideQuery::kAny:
-            return answerLine(timed([&](QueryWork& work) {
-                                  return methods.touch(a, b, a_T_b, {work, nullptr, workers});
-                              }).touch,
+            return answerLine(timed([&](QueryWork& work) { return methods.touch(a, b, a_T_b, effort(work)); }).touch,
                               format, error);
         case CollideQuery::kAll:
-            return answerLine(timed([&](QueryWork& work) {
-                                  return methods.contacts(a, b, a_T_b, ~std::size_t{0}, {work, nullptr, workers});
-                              }),
-                              format, error);
+            return answerLine(
+                timed([&](QueryWork& work) { return methods.contacts(a, b, a_T_b, ~std::size_t{0}, effort(work)); }),
+                format, error);
         case CollideQuery::kDistance: {
             const Distance found = timed([&](QueryWork& work) {
                 return methods.distance(a, b, a_T_b, work, {.tolerance = arguments.tolerance.value_or(0)});
@@ -161,6 +180,7 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
             return answerLine(found, a.isCover() || b.isCover() ? std::nullopt : std::optional(found.error), format);
         }
         case CollideQuery::kSelf:
+        case CollideQuery::kRay:  // CollideRays.h
             break;
     }
     FacePairs found =
@@ -170,6 +190,21 @@ std::string answer(const Bodies& bodies, const PoseLine& pose, const CollideArgu
     self.count = found.pairs.size();
     self.faces = std::move(found.pairs);
     return answerLine(self, format);
+}
+
+/// Asks again, by one thread and out of the time that is told: which boxes were tested, and how large they are in A's
+/// frame.
+void measureBoxes(const Bodies& bodies, const PoseLine& pose, const CollideArguments& arguments, RealignedBoxes& to) {
+    const CollisionShape &a = *bodies.a, &b = *bodies.b;
+    const PairMethods& methods = pairMethods(a, b);
+    QueryWork work;
+    const PairEffort effort{.work = work, .realignment = *arguments.realignment, .placed = &to.placed};
+    const Affine3d a_T_b = pose.start.matrix();
+    if (arguments.query == CollideQuery::kAny)
+        (void)methods.touch(a, b, a_T_b, effort);
+    else
+        (void)methods.contacts(a, b, a_T_b, ~std::size_t{0}, effort);
+    to.tests += work.boxTests;
 }
 
 /// Says how far it is where the answers go elsewhere and somebody looks on, from the first second on.
@@ -199,9 +234,10 @@ private:
 
 Expected<void> collideFreeform(const CollideArguments& arguments, const std::vector<PoseLine>& poses) {
     const SteadyClock::time_point start = SteadyClock::now();
-    const Expected<FreeformShape> a = loadFreeform(arguments.a, arguments.freeformA, arguments.asA, arguments);
+    BezierFaces facesA, facesB;
+    const Expected<FreeformShape> a = loadFreeform(arguments.a, arguments.freeformA, arguments.asA, arguments, &facesA);
     if (!a) return tl::unexpected(a.error());
-    const Expected<FreeformShape> b = loadFreeform(arguments.b, arguments.freeformB, arguments.asB, arguments);
+    const Expected<FreeformShape> b = loadFreeform(arguments.b, arguments.freeformB, arguments.asB, arguments, &facesB);
     if (!b) return tl::unexpected(b.error());
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()), .instructionSet = name(instructionSet())};
     FreeformPair pair(*a, *b);
@@ -213,7 +249,7 @@ Expected<void> collideFreeform(const CollideArguments& arguments, const std::vec
     };
     for (const PoseLine& pose : poses) {
         double us = 0;
-        write(freeformAnswer(pair, pose, arguments, us));
+        write(freeformAnswer(pair, pose, arguments, us, facesA, facesB));
         times.queryUs.push_back(us);
         progress.at(times.queryUs.size());
         if (!written) break;
@@ -226,6 +262,7 @@ Expected<void> collideFreeform(const CollideArguments& arguments, const std::vec
 }
 
 Expected<void> collide(const CollideArguments& arguments) {
+    if (arguments.query == CollideQuery::kRay) return collideRays(arguments);
     const bool alone = arguments.query == CollideQuery::kSelf;
     const Expected<std::vector<PoseLine>> poses =
         alone ? Expected<std::vector<PoseLine>>(std::vector<PoseLine>(1)) : readPoses(arguments.poses);
@@ -234,7 +271,10 @@ Expected<void> collide(const CollideArguments& arguments) {
 
     const bool smooth = arguments.freeformA || arguments.freeformB;
     // What smooth surfaces are asked for beside fields, and their depth, the table of representations answers.
-    const auto isField = [](Representation as) { return as == Representation::kSpherical || as == Representation::kDistanceField; };
+    const auto isField = [](Representation as) {
+        return as == Representation::kSpherical || as == Representation::kDistanceField ||
+               as == Representation::kSphericalBezier;
+    };
     const bool fieldA = !arguments.freeformA && isField(arguments.asA), fieldB = !arguments.freeformB && isField(arguments.asB);
     if (smooth && !fieldA && !fieldB && arguments.query != CollideQuery::kDepth) return collideFreeform(arguments, *poses);
     Expected<Model> a = smooth && !fieldA ? Model() : load(arguments.a, arguments.asA, arguments);
@@ -263,6 +303,7 @@ Expected<void> collide(const CollideArguments& arguments) {
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
                      .threads = arguments.threads,
                      .instructionSet = name(instructionSet())};
+    if (arguments.realignment) times.boxes.emplace();
 
     std::optional<Workers> workers;
     if (arguments.threads > 1) workers.emplace(arguments.threads);
@@ -276,6 +317,7 @@ Expected<void> collide(const CollideArguments& arguments) {
         double us = 0;
         write(answer(bodies, pose, arguments, workers ? &*workers : nullptr, us));
         times.queryUs.push_back(us);
+        if (arguments.time && times.boxes) measureBoxes(bodies, pose, arguments, *times.boxes);
         progress.at(times.queryUs.size());
         if (!written) break;
     }
@@ -291,19 +333,20 @@ Expected<void> collide(const CollideArguments& arguments) {
 
 Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(const std::vector<std::string>& words) {
     CollideArguments out;
-    std::string query, volume, split, asA, asB;
+    std::string query, volume, split, realignment, asA, asB;
     double tolerance = 0;
-    Options options(
-        "tessera-collide",
-        "Asks of two models, pose by pose: do they touch, where, how deep, how far\n"
-        "are they apart, when do they meet? One answer per line of the pose file.\n"
-        "Or of one (self): what of it runs into itself?",
-        versionText("tessera-collide"));
+    Options options("tessera-collide",
+                    "Asks of two models, pose by pose: do they touch, where, how deep, how far\n"
+                    "are they apart, when do they meet? One answer per line of the pose file.\n"
+                    "Or of one: what of it runs into itself (self), what does a ray meet first (ray)?",
+                    versionText("tessera-collide"));
     options.option("A", out.a, "A scene or model file; stays").required();
     options.option("B", out.b, "Another, or the same; moves");
-    options.option("--poses", out.poses, "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi")
+    options
+        .option("--poses", out.poses,
+                "Of B relative to A, a line each:\ntx ty tz qw qx qy qz; two for toi;\nof ray ox oy oz dx dy dz")
         .typeName("FILE");
-    options.option("--query", query, "any, all, distance, toi, depth or self")
+    options.option("--query", query, "any, all, distance, toi, depth, self, ray")
         .typeName("Q")
         .required()
         .oneOf(wordsOf(kQueries), ShowValues::kInErrorsAlone);
@@ -315,7 +358,11 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
                        "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0);\nsmooth surfaces: of any answer (1e-6)")
             .typeName("T");
     options.option("--threads", out.threads, "For any and all (1)").typeName("N").range(1, 256);
-    options.option("--as-a", asA, "A as triangles, hull, heightfield,\npoints, spherical or distance-field; or as\nOBJ's smooth surfaces: subdivision\n(Catmull-Clark), loop, nurbs (triangles)")
+    options
+        .option("--as-a", asA,
+                "A as triangles, hull, heightfield, points,\nspherical, spherical-bezier or\ndistance-field; or as "
+                "OBJ's smooth\nsurfaces: subdivision (Catmull-Clark),\nits approximation by patches, bezier,\nloop, "
+                "nurbs (triangles)")
         .typeName("KIND")
         .oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
     options.option("--as-b", asB, "The same of B").typeName("KIND").oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
@@ -335,6 +382,12 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     options.option("--split", split, "area, median, mean, volume;\nas --volume")
         .typeName("S")
         .oneOf(wordsOf(kSplits), ShowValues::kInErrorsAlone);
+    options
+        .option("--realignment", realignment,
+                "any and all on k-DOPs (dop18): planes or\ntable; --time tells the boxes tested and\ntheir volume, "
+                "nothing else differs")
+        .typeName("R")
+        .oneOf(wordsOf(kRealignments), ShowValues::kInErrorsAlone);
     options.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
@@ -348,11 +401,38 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     const bool alone = out.query == CollideQuery::kSelf;
     if (alone && !(out.b.empty() && out.poses.empty() && asB.empty()))
         return fail(ErrorCode::kUsage, "self is about A alone: no B, no --poses, no --as-b");
+    if (out.query == CollideQuery::kRay) {
+        if (!out.b.empty() || !asA.empty() || !asB.empty() || !volume.empty() || !split.empty() ||
+            !realignment.empty() || levelAOption.given() || levelBOption.given() || toleranceOption.given() ||
+            errorOption.given() || radiusOption.given() || out.threads > 1 || out.time)
+            return fail(ErrorCode::kUsage,
+                        "ray is about A as it is drawn: no B, and nothing but --poses, --json and --assets");
+        if (out.poses.empty()) return fail(ErrorCode::kUsage, "--poses is required, a ray on each line; see --help");
+        out.format = json ? AnswerFormat::kJson : AnswerFormat::kText;
+        return out;
+    }
     if (!alone && out.b.empty()) return fail(ErrorCode::kUsage, "B is required; see --help");
     if (!alone && out.poses.empty()) return fail(ErrorCode::kUsage, "--poses is required; see --help");
     out.format = json ? AnswerFormat::kJson : AnswerFormat::kText;
     if (!volume.empty()) out.tree.volume = kVolumes.at(volume);
     if (!split.empty()) out.tree.split = kSplits.at(split);
+    if (!realignment.empty()) {
+        const auto isSurface = [](Representation as, const std::optional<FreeformKind>& smooth) {
+            return as == Representation::kTriangles && !smooth;
+        };
+        if (out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
+            return fail(ErrorCode::kUsage, fmt::format("--realignment is for any and all, not for {}", query));
+        if (!isSurface(out.asA, out.freeformA) || !isSurface(out.asB, out.freeformB) || levelAOption.given() ||
+            levelBOption.given())
+            return fail(ErrorCode::kUsage, "--realignment is for triangles on both sides, without levels");
+        if (volume.empty()) out.tree.volume = VolumeKind::kDop18;
+        const VolumeKind kind = out.tree.volume;
+        if (kind != VolumeKind::kDop14 && kind != VolumeKind::kDop18 && kind != VolumeKind::kDop26)
+            return fail(ErrorCode::kUsage,
+                        fmt::format("--realignment is for --volume dop14, dop18 and dop26, not for {}", volume));
+        out.realignment = kRealignments.at(realignment);
+        out.tree.profiles = out.realignment == Realignment::kTable;
+    }
     if (toleranceOption.given()) {
         const bool zeroWillDo = out.query != CollideQuery::kImpact;
         if (!std::isfinite(tolerance) || tolerance < 0 || (tolerance == 0 && !zeroWillDo))
@@ -400,6 +480,14 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
             return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles, hulls, spherical and distance fields");
         if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
         if (out.threads > 1) return fail(ErrorCode::kUsage, "smooth surfaces take one thread");
+        const auto isOfPatches = [](const std::optional<FreeformKind>& kind, Representation as) {
+            return kind || as == Representation::kTriangles || as == Representation::kHull;
+        };
+        const bool isBezier = out.freeformA == FreeformKind::kBezier || out.freeformB == FreeformKind::kBezier;
+        if (isBezier && out.query == CollideQuery::kDepth)
+            return fail(ErrorCode::kUsage, "bezier has no depth: subdivision has");
+        if (isBezier && !(isOfPatches(out.freeformA, out.asA) && isOfPatches(out.freeformB, out.asB)))
+            return fail(ErrorCode::kUsage, "bezier is compared with smooth surfaces, triangles and hulls");
     }
     if (out.threads > 1 && out.query != CollideQuery::kAny && out.query != CollideQuery::kAll)
         return fail(ErrorCode::kUsage, fmt::format("--threads is for any and all; {} takes one thread", query));

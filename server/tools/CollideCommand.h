@@ -13,16 +13,16 @@
 
 namespace tessera {
 
-enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth, kSelf };
+enum class CollideQuery : std::uint8_t { kAny, kAll, kDistance, kImpact, kDepth, kSelf, kRay };
 
 /// Smooth surfaces of a file (server/collision/freeform).
-enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs };
+enum class FreeformKind : std::uint8_t { kSubdivision, kLoop, kNurbs, kBezier };
 /// Of their answers where nobody says, and what a question may cost: minutes.
 inline constexpr double kFreeformTolerance = 1e-6;
 inline constexpr std::uint64_t kMostFreeformWork = 2'000'000;
 
 struct CollideArguments {
-    std::string a, b, poses;  ///< of self a alone
+    std::string a, b, poses;  ///< of self a alone; of ray a, and rays instead of poses
     Representation asA = Representation::kTriangles, asB = Representation::kTriangles;
     std::optional<FreeformKind> freeformA, freeformB;
     unsigned levelA = 0, levelB = 0;  ///< of detail, as CollisionObject::level
@@ -35,6 +35,8 @@ struct CollideArguments {
     /// unless given.
     std::optional<double> tolerance;
     TreeOptions tree;
+    /// Of any and all on k-DOPs of triangles: how B's are bounded in A's directions. No answer depends on it.
+    std::optional<Realignment> realignment;
     unsigned threads = 1;  ///< for any and all
     std::vector<std::string> assets;
     bool allowUnconfined = false;

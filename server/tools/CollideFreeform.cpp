@@ -14,6 +14,7 @@
 #include "common/freeform/nurbs/ObjSurfaces.h"
 #include "common/freeform/nurbs/tessellation/NurbsTriangles.h"
 #include "common/freeform/subdivision/LimitTessellation.h"
+#include "common/freeform/subdivision/PatchExtraction.h"
 #include "server/tools/SceneTriangles.h"
 #include "server/tools/evaluate/ObjControlMesh.h"
 
@@ -144,6 +145,36 @@ Expected<FreeformShape> smoothOf(FileSurfaces surfaces) {
     return FreeformShape::ofNurbs(std::move(std::get<std::vector<NurbsSurface>>(surfaces)));
 }
 
+/// The Bézier approximation of a limit surface, each patch with its ptex face and its parameters there.
+Expected<FreeformShape> bezierOf(const ControlMesh& mesh, double tolerance, BezierFaces& faces) {
+    const Expected<SubdivisionTopology> topology = SubdivisionTopology::build(mesh);
+    if (!topology) return tl::unexpected(topology.error());
+    NeighbourhoodGraph graph(*topology);
+    Expected<std::vector<SurfacePatch>> patches = patchesOf(graph, mesh.positions, {.tolerance = tolerance});
+    if (!patches) return tl::unexpected(patches.error());
+    std::vector<NurbsSurface> surfaces;
+    for (const SurfacePatch& patch : *patches) {
+        const BezierPatch& bezier = std::get<BezierPatch>(patch.shape);
+        const auto knots = [&](int degree, double from) {
+            KnotVector out{.degree = degree, .knots = {}};
+            out.knots.assign(static_cast<std::size_t>(degree) + 1, from);
+            out.knots.insert(out.knots.end(), static_cast<std::size_t>(degree) + 1, from + patch.size);
+            return out;
+        };
+        Expected<NurbsSurface> surface = NurbsSurface::make({.u = knots(bezier.degreeU, patch.u),
+                                                             .v = knots(bezier.degreeV, patch.v),
+                                                             .points = bezier.points,
+                                                             .rangeU = {},
+                                                             .rangeV = {},
+                                                             .loops = {}});
+        if (!surface) return tl::unexpected(surface.error());
+        surfaces.push_back(std::move(*surface));
+        faces.ptex.push_back(patch.ptex);
+        faces.error = std::max(faces.error, patch.error);
+    }
+    return FreeformShape::ofNurbs(std::move(surfaces));
+}
+
 Expected<TriangleMesh> drawnOf(const FileSurfaces& surfaces) {
     Expected<TriangleMesh> drawn = std::visit([](const auto& of) { return trianglesOf(of); }, surfaces);
     if (drawn && drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, "nothing of it has an area");
@@ -162,7 +193,8 @@ Expected<void> checkSurfaces(const std::vector<NurbsSurface>& surfaces) {
 
 }  // namespace
 
-Expected<FreeformShape> loadFreeform(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise, const CollideArguments& arguments) {
+Expected<FreeformShape> loadFreeform(const std::string& path, const std::optional<FreeformKind>& kind,
+                                     Representation otherwise, const CollideArguments& arguments, BezierFaces* faces) {
     const auto named = [&](Expected<FreeformShape> shape) -> Expected<FreeformShape> {
         if (!shape) return failWith(path, shape.error());
         return shape;
@@ -172,6 +204,10 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
         if (!surfaces) return tl::unexpected(surfaces.error());
         if (kind == FreeformKind::kNurbs)
             if (const Expected<void> sound = checkSurfaces(std::get<std::vector<NurbsSurface>>(*surfaces)); !sound) return failWith(path, sound.error());
+        BezierFaces own;
+        if (kind == FreeformKind::kBezier)
+            return named(bezierOf(std::get<ControlMesh>(*surfaces),
+                                  0.5 * arguments.tolerance.value_or(kFreeformTolerance), faces ? *faces : own));
         return named(smoothOf(std::move(*surfaces)));
     }
     Expected<TriangleMesh> mesh = readMesh(path, arguments);
@@ -202,29 +238,43 @@ Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& p
     return CollisionShape::ofFreeform(std::move(*surface), std::move(*drawn), size > 0 ? arguments.tolerance.value_or(kFreeformTolerance) / size : 0, arguments.tree);
 }
 
-std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const CollideArguments& arguments, double& us) {
+std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const CollideArguments& arguments, double& us,
+                           const BezierFaces& facesA, const BezierFaces& facesB) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     const auto stop = [&] { us = std::chrono::duration<double, std::micro>(Clock::now() - start).count(); };
     const bool json = arguments.format == AnswerFormat::kJson;
-    const double tolerance = arguments.tolerance.value_or(kFreeformTolerance);
+    // What meets is never told apart: approximations that are nearer than their errors may stand for surfaces that
+    // meet.
+    const double approximation = facesA.error + facesB.error,
+                 tolerance = arguments.tolerance.value_or(kFreeformTolerance) + approximation;
+    const auto name = [](FreeformPlace& place, const BezierFaces& of) {
+        if (place.face < of.ptex.size()) place.face = of.ptex[place.face];
+    };
+    const auto named = [&](auto found) {
+        name(found.a, facesA);
+        name(found.b, facesB);
+        return found;
+    };
     const Affine3d a_T_b = pose.start.matrix();
     QueryWork work{.limit = kMostFreeformWork};
     switch (arguments.query) {
         case CollideQuery::kAny: {
-            const FreeformTouch touch = pair.touch(a_T_b, tolerance, work);
+            const FreeformTouch touch = named(pair.touch(a_T_b, tolerance, work));
             stop();
             const bool hit = touch.touch != Touch::kNo, known = touch.touch != Touch::kUnknown;
             if (json) return fmt::format(R"({{"hit":{}{},"error":{:.17g}{}}})", hit, hit && known ? "," + placesInJson(touch.a, touch.b) : "", tolerance, unsure(known, json));
             return (hit ? "touch" + (known ? ": " + placesInWords(touch.a, touch.b) : std::string()) : "do not touch") + unsure(known, json);
         }
         case CollideQuery::kAll: {
-            const FreeformContacts found = pair.contacts(a_T_b, work, {.tolerance = tolerance});
+            FreeformContacts found = pair.contacts(a_T_b, work, {.tolerance = tolerance});
             stop();
+            for (FreeformContact& contact : found.contacts) contact = named(contact);
             return contactsLine(found, tolerance, json);
         }
         case CollideQuery::kImpact: {
-            const FreeformImpact hit = pair.firstContact(BodyMotion{}, BodyMotion{pose.start, *pose.end}, tolerance, work);
+            const FreeformImpact hit =
+                named(pair.firstContact(BodyMotion{}, BodyMotion{pose.start, *pose.end}, tolerance, work));
             stop();
             if (!hit.hit) {
                 if (json) return fmt::format(R"({{"hit":{}{}{}}})", !hit.complete, hit.complete ? "" : fmt::format(R"(,"t":{:.17g})", hit.t), unsure(hit.complete, json));
@@ -234,13 +284,17 @@ std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const Colli
             return fmt::format("touch at t = {:.9g}, {:.3g} apart: {}", hit.t, hit.distance, placesInWords(hit.a, hit.b));
         }
         default: {
-            const FreeformDistance d = pair.distance(a_T_b, work, {.tolerance = tolerance});
+            FreeformDistance d = named(pair.distance(a_T_b, work, {.tolerance = tolerance}));
             stop();
+            d.least = std::max(0.0, d.least - approximation);
             if (!std::isfinite(d.distance)) {  // given up before any two places were compared
                 if (json) return fmt::format(R"({{"distance":null,"least":{:.17g},"complete":false}})", d.least);
                 return fmt::format("distance not known, at least {:.9g}", d.least) + unsure(false, json);
             }
-            if (json) return fmt::format(R"({{"distance":{:.17g},"least":{:.17g},{},"error":{:.17g}{}}})", d.distance, d.least, placesInJson(d.a, d.b), d.distance - d.least, unsure(d.complete, json));
+            if (json)
+                return fmt::format(R"({{"distance":{:.17g},"least":{:.17g},{},"error":{:.17g}{}}})", d.distance,
+                                   d.least, placesInJson(d.a, d.b), std::max(d.distance - d.least, approximation),
+                                   unsure(d.complete, json));
             return fmt::format("distance {:.9g}, at least {:.9g}: {}{}", d.distance, d.least, placesInWords(d.a, d.b), unsure(d.complete, json));
         }
     }

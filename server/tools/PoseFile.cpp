@@ -12,7 +12,7 @@ namespace tessera {
 
 namespace {
 
-constexpr std::size_t kPerPose = 7;
+constexpr std::size_t kPerPose = 7, kPerRay = 6;
 constexpr std::string_view kBlank = " \t\r\v\f";
 
 Expected<double> parseNumber(std::string_view word) {
@@ -43,10 +43,15 @@ Expected<Pose> poseOf(const double* n, std::string_view which) {
     return pose;
 }
 
-Expected<std::optional<PoseLine>> parseLine(std::string_view text, std::size_t line) {
-    text = text.substr(0, text.find('#'));
+/// Of a line; the first of them, and how many there are.
+struct LineNumbers {
     std::array<double, 2 * kPerPose> numbers{};
     std::size_t count = 0;
+};
+Expected<LineNumbers> numbersOf(std::string_view text) {
+    LineNumbers out;
+    auto& [numbers, count] = out;
+    text = text.substr(0, text.find('#'));
     for (auto at = text.find_first_not_of(kBlank); at != text.npos; at = text.find_first_not_of(kBlank)) {
         text.remove_prefix(at);
         const std::string_view word = text.substr(0, text.find_first_of(kBlank));
@@ -56,6 +61,13 @@ Expected<std::optional<PoseLine>> parseLine(std::string_view text, std::size_t l
         if (count < numbers.size()) numbers[count] = *value;
         ++count;
     }
+    return out;
+}
+
+Expected<std::optional<PoseLine>> parsePose(std::string_view text, std::size_t line) {
+    const Expected<LineNumbers> parsed = numbersOf(text);
+    if (!parsed) return tl::unexpected(parsed.error());
+    const auto& [numbers, count] = *parsed;
     if (count == 0) return std::nullopt;
     if (count != kPerPose && count != 2 * kPerPose)
         return fail(ErrorCode::kBadInput,
@@ -75,22 +87,35 @@ Expected<std::optional<PoseLine>> parseLine(std::string_view text, std::size_t l
     return out;
 }
 
-}  // namespace
+Expected<std::optional<RayLine>> parseRay(std::string_view text, std::size_t line) {
+    const Expected<LineNumbers> parsed = numbersOf(text);
+    if (!parsed) return tl::unexpected(parsed.error());
+    const auto& [n, count] = *parsed;
+    if (count == 0) return std::nullopt;
+    if (count != kPerRay)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} number{}; a ray has 6: ox oy oz dx dy dz", count, count == 1 ? "" : "s"));
+    RayLine out{.ray = {.origin = {n[0], n[1], n[2]}, .direction = {n[3], n[4], n[5]}}, .line = line};
+    if (out.ray.direction.isZero(0)) return fail(ErrorCode::kBadInput, "the ray has no direction");
+    return out;
+}
 
-Expected<std::vector<PoseLine>> parsePoses(std::string_view text, std::string_view file) {
+/// Each line by `parse`, which gives nothing for one that says nothing.
+template <typename Line, typename Parse>
+Expected<std::vector<Line>> parseLines(std::string_view text, std::string_view file, const Parse& parse) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-    std::vector<PoseLine> poses;
+    std::vector<Line> lines;
     for (std::size_t line = 1; !text.empty(); ++line) {
         const std::string_view content = text.substr(0, text.find('\n'));
         text.remove_prefix(std::min(content.size() + 1, text.size()));
-        const Expected<std::optional<PoseLine>> parsed = parseLine(content, line);
+        const Expected<std::optional<Line>> parsed = parse(content, line);
         if (!parsed) return failWith(fmt::format("{}:{}", file, line), parsed.error());
-        if (*parsed) poses.push_back(**parsed);
+        if (*parsed) lines.push_back(**parsed);
     }
-    return poses;
+    return lines;
 }
 
-Expected<std::vector<PoseLine>> readPoses(const std::string& path) {
+Expected<std::string> readText(const std::string& path) {
     std::error_code error;
     if (std::filesystem::is_directory(path, error))
         return fail(ErrorCode::kBadInput, path + ": it is a folder, not a pose file");
@@ -104,7 +129,29 @@ Expected<std::vector<PoseLine>> readPoses(const std::string& path) {
         if (text.size() > kMost) return fail(ErrorCode::kLimit, path + ": it is larger than 1 GiB");
     }
     if (in.bad()) return fail(ErrorCode::kBadInput, path + ": it cannot be read");
-    return parsePoses(text, path);
+    return text;
+}
+
+}  // namespace
+
+Expected<std::vector<PoseLine>> parsePoses(std::string_view text, std::string_view file) {
+    return parseLines<PoseLine>(text, file, parsePose);
+}
+
+Expected<std::vector<RayLine>> parseRays(std::string_view text, std::string_view file) {
+    return parseLines<RayLine>(text, file, parseRay);
+}
+
+Expected<std::vector<PoseLine>> readPoses(const std::string& path) {
+    const Expected<std::string> text = readText(path);
+    if (!text) return tl::unexpected(text.error());
+    return parsePoses(*text, path);
+}
+
+Expected<std::vector<RayLine>> readRays(const std::string& path) {
+    const Expected<std::string> text = readText(path);
+    if (!text) return tl::unexpected(text.error());
+    return parseRays(*text, path);
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/math/Ray.h"
 #include "server/collision/query/TimeOfImpact.h"
 
 namespace tessera {
@@ -29,5 +30,14 @@ inline constexpr double kMaxPoseTranslation = 1e50;
 
 /// Also kNotFound, and kLimit for a file beyond 1 GiB.
 [[nodiscard]] Expected<std::vector<PoseLine>> readPoses(const std::string& path);
+
+/// A line of a file of rays: `ox oy oz dx dy dz`.
+struct RayLine {
+    Ray ray;
+    std::size_t line = 0;
+};
+/// As parsePoses; also a direction without length.
+[[nodiscard]] Expected<std::vector<RayLine>> parseRays(std::string_view text, std::string_view file);
+[[nodiscard]] Expected<std::vector<RayLine>> readRays(const std::string& path);
 
 }  // namespace tessera

@@ -97,6 +97,7 @@ ROWS = {
     "tessera-ctl budget": asked("ctl budget"),
     "tessera-ctl contacts": asked("ctl contacts"),
     "tessera-ctl --server ADDR:PORT contacts": asked("ctl contacts"),
+    "tessera-ctl get NODE bounds": asked("ctl get /carriage bounds && ctl get / bounds", says="large"),
     "tessera-ctl get": asked("ctl get /carriage", says="translation"),
     "tessera-ctl set": asked("ctl set /carriage translation -2 0.5 1"),
     "tessera-ctl load": asked("ctl load $PWD/tests/data/outside/crane.tsct", options="--allow $PWD/tests/data", says="loaded"),
@@ -216,6 +217,11 @@ ROWS = {
         "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query all --json", says='"hit"'),
     "tessera-collide A B --poses FILE --query any|all|distance|toi|depth": file(
         "tests/commands/made boxes $T && cd $T && for q in any all distance depth; do tessera-collide A.obj B.stl --poses poses.txt --query $q; done && tessera-collide A.obj B.stl --poses ways.txt --query toi"),
+    "tessera-collide A B --poses FILE --query any --realignment planes|table --time": file(
+        "tests/commands/made boxes $T && cd $T && for r in planes table; do tessera-collide A.obj B.stl --poses poses.txt --query any --realignment $r --time; done", says="boxes tested"),
+    "tessera-collide A --query ray --poses RAYS": file("tests/commands/made boxes $T && cd $T && echo '0.5 0.4 9 0 0 -1' >rays.txt && tessera-collide A.obj --query ray --poses rays.txt", says="at t = 8"),
+    "tessera-collide --as-a spherical-bezier": file(
+        "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query all --as-a spherical-bezier --as-b spherical-bezier"),
     "tessera-collide A.obj --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
     "tessera-collide A --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
     # Of a script its first line.
@@ -224,6 +230,8 @@ ROWS = {
         changes=(("i < 500", "i < 5"), ("at 0.5 >far", "cd $T; at 0.5 >far"), ("BUNNY BUNNY", "$DATA/scan/stanford_bun_zipper.ply $DATA/scan/stanford_bun_zipper.ply"))),
     "tessera-evaluate bishop.obj --at places.txt --json": file("tests/commands/made boxes $T && cd $T && tessera-evaluate A.obj --at places.txt --json", says='"point"'),
     "tessera-evaluate blades.obj --scheme nurbs --at places.txt": file("tests/commands/made boxes $T && cd $T && tessera-evaluate patch.obj --scheme nurbs --at places.txt"),
+    "tessera-evaluate SURFACE --nearest FILE [--tolerance T]": file(
+        "tests/commands/made boxes $T && cd $T && echo '3 0.5 0.5' >near.txt && tessera-evaluate A.obj --nearest near.txt --tolerance 1e-4 && tessera-evaluate patch.obj --scheme nurbs --nearest near.txt", says="distance"),
     "tessera-evaluate SURFACE --at FILE [--scheme catmull-clark|loop|nurbs|bilinear] [--json]": file(
         "tests/commands/made boxes $T && cd $T && for s in catmull-clark bilinear; do tessera-evaluate A.obj --at places.txt --scheme $s; done && tessera-evaluate triangles.obj --at places.txt --scheme loop --json"),
 }

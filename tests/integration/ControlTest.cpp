@@ -151,6 +151,28 @@ TEST_F(Control, PickNamesWhatIsUnderAPixel) {
     EXPECT_EQ(hit["path"].get<std::string>().rfind("/floor", 0), 0u) << hit.dump(2);
 }
 
+TEST_F(Control, GetTellsTheBoxInTheWorldOfANode) {
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    const json before = ask({"get", "/row[0]", "bounds"});
+    ASSERT_TRUE(before["bounds"].is_object()) << before.dump();
+    EXPECT_EQ(before["path"], "/row[0]");
+    EXPECT_EQ(wall_.ctl({"move", "/row[0]", "0", "1.5", "0", "--by"}).exitCode, 0);
+    const json after = ask({"get", "/row[0]", "bounds"});
+    for (int axis = 0; axis < 3; ++axis)
+        for (const char* end : {"lower", "upper"})
+            EXPECT_NEAR(after["bounds"][end][axis].get<double>() - before["bounds"][end][axis].get<double>(),
+                        axis == 1 ? 1.5 : 0, 1e-9)
+                << end << axis;
+    // What holds all holds this.
+    const json all = ask({"get", "/", "bounds"});
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LE(all["bounds"]["lower"][axis], after["bounds"]["lower"][axis]);
+        EXPECT_GE(all["bounds"]["upper"][axis], after["bounds"]["upper"][axis]);
+    }
+    EXPECT_NE(wall_.ctl({"get", "/row[0]", "bounds"}).output.find(" large"), std::string::npos);
+    EXPECT_EQ(wall_.ctl({"get", "/nothing", "bounds"}).exitCode, 3);
+}
+
 TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
     // The carriage drives for a second; then the yard stands still.
     ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();

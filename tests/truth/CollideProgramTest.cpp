@@ -1,11 +1,13 @@
 // tessera-collide as people and scripts meet it: a process, files, lines. Its answers are those of brute force over the
 // triangles of the files.
+#include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -176,6 +178,95 @@ TEST_F(CollideFiles, AnswerTheSameBytesWithAnyInstructionSetTreeAndNumberOfThrea
         for (const char* split : {"area", "median", "mean", "volume"})
             EXPECT_EQ(ask(a, b, file, query, {"--json", "--split", split}).out, plain.out) << query << split;
     }
+}
+
+TEST_F(CollideFiles, RealignmentChangesTheBoxesAndNoAnswer) {
+    std::mt19937 random(8);
+    std::string poses;
+    for (int i = 0; i < 40; ++i) poses += text(randomPose(random, 0, 1)) + "\n";
+    const std::string file = write("some.poses", poses);
+    for (const std::string query : {"any", "all"}) {
+        const Outcome plain = ask(a, b, file, query);
+        ASSERT_EQ(plain.exitCode, 0) << plain.err;
+        for (const char* volume : {"dop14", "dop18", "dop26"}) {
+            std::map<std::string, json> times;
+            for (const std::string realignment : {"planes", "table"}) {
+                const Outcome outcome =
+                    ask(a, b, file, query, {"--json", "--time", "--volume", volume, "--realignment", realignment});
+                ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+                const std::size_t last = outcome.out.rfind("{\"build_us\"");
+                ASSERT_NE(last, std::string::npos);
+                EXPECT_EQ(outcome.out.substr(0, last), plain.out) << query << volume << realignment;
+                times[realignment] = json::parse(outcome.out.substr(last));
+                EXPECT_GT(times[realignment]["boxes_tested"], 100);
+                EXPECT_GT(times[realignment]["box_volume"], 0);
+            }
+            EXPECT_NE(times["planes"]["boxes_tested"], times["table"]["boxes_tested"]);
+            EXPECT_NE(times["planes"]["box_volume"], times["table"]["box_volume"]);
+        }
+    }
+    EXPECT_EQ(ask(a, b, file, "all", {"--json", "--realignment", "table"}).out, ask(a, b, file, "all").out)
+        << "dop18, where nothing is said";
+}
+
+TEST_F(CollideProgram, SphericalBezierPatchesAnswerAsTriangles) {
+    const auto boxAt = [](double x, int from) {
+        std::string text;
+        for (int i = 0; i < 8; ++i) text += fmt::format("v {} {} {}\n", x + (i & 1), i >> 1 & 1, i >> 2);
+        for (const char* f : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"}) {
+            std::istringstream corners(f);
+            text += "f";
+            for (int c; corners >> c;) text += fmt::format(" {}", from + c);
+            text += "\n";
+        }
+        return text;
+    };
+    const std::string box = write("box.obj", boxAt(0, 0));
+    // No place sees all faces of two.
+    const std::string two = write("two.obj", boxAt(0, 0) + boxAt(1.5, 8));
+    const std::string poses = write(
+        "some.poses", "0.5 0 0 1 0 0 0\n2.5 0 0 1 0 0 0\n1 1 1 1 0 0 0\n1.2 0.1 0 0.9 0.1 0.3 -0.2\n0 0 0 1 0 0 0\n");
+    for (const std::string query : {"any", "all", "distance", "depth"})
+        for (const std::string& other : {box, two}) {
+            const Outcome plain = ask(box, other, poses, query),
+                          found = ask(box, other, poses, query, {"--json", "--as-a", "spherical-bezier"}),
+                          both = ask(other, box, poses, query,
+                                     {"--json", "--as-a", "spherical-bezier", "--as-b", "spherical-bezier"});
+            ASSERT_EQ(found.exitCode, 0) << found.err;
+            EXPECT_EQ(found.out, plain.out) << query;
+            EXPECT_EQ(found.err, "");
+            ASSERT_EQ(both.exitCode, 0) << both.err;
+            EXPECT_EQ(both.out, ask(other, box, poses, query).out) << query;
+            EXPECT_EQ(both.err.find("two.obj: it is not star-shaped") != std::string::npos, other == two) << both.err;
+            EXPECT_EQ(both.err.find("taken as triangles") != std::string::npos, other == two) << both.err;
+        }
+}
+
+TEST_F(CollideProgram, RaysNameTheNodeThatTheyMeetFirst) {
+    const std::string scene =
+        write("scene.tsct",
+              "node { name: \"near\" transform { translation { x: 2 } } box { size { x: 1 y: 1 z: 1 } } }\n"
+              "node { name: \"far\" transform { translation { x: 5 } } sphere { radius: 1 } }\n");
+    const std::string rays = write("rays", "0 0.1 0.2 2 0 0\n9 0 0 -1 0 0  # from behind\n0 3 0 1 0 0\n");
+    const Outcome outcome = run({scene, "--query", "ray", "--poses", rays, "--json", "--allow-unconfined-import"});
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const auto lines = outcome.lines();
+    ASSERT_EQ(lines.size(), 3u);
+    const json near = json::parse(lines[0]), far = json::parse(lines[1]);
+    EXPECT_EQ(near["node"], "/near/geometry");
+    EXPECT_NEAR(near["t"].get<double>(), 0.75, 1e-12);
+    EXPECT_NEAR(near["normal"][0].get<double>(), -1, 1e-12);
+    EXPECT_NEAR(near["point"][1].get<double>(), 0.1, 1e-12);
+    EXPECT_EQ(far["node"], "/far/geometry");
+    EXPECT_NEAR(far["t"].get<double>(), 3, 0.02);
+    EXPECT_EQ(json::parse(lines[2]), json({{"hit", false}}));
+    const Outcome words = run({scene, "--query", "ray", "--poses", rays, "--allow-unconfined-import"});
+    EXPECT_NE(words.out.find("/near/geometry at t = 0.75, face "), std::string::npos) << words.out;
+    EXPECT_NE(words.out.find("meets nothing"), std::string::npos);
+    const Outcome bad =
+        run({scene, "--query", "ray", "--poses", write("bad", "0 0 0 0 0 0\n"), "--allow-unconfined-import"});
+    EXPECT_EQ(bad.exitCode, 3);
+    EXPECT_NE(bad.err.find("bad:1: the ray has no direction"), std::string::npos) << bad.err;
 }
 
 TEST_F(CollideFiles, MeetNeverAfterTheFirstContactAndWithinTheTolerance) {

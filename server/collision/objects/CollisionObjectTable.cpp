@@ -18,6 +18,9 @@ ShapeChoice choiceOf(const CollisionObject& object) {
             choice.representation = std::nullopt;
             choice.error = kPercent * object.error;
             break;
+        case CollisionWords::kSphericalBezier:
+            choice.representation = Representation::kSphericalBezier;
+            break;
         case CollisionWords::kSpherical: choice.representation = Representation::kSpherical; break;
         case CollisionWords::kDistanceField:
             choice.representation = Representation::kDistanceField;

@@ -155,6 +155,8 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
         if (wanted == Representation::kDistanceField || (!wanted && choice.error > 0))
             if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees)) made = *field;
         if (freeform) made = freeformOf(*mesh, choice, drawable, trees);
+        if (wanted == Representation::kSphericalBezier)
+            if (const auto patches = CollisionShape::ofSphericalBezier(std::move(*mesh), trees)) made = *patches;
         if (made) return shapes_[key] = std::move(made);
         if (wanted == Representation::kHull)
             made = CollisionShape::ofHull(*mesh, trees);
@@ -176,7 +178,9 @@ std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, c
     std::shared_ptr<CollisionShape> made;
     if (asksForSmooth(choice)) made = freeformOf(*mesh, choice, drawable, trees);
     const bool smooth = made != nullptr;
-    if (!smooth) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
+    if (choice.representation == Representation::kSphericalBezier)
+        if (const auto patches = CollisionShape::ofSphericalBezier(std::move(*mesh), trees)) made = *patches;
+    if (!made) made = CollisionShape::ofTriangles(std::move(*mesh), trees);
     made->setDeforms();
     if (smooth) return made;  // whose trees few ask for
     (void)made->tree();

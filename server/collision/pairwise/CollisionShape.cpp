@@ -7,6 +7,7 @@
 
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/representation/BallPairs.h"
+#include "server/collision/spherical_bezier/StarShape.h"
 
 namespace tessera {
 
@@ -85,6 +86,33 @@ Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofDistanceField(Triang
     }
     shape->lattice_ = std::move(*lattice);
     return shape;
+}
+
+Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofSphericalBezier(TriangleMesh&& mesh,
+                                                                            const TreeOptions& trees) {
+    const std::optional<Vec3d> centre = starCentreOf(mesh);
+    if (!centre)
+        return fail(ErrorCode::kBadInput, "it is not star-shaped: no place sees all of its faces from the same side");
+    auto shape = std::shared_ptr<CollisionShape>(
+        new CollisionShape(Representation::kSphericalBezier, std::make_shared<TriangleMesh>(std::move(mesh)), trees));
+    shape->bezier_ = std::make_unique<SphericalBezierBound>(
+        *shape->mesh_, SphericalBezierOptions{.levels = kSphericalBezierLevels, .centre = centre});
+    return shape;
+}
+
+const SphericalBezierBound* CollisionShape::sphericalBezier() const {
+    if (!bezier_) return nullptr;
+    std::call_once(*bezierCurrent_, [&] {
+        if (bezierMovedEnd_ == bezierMovedFirst_) return;
+        std::vector<Vec3d> moved;
+        moved.reserve(bezierMovedEnd_ - bezierMovedFirst_);
+        const MeshPositions positions = mesh_->positions();
+        for (std::size_t v = bezierMovedFirst_; v < bezierMovedEnd_; ++v) moved.push_back(positions[v]);
+        const Expected<void> followed = bezier_->move(bezierMovedFirst_, moved);
+        TESSERA_CHECK(followed.has_value(), "what a mesh takes, its bound takes");
+        bezierMovedFirst_ = bezierMovedEnd_ = 0;
+    });
+    return bezier_.get();
 }
 
 std::shared_ptr<CollisionShape> CollisionShape::ofFreeform(FreeformShape surface, TriangleMesh drawn, double error,
@@ -303,19 +331,29 @@ std::shared_ptr<const CollisionShape> CollisionShape::placed(const Affine3d& map
     return shape;
 }
 
+void CollisionShape::checkDeforms() const {
+    TESSERA_CHECK(representation_ == Representation::kTriangles || smooth_ || bezier_, "only triangles deform");
+}
+
 Expected<void> CollisionShape::move(std::span<const Vec3d> positions) {
-    TESSERA_CHECK(representation_ == Representation::kTriangles || smooth_, "only triangles deform");
+    checkDeforms();
     if (positions.size() != mesh_->vertexCount()) return mesh_->move(positions);  // which says so
     return move(0, positions);
 }
 
 Expected<void> CollisionShape::move(std::size_t first, std::span<const Vec3d> positions) {
-    TESSERA_CHECK(representation_ == Representation::kTriangles || smooth_, "only triangles deform");
+    checkDeforms();
     const bool all = first == 0 && positions.size() == mesh_->vertexCount();
     if (Expected<void> moved = all ? mesh_->move(positions) : mesh_->move(first, positions); !moved) return moved;
     if (topology_) topologyLookedAt_ = std::make_unique<std::once_flag>();
     if (asFreeform_) asFreeformCurrent_ = std::make_unique<std::once_flag>();
     if (smooth_) followSmooth();
+    if (bezier_ && !positions.empty()) {
+        const bool isBehind = bezierMovedEnd_ > bezierMovedFirst_;
+        if (!isBehind) bezierCurrent_ = std::make_unique<std::once_flag>();
+        bezierMovedFirst_ = isBehind ? std::min(bezierMovedFirst_, first) : first;
+        bezierMovedEnd_ = std::max(bezierMovedEnd_, first + positions.size());
+    }
     moveGroups(first, positions);
     for (LazyTree& lazy : trees_) {
         if (!lazy.tree) continue;
@@ -362,8 +400,9 @@ void CollisionShape::moveGroups(std::size_t first, std::span<const Vec3d> positi
 std::size_t CollisionShape::memoryBytes() const {
     std::size_t bytes = (mesh_ ? mesh_->memoryBytes() : 0) + (hull_ ? hull_->memoryBytes() : 0) +
                         (field_ ? field_->memoryBytes() : 0) + (points_ ? points_->memoryBytes() : 0) +
-                        coveredFaces_.capacity() * sizeof(std::uint32_t) + (spherical_ ? spherical_->memoryBytes() : 0) +
-                        (lattice_ ? lattice_->memoryBytes() : 0);
+                        coveredFaces_.capacity() * sizeof(std::uint32_t) +
+                        (spherical_ ? spherical_->memoryBytes() : 0) + (lattice_ ? lattice_->memoryBytes() : 0) +
+                        (bezier_ ? bezier_->memoryBytes() : 0);
     for (const LazyTree& lazy : trees_)
         if (lazy.tree) bytes += lazy.tree->memoryBytes() - mesh_->memoryBytes();
     for (const auto* groups : {deformingGroups_.get(), restingGroups_.get()})

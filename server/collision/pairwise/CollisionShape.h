@@ -20,13 +20,23 @@
 #include "server/collision/spherical/DistanceLattice.h"
 #include "server/collision/spherical/SphericalField.h"
 #include "server/collision/spherical_bezier/DeformingSurface.h"
+#include "server/collision/spherical_bezier/SphericalBezierBound.h"
 #include "server/collision/tree/TriangleTree.h"
 
 namespace tessera {
 
 /// By what a shape is looked at in queries: a row and a column of PairTable.h.
-enum class Representation : std::uint8_t { kTriangles, kHull, kHeightField, kPoints, kSpherical, kDistanceField, kFreeform };
-inline constexpr std::size_t kRepresentations = 7;
+enum class Representation : std::uint8_t {
+    kTriangles,
+    kHull,
+    kHeightField,
+    kPoints,
+    kSpherical,
+    kDistanceField,
+    kFreeform,
+    kSphericalBezier
+};
+inline constexpr std::size_t kRepresentations = 8;
 
 /// What an object asks of the shapes of its geometries.
 struct ShapeChoice {
@@ -45,6 +55,9 @@ struct ShapeChoice {
 inline constexpr std::size_t kAutomaticFieldFaces = 100'000;
 /// Measured: server/collision/pairwise/README.md.
 inline constexpr VolumeKind kAutomaticVolume = VolumeKind::kObb, kAutomaticDeformingVolume = VolumeKind::kDop14;
+
+/// 32 patches: 128 let less pass and take more to follow (../spherical_bezier/README.md).
+inline constexpr unsigned kSphericalBezierLevels = 1;
 
 /// Read by any number of threads; changed (`move`) by its owner alone, while nobody reads. Trees are made when they are
 /// first asked for, by whichever thread asks.
@@ -75,6 +88,12 @@ public:
     /// touches is asked of its triangles. Leaves the mesh where it is and says why where there is no such field.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofDistanceField(TriangleMesh&& mesh, double error,
                                                                                    const TreeOptions& trees = {});
+
+    /// A surface of which spherical Bézier patches tell that it does not touch (../spherical_bezier); what they cannot
+    /// tell its triangles do, so answers are theirs. It may deform. Leaves the mesh where it is and says why where it
+    /// is not star-shaped.
+    [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofSphericalBezier(TriangleMesh&& mesh,
+                                                                                     const TreeOptions& trees = {});
 
     /// A smooth surface that is looked at as itself (../freeform), to `error` diagonals of the box of its triangles: with these, `drawn`,
     /// points and grids are compared, free bodies fall, and they are the faces that answers name.
@@ -116,6 +135,8 @@ public:
     [[nodiscard]] const SphericalField* sphericalField() const { return spherical_ ? &*spherical_ : nullptr; }
     [[nodiscard]] const DistanceLattice* distanceField() const { return lattice_ ? &*lattice_ : nullptr; }
     [[nodiscard]] const FreeformShape* smoothSurface() const { return smooth_.get(); }
+    /// As the triangles are now: after a move it follows when it is asked for.
+    [[nodiscard]] const SphericalBezierBound* sphericalBezier() const;
 
     /// As queries of smooth bodies take it: a smooth surface itself, a hull as a solid, all else as its triangles. Made when first asked for.
     [[nodiscard]] const FreeformShape& freeform() const;
@@ -154,8 +175,8 @@ public:
     /// Of balls that are stretched the balls around them.
     [[nodiscard]] std::shared_ptr<const CollisionShape> placed(const Affine3d& map) const;
 
-    /// New positions, one per vertex; the faces stay. Triangles only. kBadInput as TriangleMesh::make; nothing changes
-    /// then. Trees follow, and are divided anew where they have become loose.
+    /// New positions, one per vertex; the faces stay. Triangles, smooth surfaces and spherical patches only. kBadInput
+    /// as TriangleMesh::make; nothing changes then. Trees follow, and are divided anew where they have become loose.
     Expected<void> move(std::span<const Vec3d> positions);
     /// The same of the vertices from `first` on; costs what is above them in trees of k-DOPs.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
@@ -178,6 +199,7 @@ private:
     static void follow(TriangleTree& tree, std::size_t first, std::size_t count);
     void moveGroups(std::size_t first, std::span<const Vec3d> positions);
     void followSmooth();
+    void checkDeforms() const;
 
     CollisionShape(Representation representation, std::shared_ptr<TriangleMesh> mesh, const TreeOptions& trees)
         : representation_(representation), options_(trees), mesh_(std::move(mesh)) {}
@@ -203,6 +225,10 @@ private:
     // Of trees_ that of oriented boxes, which they need.
     std::optional<SphericalField> spherical_;
     std::optional<DistanceLattice> lattice_;
+    mutable std::unique_ptr<SphericalBezierBound> bezier_;
+    /// Another flag when it is behind, by these vertices.
+    std::unique_ptr<std::once_flag> bezierCurrent_ = std::make_unique<std::once_flag>();
+    mutable std::size_t bezierMovedFirst_ = 0, bezierMovedEnd_ = 0;
     std::unique_ptr<FreeformShape> smooth_;
     double freeformError_ = 0;
     Box smoothBounds_;  // of the smooth surface and of its triangles

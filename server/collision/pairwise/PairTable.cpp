@@ -12,6 +12,7 @@
 #include "server/collision/pairwise/FreeformPairs.h"
 #include "server/collision/pairwise/HullPairs.h"
 #include "server/collision/pairwise/PointPairs.h"
+#include "server/collision/pairwise/SphericalBezierPairs.h"
 #include "server/collision/pairwise/SphericalPairs.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/query/FacesNear.h"
@@ -118,6 +119,16 @@ constexpr PairMethods kFreeforms{
     .approximate = kEveryQuestion,
 };
 
+constexpr PairMethods kSphericalBeziers{
+    .name = "spherical Bézier patches",
+    .touch = spherical_bezier_pairs::touch,
+    .contacts = spherical_bezier_pairs::contacts,
+    .distance = surface_pairs::distance,
+    .firstContact = surface_pairs::firstContact,
+    .depth = surface_pairs::depth,
+    .byTrees = kDistanceQuestion | kFirstContactQuestion | kDepthQuestion,
+};
+
 /// What is said of triangles, said by a representation whose trees are asked.
 constexpr PairMethods byTreesOf(PairMethods methods) {
     methods.byTrees = kEveryQuestion;
@@ -158,6 +169,15 @@ constexpr Table makeTable() {
     // A smooth surface would have to walk along all of a grid, or a cloud: its triangles do.
     set(kFreeform, kHeightField, byTreesOf(kFields));
     set(kFreeform, kPoints, byTreesOf(points));
+    // Patches reject beside triangles and their like; solids, fields, grids, balls and smooth surfaces know better what
+    // they are.
+    for (const Representation other : {kTriangles, kSphericalBezier}) set(kSphericalBezier, other, kSphericalBeziers);
+    set(kSphericalBezier, kHull, byTreesOf(kHullAndSurface));
+    set(kSphericalBezier, kHeightField, kFields);
+    set(kSphericalBezier, kPoints, points);
+    set(kSphericalBezier, kSpherical, kSphericals);
+    set(kSphericalBezier, kDistanceField, kDistanceFields);
+    set(kSphericalBezier, kFreeform, kFreeforms);
     return table;
 }
 constexpr Table kTable = makeTable();
@@ -213,6 +233,8 @@ std::string_view nameOf(Representation representation) {
             return "distance-field";
         case Representation::kFreeform:
             return "freeform";
+        case Representation::kSphericalBezier:
+            return "spherical-bezier";
     }
     return "";
 }

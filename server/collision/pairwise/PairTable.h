@@ -41,6 +41,9 @@ struct PairEffort {
     QueryWork& work;
     PairHints* hints = nullptr;
     Workers* workers = nullptr;  ///< null: the calling thread alone
+    // Of trees of k-DOPs; neither changes an answer (TouchOptions).
+    Realignment realignment = Realignment::kThreePlanes;
+    PlacedVolumes* placed = nullptr;
 };
 
 /// A place on a smooth surface, by its own faces and parameters (FreeformShape: ptex faces; surfaces and their knots).

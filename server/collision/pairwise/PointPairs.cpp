@@ -40,7 +40,9 @@ FacePair named(const CollisionShape& a, const CollisionShape& b, FacePair faces)
 /// A cover's centres, or the triangles of a surface: those two by their trees.
 const TriangleTree* treeBesideCover(const CollisionShape& shape) {
     if (shape.isCover()) return &shape.centreTree();
-    return shape.representation() == Representation::kTriangles ? &shape.tree(kAutomaticVolume) : nullptr;
+    const bool isSurface = shape.representation() == Representation::kTriangles ||
+                           shape.representation() == Representation::kSphericalBezier;
+    return isSurface ? &shape.tree(kAutomaticVolume) : nullptr;
 }
 
 std::optional<Distance> distanceByTrees(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,

@@ -33,10 +33,14 @@ DeformingTouch& walkOfThread() {
     return walk;
 }
 
+TouchOptions optionsOf(const PairEffort& effort) {
+    return {.realignment = effort.realignment, .placed = effort.placed, .workers = effort.workers};
+}
+
 TouchedPair firstOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
     if (byGroups(a, b)) return walkOfThread().first(a.groups(), b.groups(), a_T_b, effort.work);
     const Trees trees(a, b);
-    const TouchOptions options{.workers = effort.workers};
+    const TouchOptions options = optionsOf(effort);
     return effort.hints != nullptr ? effort.hints->front.firstTouching(trees.a, trees.b, a_T_b, effort.work, options)
                                    : firstTouching(trees.a, trees.b, a_T_b, effort.work, options);
 }
@@ -44,7 +48,7 @@ TouchedPair firstOf(const CollisionShape& a, const CollisionShape& b, const Affi
 FacePairs allOf(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, const PairEffort& effort) {
     if (byGroups(a, b)) return walkOfThread().all(a.groups(), b.groups(), a_T_b, effort.work);
     const Trees trees(a, b);
-    return allTouching(trees.a, trees.b, a_T_b, effort.work, {.workers = effort.workers});
+    return allTouching(trees.a, trees.b, a_T_b, effort.work, optionsOf(effort));
 }
 
 }  // namespace

@@ -23,15 +23,6 @@ void setRows(float (&out)[9], const Mat3d& m) {
         for (int column = 0; column < 3; ++column) out[3 * row + column] = static_cast<float>(m(row, column));
 }
 
-DirectionSet directionsOf(VolumeKind kind) {
-    switch (kind) {
-        case VolumeKind::kDop14: return DirectionSet::k14;
-        case VolumeKind::kDop18: return DirectionSet::k18;
-        case VolumeKind::kDop26: return DirectionSet::k26;
-        default: return DirectionSet::k6;
-    }
-}
-
 /// B's own coordinates to A's.
 Affine3d ownMap(const TreeStorage& ta, const TreeStorage& tb, const Affine3d& a_T_b) {
     Affine3d own = Affine3d::Identity();
@@ -41,6 +32,19 @@ Affine3d ownMap(const TreeStorage& ta, const TreeStorage& tb, const Affine3d& a_
 }
 
 }  // namespace
+
+DirectionSet directionsOf(VolumeKind kind) {
+    switch (kind) {
+        case VolumeKind::kDop14:
+            return DirectionSet::k14;
+        case VolumeKind::kDop18:
+            return DirectionSet::k18;
+        case VolumeKind::kDop26:
+            return DirectionSet::k26;
+        default:
+            return DirectionSet::k6;
+    }
+}
 
 PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, Realignment realignment) {
     return pairFrame(a.storage(), b.storage(), a_T_b, realignment);

@@ -3,8 +3,12 @@
 
 #include "server/collision/query/TouchQuery.h"
 #include "server/collision/tree/KernelTypes.h"
+#include "server/collision/volume/KDop.h"
 
 namespace tessera {
+
+/// Of the k-DOPs of a tree; the axes' of all else.
+[[nodiscard]] DirectionSet directionsOf(VolumeKind kind);
 
 /// Of trees that are not empty. For maps that no float can hold, the slack is so large that every volume and every pair of
 /// triangles passes: slow, but the answers stay right.

@@ -25,8 +25,16 @@ enum class Realignment : std::uint8_t {
     kInBothFrames,
 };
 
+/// How tight a realignment was: of B's k-DOPs, as they were bounded in A's directions.
+struct PlacedVolumes {
+    std::uint64_t count = 0;
+    double volume = 0;  ///< of all together, in A's units, cubed
+};
+
 struct TouchOptions {
     Realignment realignment = Realignment::kThreePlanes;
+    /// Null, or added to, at some microseconds for each k-DOP, by a query of one thread.
+    PlacedVolumes* placed = nullptr;
     Workers* workers = nullptr;  ///< null: the calling thread alone
     /// Not above what the processor has. Answers are equal; counters may differ by a few.
     InstructionSet instructions = instructionSet();

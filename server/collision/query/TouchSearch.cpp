@@ -6,6 +6,7 @@
 #include "server/collision/query/PairFrame.h"
 #include "server/collision/tree/Kernels.h"
 #include "server/collision/tree/TreeStorage.h"
+#include "server/collision/volume/PolytopeVolume.h"
 
 namespace tessera::touch {
 
@@ -13,6 +14,10 @@ namespace {
 
 bool alike(const TriangleTree& a, const TriangleTree& b) {
     return shapeOf(a.options().volume) == shapeOf(b.options().volume);
+}
+
+bool isDop(VolumeKind kind) {
+    return kind != VolumeKind::kSphere && kind != VolumeKind::kObb;
 }
 
 }  // namespace
@@ -23,7 +28,8 @@ std::optional<TriangleTree> ofOneShape(const TriangleTree& a, const TriangleTree
     return TriangleTree(smaller.mesh(), {.volume = larger.options().volume, .split = smaller.options().split});
 }
 
-TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_from_b, const TouchOptions& options)
+TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3d& a_from_b,
+                   const TouchOptions& options)
     : ofOneShape_(ofOneShape(ta, tb)),
       treeA(ofOneShape_ && smallerIsA(ta, tb) ? *ofOneShape_ : ta),
       treeB(ofOneShape_ && &treeA == &ta ? *ofOneShape_ : tb),
@@ -39,6 +45,7 @@ TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3
       kernels(kernel::treeKernels(options.instructions)),
       shape(static_cast<std::size_t>(shapeOf(treeA.options().volume))),
       touch(kernels.touch[shape]),
+      placed(isDop(treeA.options().volume) ? options.placed : nullptr),
       overlap_(kernels.overlap[shape]) {
     // A map that no float can hold has no look-ups either (pairFrame gives it a slack that lets everything pass).
     if (options.realignment == Realignment::kTable && b.profileRows != nullptr && frame.slack < 1e29f) {
@@ -53,6 +60,21 @@ bool TreePair::rootsOverlap() const { return overlap_(a, b, frame, kRoots); }
 
 bool TreePair::meets(FacePair pair) const {
     return trianglesIntersect(meshA.triangle(pair.a), transformed(a_T_b, meshB.triangle(pair.b)));
+}
+
+void TreePair::measure(const float* rows, const kernel::ChildRef* children) const {
+    KDop dop(directionsOf(treeA.options().volume));
+    const std::size_t n = dop.count();
+    const double unit = treeA.storage().unit;
+    for (std::size_t lane = 0; lane < kernel::kWidth; ++lane) {
+        if (children[lane] == kernel::kNoChild) continue;
+        for (std::size_t i = 0; i < n; ++i) {
+            dop.upper[i] = static_cast<double>(rows[i * kernel::kWidth + lane]) / unit;
+            dop.lower[i] = -static_cast<double>(rows[(n + i) * kernel::kWidth + lane]) / unit;
+        }
+        placed->volume += polytopeVolume(dop);
+        ++placed->count;
+    }
 }
 
 namespace {
@@ -72,6 +94,12 @@ Search::Search(const TreePair& pair, For what, const QueryWork& work) : pair_(pa
     sink_.nodeTests = work.boxTests;
     sink_.triangleTests = work.triangleTests;
     sink_.limit = work.limit;
+    if (pair.placed != nullptr) {
+        sink_.placed = [](const float* rows, const kernel::ChildRef* children, void* of) {
+            static_cast<const TreePair*>(of)->measure(rows, children);
+        };
+        sink_.placedContext = const_cast<TreePair*>(&pair);
+    }
     if (!any_) pairs_.reserve(kCapacity);
 }
 

@@ -41,6 +41,8 @@ public:
     const kernel::TreeKernels& kernels;
     std::size_t shape;
     kernel::TouchWalk touch;
+    PlacedVolumes* placed;  ///< as TouchOptions::placed; null for what is no k-DOP
+    void measure(const float* rows, const kernel::ChildRef* children) const;
 
 private:
     kernel::SlotTest overlap_;

@@ -259,6 +259,14 @@ Expected<void> SphericalBezierBound::move(std::size_t first, std::span<const Vec
     return {};
 }
 
+std::size_t SphericalBezierBound::memoryBytes() const {
+    std::size_t bytes = mesh_.memoryBytes() + corners_.capacity() * sizeof(Corner) +
+                        patches_.capacity() * sizeof(PatchBound) +
+                        (onlyPatch_.capacity() + facesStart_.capacity() + faces_.capacity()) * sizeof(std::uint32_t);
+    for (const PatchBound& patch : patches_) bytes += patch.faces.capacity() * sizeof(std::uint32_t);
+    return bytes;
+}
+
 double SphericalBezierBound::outerRadius(const Vec3d& direction) const {
     const SpherePlace place = layout_.locate(direction);
     const PatchBound& bound = patches_[place.triangle];

@@ -72,6 +72,8 @@ public:
     /// Not below the distance of any point of the body that lies in that direction; 0 where there is surely none.
     [[nodiscard]] double outerRadius(const Vec3d& direction) const;
     [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+    /// With its copy of the mesh, as it is now.
+    [[nodiscard]] std::size_t memoryBytes() const;
 
 private:
     struct Corner {

@@ -39,6 +39,19 @@ bool mayMeet(const SphericalTriangle& domain, const PatchBound& patch, const Vec
 
 }  // namespace
 
+bool mayMeetBall(const SphericalBezierBound& body, const Vec3d& centre, double radius, QueryWork& work) {
+    const std::vector<SphericalTriangle>& domains = body.layout().triangles();
+    const Vec3d from = centre - body.centre();
+    const double grown = radius * (1 + kSlack) + kSlack * from.norm() + 1e-15 * (centre.norm() + body.centre().norm());
+    for (std::size_t p = 0; p < domains.size(); ++p) {
+        const PatchBound& bound = body.patches()[p];
+        if (bound.faces.empty()) continue;
+        ++work.boxTests;
+        if (mayMeet(domains[p], bound, from, grown)) return true;
+    }
+    return false;
+}
+
 std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const SphericalBezierBound& b, const Affine3d& a_T_b,
                                           QueryWork& work) {
     std::vector<PatchPair> left;

@@ -23,6 +23,9 @@ struct PatchPair {
 [[nodiscard]] std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const SphericalBezierBound& b,
                                                         const Affine3d& a_T_b, QueryWork& work);
 
+/// Whether the body may meet a ball, in its frame, by any of its patches: no is certain. Looks at each of them.
+[[nodiscard]] bool mayMeetBall(const SphericalBezierBound& body, const Vec3d& centre, double radius, QueryWork& work);
+
 /// trianglesIntersect's answer, as in TouchQuery.h. After the rejection, the faces on the lists of what is left are compared
 /// without any hierarchy: by their boxes along one axis, sorted.
 [[nodiscard]] TouchedPair firstTouching(const SphericalBezierBound& a, const SphericalBezierBound& b, const Affine3d& a_T_b, QueryWork& work);

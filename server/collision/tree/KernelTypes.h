@@ -100,6 +100,9 @@ struct TouchSink {
     std::uint32_t laterCount;
     std::uint32_t laterCapacity;
     SlotPair place;  ///< the last pair of slots whose nodes were looked into
+    /// Null, or told each node of B that is placed in A's frame: its rows there, and its children.
+    void (*placed)(const float* rows, const ChildRef* children, void* context);
+    void* placedContext;
     std::uint64_t nodeTests;
     std::uint64_t triangleTests;
     std::uint64_t limit;  ///< of both

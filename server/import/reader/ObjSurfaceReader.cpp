@@ -17,6 +17,7 @@
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/NurbsMessage.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -112,44 +113,6 @@ std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, con
     materials.finish();
     noteObjMaterials(path, files, scene);
     return out;
-}
-
-void addCurve(proto::scene::NurbsCurve& message, const TrimCurve& curve) {
-    message.set_degree(static_cast<std::uint32_t>(curve.knots.degree));
-    message.mutable_knot()->Add(curve.knots.knots.begin(), curve.knots.knots.end());
-    for (const Vec3d& p : curve.points) {
-        proto::scene::Vector* point = message.add_point();
-        point->set_x(p.x() / p.z());
-        point->set_y(p.y() / p.z());
-        message.add_weight(p.z());
-    }
-    message.set_begin(curve.begin);
-    message.set_end(curve.end);
-}
-
-void setSurface(proto::scene::NurbsSurface& message, const NurbsSurface& surface) {
-    const NurbsDefinition& d = surface.definition();
-    message.set_degree_u(static_cast<std::uint32_t>(d.u.degree));
-    message.set_degree_v(static_cast<std::uint32_t>(d.v.degree));
-    message.mutable_knot_u()->Add(d.u.knots.begin(), d.u.knots.end());
-    message.mutable_knot_v()->Add(d.v.knots.begin(), d.v.knots.end());
-    const bool rational = std::any_of(d.points.begin(), d.points.end(), [](const Vec4d& p) { return p.w() != 1; });
-    for (const Vec4d& p : d.points) {
-        proto::scene::Vector* point = message.add_point();
-        point->set_x(p.x() / p.w());
-        point->set_y(p.y() / p.w());
-        point->set_z(p.z() / p.w());
-        if (rational) message.add_weight(p.w());
-    }
-    message.set_begin_u(surface.domain().u.lower);
-    message.set_end_u(surface.domain().u.upper);
-    message.set_begin_v(surface.domain().v.lower);
-    message.set_end_v(surface.domain().v.upper);
-    for (const TrimLoop& loop : d.loops) {
-        proto::scene::NurbsLoop* made = message.add_loop();
-        made->set_hole(loop.role == LoopRole::kHole);
-        for (const TrimCurve& curve : loop.curves) addCurve(*made->add_curve(), curve);
-    }
 }
 
 }  // namespace

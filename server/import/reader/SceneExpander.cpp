@@ -14,6 +14,7 @@
 #include "common/base/Nearest.h"
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/reader/ImageDecoder.h"
+#include "server/import/reader/NurbsMessage.h"
 #include "server/import/reader/SceneShapes.h"
 #include "server/import/reader/VolumeFiles.h"
 
@@ -286,10 +287,13 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (own.empty()) own = material;
             return own.empty() ? Expected<void>() : checkName(materials_, own, "material");
         }
-        case Content::kNurbsSurface:
-            *out.mutable_nurbs_surface() = node.nurbs_surface();
+        case Content::kNurbsSurface: {
+            Expected<proto::scene::NurbsSurface> surface = byControlPoints(node.nurbs_surface());
+            if (!surface) return tl::unexpected(surface.error());
+            *out.mutable_nurbs_surface() = std::move(*surface);
             if (node.nurbs_surface().material().empty()) out.mutable_nurbs_surface()->set_material(material);
             return out.nurbs_surface().material().empty() ? Expected<void>() : checkName(materials_, out.nurbs_surface().material(), "material");
+        }
         case Content::kText:
             *out.mutable_text() = node.text();
             if (node.text().material().empty()) out.mutable_text()->set_material(material);

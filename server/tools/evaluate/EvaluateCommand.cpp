@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 
 #include "common/base/Version.h"
 #include "common/options/Options.h"
@@ -31,6 +32,28 @@ std::string answerLine(const SurfacePoint& p, bool json) {
                        p.error > 0 ? fmt::format("  error {:.3g}", p.error) : "");
 }
 
+std::string answerLine(const NearestPoint& p, bool json) {
+    if (json)
+        return fmt::format(
+            R"({{"face":{},"u":{:.17g},"v":{:.17g},"point":[{:.17g},{:.17g},{:.17g}],"distance":{:.17g},"error":{:.17g}}})",
+            p.face, p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
+    return fmt::format("face {} at {:.9g} {:.9g}  point {:.9g} {:.9g} {:.9g}  distance {:.9g}  error {:.3g}", p.face,
+                       p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
+}
+
+Expected<void> tellNearest(EvaluatedSurface& surface, const EvaluateArguments& arguments, std::string_view text) {
+    const Expected<std::vector<SpaceLine>> places = parseSpacePlaces(text, arguments.places);
+    if (!places) return tl::unexpected(places.error());
+    for (const SpaceLine& place : *places) {
+        const Expected<NearestPoint> point = surface.nearest(place.place, arguments.tolerance);
+        if (!point)
+            return fail(point.error().code,
+                        fmt::format("{}:{}: {}", arguments.places, place.line, point.error().message));
+        fmt::print("{}\n", answerLine(*point, arguments.json));
+    }
+    return {};
+}
+
 Expected<void> evaluateFile(const EvaluateArguments& arguments) {
     const Expected<std::string> text = readSurfaceText(arguments.surface);
     if (!text) return tl::unexpected(text.error());
@@ -41,6 +64,7 @@ Expected<void> evaluateFile(const EvaluateArguments& arguments) {
     for (const std::string& note : (*surface)->notes()) fmt::print(stderr, "tessera-evaluate: {}: {}\n", arguments.surface, note);
     const Expected<std::string> placesText = readSurfaceText(arguments.places);
     if (!placesText) return tl::unexpected(placesText.error());
+    if (arguments.nearest) return tellNearest(**surface, arguments, *placesText);
     const Expected<std::vector<PlaceLine>> places = parsePlaces(*placesText, arguments.places);
     if (!places) return tl::unexpected(places.error());
     for (const PlaceLine& place : *places) {
@@ -67,13 +91,27 @@ Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(c
     for (const SurfaceScheme& scheme : surfaceSchemes()) names += (names.empty() ? "" : ", ") + std::string(scheme.name);
     options.option("SURFACE", out.surface, "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
     options.option("--at", out.places, "The places, one a line; # begins a\ncomment").typeName("FILE");
+    std::string nearest;
+    options
+        .option("--nearest", nearest,
+                "Instead: places in space, 'x y z' a line;\nof each the nearest point of the surface\n(catmull-clark, "
+                "nurbs)")
+        .typeName("FILE");
+    const Option tolerance =
+        options.option("--tolerance", out.tolerance, "Of --nearest: the error that is aimed at\n(1e-6)").typeName("T");
     options.option("--scheme", out.scheme, names).typeName("NAME");
     options.flag("--json", out.json, "One JSON object per place");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return EvaluateText{**instead};
     if (out.surface.empty()) return fail(ErrorCode::kUsage, "name a SURFACE; see --help");
-    if (out.places.empty()) return fail(ErrorCode::kUsage, "say where with --at FILE; see --help");
+    if (!nearest.empty() && !out.places.empty()) return fail(ErrorCode::kUsage, "--at or --nearest, not both");
+    out.nearest = !nearest.empty();
+    if (out.nearest) out.places = nearest;
+    if (out.places.empty()) return fail(ErrorCode::kUsage, "say where with --at FILE or --nearest FILE; see --help");
+    if (tolerance.given() && !out.nearest) return fail(ErrorCode::kUsage, "--tolerance is for --nearest");
+    if (!(out.tolerance > 0 && std::isfinite(out.tolerance)))
+        return fail(ErrorCode::kUsage, "--tolerance must be a number above 0");
     const auto schemes = surfaceSchemes();
     if (out.scheme.empty()) out.scheme = schemes.front().name;
     if (std::none_of(schemes.begin(), schemes.end(), [&](const SurfaceScheme& s) { return s.name == out.scheme; })) {
@@ -82,20 +120,50 @@ Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(c
     return out;
 }
 
-Expected<std::vector<PlaceLine>> parsePlaces(std::string_view text, std::string_view file) {
-    std::vector<PlaceLine> places;
-    for (std::size_t line = 1; !text.empty(); ++line) {
+namespace {
+
+/// The words of the next line, and its number; empty ones and comments are passed over. False at the end.
+bool nextLine(std::string_view& text, std::size_t& line, std::vector<std::string_view>& words) {
+    words.clear();
+    while (words.empty()) {
+        if (text.empty()) return false;
+        ++line;
         std::string_view content = text.substr(0, text.find('\n'));
         text.remove_prefix(std::min(content.size() + 1, text.size()));
         content = content.substr(0, content.find('#'));
-        std::vector<std::string_view> words;
         constexpr std::string_view kSpace = " \t\r\v\f";
         for (std::size_t begin = content.find_first_not_of(kSpace); begin != std::string_view::npos; begin = content.find_first_not_of(kSpace)) {
             content.remove_prefix(begin);
             words.push_back(content.substr(0, content.find_first_of(kSpace)));
             content.remove_prefix(words.back().size());
         }
-        if (words.empty()) continue;
+    }
+    return true;
+}
+
+}  // namespace
+
+Expected<std::vector<SpaceLine>> parseSpacePlaces(std::string_view text, std::string_view file) {
+    std::vector<SpaceLine> places;
+    std::vector<std::string_view> words;
+    for (std::size_t line = 0; nextLine(text, line, words);) {
+        SpaceLine place{.line = line};
+        if (words.size() != 3)
+            return fail(ErrorCode::kBadInput, fmt::format("{}:{}: a place in space is 'x y z'", file, line));
+        for (std::size_t i = 0; i < 3; ++i)
+            if (!readNumber(words[i], place.place[static_cast<Eigen::Index>(i)]) ||
+                !std::isfinite(place.place[static_cast<Eigen::Index>(i)]))
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}:{}: '{}' is no number", file, line, words[i].substr(0, 40)));
+        places.push_back(place);
+    }
+    return places;
+}
+
+Expected<std::vector<PlaceLine>> parsePlaces(std::string_view text, std::string_view file) {
+    std::vector<PlaceLine> places;
+    std::vector<std::string_view> words;
+    for (std::size_t line = 0; nextLine(text, line, words);) {
         PlaceLine place{.line = line};
         if (words.size() != 3) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: a place is 'face u v'", file, line));
         if (!readNumber(words[0], place.face)) {

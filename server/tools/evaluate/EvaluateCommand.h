@@ -7,11 +7,14 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/math/Types.h"
 
 namespace tessera {
 
 struct EvaluateArguments {
     std::string surface, places, scheme;
+    bool nearest = false;     ///< places are x y z, and their nearest points are asked for
+    double tolerance = 1e-6;  ///< of nearest points: the error that is aimed at
     bool json = false;
 };
 /// What --help and --version print.
@@ -28,6 +31,14 @@ struct PlaceLine {
 };
 /// `face u v` each, `#` begins a comment, empty lines do not count. kBadInput as `file:line: what is wrong`.
 [[nodiscard]] Expected<std::vector<PlaceLine>> parsePlaces(std::string_view text, std::string_view file);
+
+/// A line of a file of places for --nearest.
+struct SpaceLine {
+    Vec3d place = Vec3d::Zero();
+    std::size_t line = 0;
+};
+/// `x y z` each, as parsePlaces.
+[[nodiscard]] Expected<std::vector<SpaceLine>> parseSpacePlaces(std::string_view text, std::string_view file);
 
 /// The whole program; its exit code.
 [[nodiscard]] int runEvaluate(const std::vector<std::string>& words);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
+#include "common/freeform/nurbs/NurbsDistance.h"
 #include "common/freeform/nurbs/ObjSurfaces.h"
 
 namespace tessera {
@@ -24,8 +28,27 @@ public:
         return point.at;
     }
 
+    Expected<NearestPoint> nearest(const Vec3d& place, double tolerance) override {
+        if (ready_.empty())
+            for (const NurbsSurface& surface : surfaces_) ready_.emplace_back(surface);
+        std::optional<NearestPoint> best;
+        double least = 0;
+        for (std::size_t i = 0; i < ready_.size(); ++i) {
+            const std::optional<ClosestPoint> found = ready_[i].closestPoint(place, tolerance);
+            if (!found) continue;
+            const double atLeast = found->distance - found->error;
+            least = best ? std::min(least, atLeast) : atLeast;
+            if (best && best->distance <= found->distance) continue;
+            best = NearestPoint{static_cast<std::uint32_t>(i), found->u, found->v, found->point, found->distance, 0};
+        }
+        if (!best) return fail(ErrorCode::kRefused, "no surface has a point left");
+        best->error = best->distance - least;
+        return *best;
+    }
+
 private:
     std::vector<NurbsSurface> surfaces_;
+    std::vector<NurbsDistance> ready_;  ///< made when first asked for
 };
 
 }  // namespace

@@ -13,11 +13,21 @@
 
 namespace tessera {
 
+struct NearestPoint {
+    std::uint32_t face = 0;
+    double u = 0, v = 0;
+    Vec3d point = Vec3d::Zero();  ///< of the surface, or of the Bézier patch that stands for it there
+    double distance = 0;          ///< to that point
+    double error = 0;             ///< the surface's own distance is within this of it
+};
+
 class EvaluatedSurface {
 public:
     virtual ~EvaluatedSurface() = default;
     /// kBadInput, kRefused: there is no such point, in words without the place in a file. Not const: surfaces keep what they work out.
     [[nodiscard]] virtual Expected<SurfacePoint> at(std::uint32_t face, double u, double v) = 0;
+    /// The point that is nearest to a place. kRefused: this kind cannot tell, or there is none.
+    [[nodiscard]] virtual Expected<NearestPoint> nearest(const Vec3d& place, double tolerance) = 0;
     [[nodiscard]] virtual std::vector<std::string> notes() const { return {}; }
 };
 

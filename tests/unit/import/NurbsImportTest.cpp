@@ -2,11 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <span>
 
 #include "common/cores/Geometry.h"
 #include "common/cores/Material.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/NurbsArrays.h"
+#include "common/drawable/SmoothSurface.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -75,6 +80,116 @@ TEST(NurbsImport, WhatIsNoSurfaceIsRefusedWithItsPlace) {
     const std::string triangle = "curve { point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 } }";
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { " + triangle + " } loop { hole: true " + triangle + " }")), "run along each other"));
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { curve { point { x: 2 } point { y: 1 } point { x: 2 } } }")), "loop 1"));
+}
+
+/// What a node "it" of this text shows: the surface, and its triangles.
+struct Shown {
+    NurbsSurface surface;
+    MeshArrays drawn;
+};
+std::optional<Shown> shownOf(const std::string& primitive) {
+    Expected<ImportedScene> scene =
+        importedSurfaces("a.tsct", "node { name: \"it\" nurbs_surface { tolerance: 0.001 " + primitive + " } }\n");
+    EXPECT_TRUE(scene) << messageOf(scene);
+    if (!scene) return std::nullopt;
+    EXPECT_TRUE(scene->notes.empty());
+    const ImportedAspect aspect(std::move(*scene));
+    const Drawable drawable(*findDrawable(NurbsSurfaceCore::kType), aspect.core<NurbsSurfaceCore>("/it"));
+    const auto smooth = drawable.smoothSurface();
+    if (!smooth) return std::nullopt;
+    return Shown{std::get<NurbsSurface>(smooth->surface), drawable.arrays()};
+}
+
+/// `offBy`: how far a place is from the shape; `outwards`: a direction that its normals do not oppose.
+void expectShape(const std::string& primitive, const std::function<double(const Vec3d&)>& offBy,
+                 const std::function<Vec3d(const Vec3d&)>& outwards) {
+    SCOPED_TRACE(primitive);
+    const std::optional<Shown> shown = shownOf(primitive);
+    ASSERT_TRUE(shown);
+    const ParameterRectangle& all = shown->surface.domain();
+    constexpr int kSteps = 40;
+    for (int i = 0; i <= kSteps; ++i)
+        for (int j = 0; j <= kSteps; ++j) {
+            const double u = all.u.lower + (all.u.upper - all.u.lower) * i / kSteps,
+                         v = all.v.lower + (all.v.upper - all.v.lower) * j / kSteps;
+            const SurfacePoint at = evaluate(shown->surface, u, v).at;
+            ASSERT_LT(std::abs(offBy(at.point)), 1e-13) << u << " " << v;
+            ASSERT_GE(at.normal.dot(outwards(at.point)), -1e-12) << u << " " << v;
+        }
+    const std::span<const float> xyz = shown->drawn.positions.as<float>();
+    const std::span<const std::uint32_t> corners = shown->drawn.indices.as<std::uint32_t>();
+    ASSERT_GT(corners.size(), 300U);
+    const auto place = [&](std::uint32_t v) { return Vec3d(xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]); };
+    for (std::size_t t = 0; t < corners.size(); t += 3) {
+        const Vec3d a = place(corners[t]), b = place(corners[t + 1]), c = place(corners[t + 2]);
+        for (const Vec3d& p : {a, Vec3d((a + b) / 2), Vec3d((a + b + c) / 3)}) ASSERT_LT(std::abs(offBy(p)), 0.0011);
+        ASSERT_GE((b - a).cross(c - a).dot(outwards((a + b + c) / 3)), 0) << "inside out";
+    }
+}
+
+TEST(NurbsImport, PrimitivesOfATextAreTheShapesThatTheySay) {
+    const auto fromAxis = [](const Vec3d& p) { return std::hypot(p.x(), p.z()); };
+    const auto away = [](const Vec3d& p) { return Vec3d(p.x(), 0, p.z()); };
+    expectShape(
+        "sphere { radius: 0.7 }", [](const Vec3d& p) { return p.norm() - 0.7; }, [](const Vec3d& p) { return p; });
+    expectShape(
+        "torus { ring_radius: 1 pipe_radius: 0.25 }",
+        [&](const Vec3d& p) { return std::hypot(fromAxis(p) - 1, p.y()) - 0.25; },
+        [&](const Vec3d& p) { return Vec3d(p - away(p).normalized()); });
+    expectShape(
+        "cylinder { radius: 0.5 height: 2 }",
+        [&](const Vec3d& p) {
+            return std::max(fromAxis(p) - 0.5, std::abs(p.y() - 1) - 1) * (p.y() >= 0 && p.y() <= 2 ? 1 : 9);
+        },
+        away);
+    // A slope of 3 to 4: what is off along x is off by four fifths.
+    expectShape(
+        "cone { lower_radius: 1.5 height: 2 }",
+        [&](const Vec3d& p) { return 0.8 * (fromAxis(p) - 0.75 * (2 - p.y())); }, away);
+    expectShape(
+        "cone { lower_radius: 0.5 upper_radius: 2 height: 2 }",
+        [&](const Vec3d& p) { return 0.8 * (fromAxis(p) - 0.5 - 0.75 * p.y()); }, away);
+}
+
+TEST(NurbsImport, PrimitivesMayBeCutToAPartAndTrimmed) {
+    const std::optional<Shown> half = shownOf("sphere { radius: 1 } begin_v: 1");
+    ASSERT_TRUE(half);
+    for (const double v : {1.0, 1.3, 2.0}) EXPECT_GE(evaluate(half->surface, 2.5, v).at.point.y(), -1e-15);
+    EXPECT_EQ(half->surface.domain().v.lower, 1);
+    const std::string hole =
+        "loop { hole: true curve { point { x: 0.5 y: 0.25 } point { x: 3.5 y: 0.25 } point { x: 2 y: 0.75 } point { x: "
+        "0.5 y: 0.25 } } }";
+    const std::optional<Shown> whole = shownOf("cylinder { radius: 1 height: 1 }"),
+                               trimmed = shownOf("cylinder { radius: 1 height: 1 } " + hole);
+    ASSERT_TRUE(whole && trimmed);
+    EXPECT_EQ(trimmed->surface.region().loops().size(), 1U);
+    const auto areaOf = [](const MeshArrays& mesh) {
+        double area = 0;
+        const auto xyz = mesh.positions.as<float>();
+        const auto corners = mesh.indices.as<std::uint32_t>();
+        const auto place = [&](std::uint32_t v) { return Vec3d(xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]); };
+        for (std::size_t t = 0; t < corners.size(); t += 3)
+            area += 0.5 *
+                    (place(corners[t + 1]) - place(corners[t])).cross(place(corners[t + 2]) - place(corners[t])).norm();
+        return area;
+    };
+    EXPECT_LT(areaOf(trimmed->drawn), areaOf(whole->drawn) - 0.5);
+}
+
+TEST(NurbsImport, WhatIsNoPrimitiveIsRefusedWithItsPlace) {
+    const auto why = [](const std::string& content) {
+        return whyNot("a.tsct", "node { name: \"it\" nurbs_surface { " + content + " } }\n");
+    };
+    EXPECT_TRUE(says(why("sphere { radius: 0 }"), "a.tsct:1:1: a NURBS sphere's radius must be above zero"));
+    EXPECT_TRUE(says(why("sphere { radius: nan }"), "a NURBS sphere's radius"));
+    EXPECT_TRUE(says(why("torus { ring_radius: 1 }"), "a NURBS torus' radii must be above zero"));
+    EXPECT_TRUE(says(why("cylinder { radius: 1 height: -2 }"), "a NURBS cylinder's radius and height"));
+    EXPECT_TRUE(says(why("cone { height: 1 }"), "a NURBS cone's height and larger radius"));
+    EXPECT_TRUE(says(why("cone { height: 1 lower_radius: 1 upper_radius: -1 }"), "must not be negative"));
+    for (const char* more : {"degree_u: 2", "point {}", "knot_v: [0, 1]", "weight: [1]", "count_u: 9"})
+        EXPECT_TRUE(says(why(std::string("sphere { radius: 1 } ") + more), "either a primitive or")) << more;
+    EXPECT_TRUE(says(why("sphere { radius: 1 } torus { ring_radius: 1 pipe_radius: 1 }"), "a.tsct:1:"))
+        << "two of them";
 }
 
 /// Two squares in two groups, the second with a hole.

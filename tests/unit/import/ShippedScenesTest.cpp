@@ -44,33 +44,27 @@ TEST_P(ShippedScene, LoadsWithoutARemarkAndHoldsItsBodies) {
     EXPECT_EQ(interests, GetParam().interests);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ShippedScene,
-                         testing::Values(Shipped{"deploy/scenes/engine-hall.tsct", 0, 2},
-                                         Shipped{"deploy/scenes/engine-apart.tsct", 0, 7},
-                                         Shipped{"deploy/scenes/chess.tsct", 21, 4},
-                                         Shipped{"deploy/scenes/hall-by-hand.tsct", 0, 3},
-                                         Shipped{"deploy/scenes/materials.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/lights.tsct", 0, 0}, Shipped{"deploy/scenes/groups.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/letters.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/moving.tsct", 0, 1},
-                                         Shipped{"deploy/scenes/particles.tsct", 0, 0}, Shipped{"deploy/scenes/volume.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/village/village.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/pictures.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/gloss.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/city.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/plant.tsct", 0, 0},
-                                         Shipped{"deploy/scenes/scan.tsct", 0, 1},
-                                         Shipped{"deploy/scenes/turbine.tsct", 0, 3},
-                                         Shipped{"deploy/scenes/rearing.tsct", 0, 3},
-                                         Shipped{"deploy/scenes/pour-1000.tsct", 1000, 3},
-                                         Shipped{"deploy/scenes/pour-10000.tsct", 10000, 3},
-                                         Shipped{"tests/data/scenes/collisions.tsct", 3, 7}),
-                         [](const auto& test) {
-                             std::string name = std::filesystem::path(test.param.file).stem().string();
-                             for (char& c : name)
-                                 if (c == '-') c = '_';
-                             return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, ShippedScene,
+    testing::Values(Shipped{"deploy/scenes/engine-hall.tsct", 0, 2}, Shipped{"deploy/scenes/engine-apart.tsct", 0, 7},
+                    Shipped{"deploy/scenes/chess.tsct", 21, 4}, Shipped{"deploy/scenes/hall-by-hand.tsct", 0, 3},
+                    Shipped{"deploy/scenes/materials.tsct", 0, 0}, Shipped{"deploy/scenes/lights.tsct", 0, 0},
+                    Shipped{"deploy/scenes/groups.tsct", 0, 0}, Shipped{"deploy/scenes/letters.tsct", 0, 0},
+                    Shipped{"deploy/scenes/moving.tsct", 0, 1}, Shipped{"deploy/scenes/particles.tsct", 0, 0},
+                    Shipped{"deploy/scenes/volume.tsct", 0, 0}, Shipped{"deploy/scenes/village/village.tsct", 0, 0},
+                    Shipped{"deploy/scenes/pictures.tsct", 0, 0}, Shipped{"deploy/scenes/gloss.tsct", 0, 0},
+                    Shipped{"deploy/scenes/city.tsct", 0, 0}, Shipped{"deploy/scenes/plant.tsct", 0, 0},
+                    Shipped{"deploy/scenes/scan.tsct", 0, 1}, Shipped{"deploy/scenes/turbine.tsct", 0, 3},
+                    Shipped{"deploy/scenes/rearing.tsct", 0, 3}, Shipped{"deploy/scenes/techniques.tsct", 0, 18},
+                    Shipped{"deploy/scenes/modes.tsct", 0, 6}, Shipped{"deploy/scenes/pour-1000.tsct", 1000, 3},
+                    Shipped{"deploy/scenes/pour-10000.tsct", 10000, 3},
+                    Shipped{"tests/data/scenes/collisions.tsct", 3, 7}),
+    [](const auto& test) {
+        std::string name = std::filesystem::path(test.param.file).stem().string();
+        for (char& c : name)
+            if (c == '-') c = '_';
+        return name;
+    });
 
 }  // namespace
 }  // namespace tessera

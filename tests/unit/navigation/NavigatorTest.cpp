@@ -408,7 +408,8 @@ TEST(Navigator, WhateverIsDoneTheViewIsOne) {
                 }
             }
             for (Flight& flight : flights) (void)flight.step(input);
-            ASSERT_TRUE(checkView(flights[0].wall, flights[0].view)) << "round " << round << ", frame " << frame << ": " << checkView(flights[0].wall, flights[0].view).error().message;
+            ASSERT_TRUE(checkStand(flights[0].view))
+                << "round " << round << ", frame " << frame << ": " << checkStand(flights[0].view).error().message;
             ASSERT_NEAR(flights[0].view.orientation.norm(), 1, 1e-12);
             ASSERT_EQ(flights[0].view.position, flights[1].view.position);
             ASSERT_EQ(flights[0].view.orientation.coeffs(), flights[1].view.orientation.coeffs());

@@ -194,8 +194,27 @@ TEST(EvaluateCommand, ReadsPlaces) {
     EXPECT_EQ(parsePlaces("1 0 0x", "at.txt").error().message, "at.txt:1: '0x' is no number");
 }
 
+TEST(EvaluateCommand, ReadsPlacesInSpace) {
+    const auto places = parseSpacePlaces("# x y z\n1 -2 +.5\n", "near.txt");
+    ASSERT_TRUE(places.has_value());
+    ASSERT_EQ(places->size(), 1U);
+    EXPECT_EQ((*places)[0].place, Vec3d(1, -2, 0.5));
+    EXPECT_EQ((*places)[0].line, 2U);
+    EXPECT_EQ(parseSpacePlaces("0 1", "near.txt").error().message, "near.txt:1: a place in space is 'x y z'");
+    EXPECT_EQ(parseSpacePlaces("0 1 nan", "near.txt").error().message, "near.txt:1: 'nan' is no number");
+}
+
 TEST(EvaluateCommand, SaysWhatItWants) {
-    EXPECT_EQ(parseEvaluateArguments({"a.obj"}).error().message, "say where with --at FILE; see --help");
+    EXPECT_EQ(parseEvaluateArguments({"a.obj"}).error().message,
+              "say where with --at FILE or --nearest FILE; see --help");
+    EXPECT_EQ(parseEvaluateArguments({"a.obj", "--at", "b", "--nearest", "c"}).error().message,
+              "--at or --nearest, not both");
+    EXPECT_EQ(parseEvaluateArguments({"a.obj", "--at", "b", "--tolerance", "1"}).error().message,
+              "--tolerance is for --nearest");
+    for (const char* tolerance : {"0", "-1", "inf"})
+        EXPECT_EQ(parseEvaluateArguments({"a.obj", "--nearest", "c", "--tolerance", tolerance}).error().code,
+                  ErrorCode::kUsage)
+            << tolerance;
     EXPECT_EQ(parseEvaluateArguments({"a.obj", "--at", "b", "--scheme", "butterfly"}).error().code, ErrorCode::kUsage);
     const auto help = parseEvaluateArguments({"--help"});
     ASSERT_TRUE(help.has_value());

@@ -44,6 +44,73 @@ TEST(CollideCommand, PointsHaveARadius) {
     EXPECT_NE(refusal({"a", "--query", "self", "--as-a", "points"}).find("points"), std::string::npos);
 }
 
+TEST(CollideCommand, KDopsAreRealignedByPlanesOrByTable) {
+    const auto with = [](const std::string& query, std::vector<std::string> more) {
+        more.insert(more.begin(), {"a", "b", "--poses", "p", "--query", query});
+        return more;
+    };
+    EXPECT_FALSE(arguments(with("any", {})).realignment);
+    const CollideArguments table = arguments(with("any", {"--realignment", "table"}));
+    EXPECT_EQ(table.realignment, Realignment::kTable);
+    EXPECT_EQ(table.tree.volume, VolumeKind::kDop18);
+    EXPECT_TRUE(table.tree.profiles);
+    const CollideArguments planes = arguments(with("all", {"--realignment", "planes", "--volume", "dop26"}));
+    EXPECT_EQ(planes.realignment, Realignment::kThreePlanes);
+    EXPECT_EQ(planes.tree.volume, VolumeKind::kDop26);
+    EXPECT_FALSE(planes.tree.profiles);
+    EXPECT_NE(refusal(with("any", {"--realignment", "boxes"})).find("--realignment"), std::string::npos);
+    for (const char* query : {"distance", "toi", "depth"})
+        EXPECT_EQ(refusal(with(query, {"--realignment", "table"})),
+                  std::string("--realignment is for any and all, not for ") + query);
+    for (const char* volume : {"obb", "dop6", "sphere"})
+        EXPECT_EQ(refusal(with("any", {"--realignment", "table", "--volume", volume})),
+                  std::string("--realignment is for --volume dop14, dop18 and dop26, not for ") + volume);
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"--as-a", "hull"}, {"--as-b", "points"}, {"--as-a", "loop"}, {"--level-b", "3"}}) {
+        std::vector<std::string> words = with("all", more);
+        words.insert(words.end(), {"--realignment", "planes"});
+        EXPECT_EQ(refusal(words), "--realignment is for triangles on both sides, without levels");
+    }
+    EXPECT_NE(refusal({"a", "--query", "self", "--realignment", "planes"}).find("--realignment"), std::string::npos);
+}
+
+TEST(CollideCommand, SurfacesMayBeSphericalBezierPatches) {
+    const CollideArguments out =
+        arguments({"a", "b", "--poses", "p", "--query", "all", "--as-a", "spherical-bezier", "--as-b", "hull"});
+    EXPECT_EQ(out.asA, Representation::kSphericalBezier);
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--as-a", "spherical-bezier", "--level-a", "3"})
+                  .find("--level-a"),
+              std::string::npos);
+}
+
+TEST(CollideCommand, SubdivisionSurfacesMayBeBezierPatches) {
+    const auto with = [](const std::string& query, std::vector<std::string> more) {
+        more.insert(more.begin(), {"a", "b", "--poses", "p", "--query", query, "--as-a", "bezier"});
+        return more;
+    };
+    EXPECT_EQ(arguments(with("toi", {"--as-b", "subdivision"})).freeformA, FreeformKind::kBezier);
+    EXPECT_EQ(arguments(with("any", {"--as-b", "hull"})).freeformA, FreeformKind::kBezier);
+    EXPECT_EQ(refusal(with("depth", {})), "bezier has no depth: subdivision has");
+    for (const char* kind : {"spherical", "distance-field", "spherical-bezier"})
+        EXPECT_EQ(refusal(with("any", {"--as-b", kind})),
+                  "bezier is compared with smooth surfaces, triangles and hulls")
+            << kind;
+}
+
+TEST(CollideCommand, RaysAreAskedOfOneFile) {
+    const CollideArguments out = arguments({"hall.tsct", "--query", "ray", "--poses", "rays", "--json"});
+    EXPECT_EQ(out.query, CollideQuery::kRay);
+    EXPECT_EQ(out.poses, "rays");
+    EXPECT_EQ(out.format, AnswerFormat::kJson);
+    EXPECT_NE(refusal({"hall.tsct", "--query", "ray"}).find("--poses is required"), std::string::npos);
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"b.obj"}, {"--as-a", "hull"}, {"--threads", "2"}, {"--time"}, {"--volume", "obb"}}) {
+        std::vector<std::string> words{"hall.tsct", "--query", "ray", "--poses", "rays"};
+        words.insert(words.begin() + 1, more.begin(), more.end());
+        EXPECT_NE(refusal(words).find("ray is about A as it is drawn"), std::string::npos) << more[0];
+    }
+}
+
 TEST(CollideCommand, SurfacesHaveLevelsOfDetail) {
     const std::vector<std::string> asked{"a", "b", "--poses", "p", "--query", "distance"};
     const auto with = [&](std::vector<std::string> more) {

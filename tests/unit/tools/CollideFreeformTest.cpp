@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -70,6 +71,59 @@ TEST_F(FreeformFiles, AnswersNameFacesAndTheirParameters) {
     EXPECT_EQ(said["hit"], true);
     EXPECT_LE(said["t"], 0.5);
     EXPECT_GE(said["t"], 0.49997);
+}
+
+/// Patches that stand for a limit surface answer as the surface does, within what they say.
+TEST_F(FreeformFiles, BezierPatchesAnswerAsTheSurfaceWithinTheirError) {
+    const std::string path = file("cube.obj", cube(false));
+    for (const double tolerance : {1e-2, 1e-4}) {
+        CollideArguments arguments{.a = path, .b = path, .format = AnswerFormat::kJson};
+        arguments.tolerance = tolerance;
+        BezierFaces facesA, facesB;
+        const Expected<FreeformShape> a =
+            loadFreeform(path, FreeformKind::kBezier, Representation::kTriangles, arguments, &facesA);
+        const Expected<FreeformShape> b =
+            loadFreeform(path, FreeformKind::kBezier, Representation::kTriangles, arguments, &facesB);
+        const Expected<FreeformShape> exact =
+            loadFreeform(path, FreeformKind::kSubdivision, Representation::kTriangles, arguments);
+        ASSERT_TRUE(a && b && exact);
+        EXPECT_GT(facesA.error, 0);
+        EXPECT_LE(facesA.error, 0.5 * tolerance);
+        EXPECT_EQ(facesA.ptex.size(), a->faceCount());
+        FreeformPair pair(*a, *b), truth(*exact, *exact);
+        int met = 0, apart = 0;
+        for (int i = 0; i < 40; ++i) {
+            double us = 0;
+            PoseLine pose;
+            pose.start.translation = (0.6 + 0.05 * i) * Vec3d(std::cos(i), std::sin(i), 0.5 * std::cos(2 * i));
+            pose.start.rotation = Quatd(Eigen::AngleAxisd(0.3 * i, Vec3d(1, 2, 3).normalized()));
+            arguments.query = CollideQuery::kDistance;
+            CollideArguments finely = arguments;
+            finely.tolerance = 1e-6;
+            const auto found = nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us, facesA, facesB));
+            const auto real = nlohmann::json::parse(freeformAnswer(truth, pose, finely, us));
+            const double error = found["error"], distance = found["distance"];
+            ASSERT_LE(error, 3 * tolerance);
+            ASSERT_LE(std::abs(distance - real["distance"].get<double>()), error + 1e-6);
+            ASSERT_LE(found["least"].get<double>(), real["distance"].get<double>() + 1e-12);
+            for (int side = 0; side < 2; ++side) {
+                ASSERT_LT(found["faces"][side], 6);
+                ASSERT_GE(found["uv"][side][0], 0);
+                ASSERT_LE(found["uv"][side][1], 1);
+            }
+            arguments.query = finely.query = CollideQuery::kAny;
+            const auto touch = nlohmann::json::parse(freeformAnswer(pair, pose, arguments, us, facesA, facesB));
+            const bool meets = nlohmann::json::parse(freeformAnswer(truth, pose, finely, us))["hit"];
+            if (meets) {
+                ASSERT_EQ(touch["hit"], true) << "what meets is never told apart";
+            } else if (touch["hit"] == true) {
+                ASSERT_LE(real["distance"].get<double>(), touch["error"].get<double>() + facesA.error + facesB.error);
+            }
+            (meets ? met : apart) += 1;
+        }
+        EXPECT_GT(met, 5);
+        EXPECT_GT(apart, 5);
+    }
 }
 
 /// Of two that are alike, one beside the other: by so much as they are wider than apart.

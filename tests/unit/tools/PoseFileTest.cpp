@@ -111,5 +111,22 @@ TEST(PoseFile, ThatIsMissingOrAFolderSaysSo) {
     EXPECT_EQ(aFolder.error().code, ErrorCode::kBadInput);
 }
 
+TEST(PoseFile, ReadsARayPerLine) {
+    const auto rays = parseRays("# origin, direction\n1 2 3 0 0 -2\n\n-.5 0 0 1e-3 0 0  # along x\n", "r");
+    ASSERT_TRUE(rays) << rays.error().message;
+    ASSERT_EQ(rays->size(), 2u);
+    EXPECT_EQ((*rays)[0].ray.origin, Vec3d(1, 2, 3));
+    EXPECT_EQ((*rays)[0].ray.direction, Vec3d(0, 0, -2));
+    EXPECT_EQ((*rays)[1].line, 4u);
+    for (const auto& [text, words] : {std::pair("1 2 3", "r:1: 3 numbers; a ray has 6: ox oy oz dx dy dz"),
+                                      std::pair("0 0 0 0 0 0", "r:1: the ray has no direction"),
+                                      std::pair("\n0 0 0 1 0 inf", "r:2: 'inf' is not finite"),
+                                      std::pair("0 0 0 1 0 x", "r:1: 'x' is not a number")}) {
+        const auto refused = parseRays(text, "r");
+        ASSERT_FALSE(refused) << text;
+        EXPECT_EQ(refused.error().message, words);
+    }
+}
+
 }  // namespace
 }  // namespace tessera

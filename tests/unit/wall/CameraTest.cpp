@@ -169,9 +169,7 @@ TEST(ScreenCamera, HoldsAHeadThatWalksIntoTheWallInFrontOfIt) {
         const ScreenCamera camera = screenCamera(wall.screens[0], view.users[0], Eye::kCenter, view);
         EXPECT_TRUE(camera.clip_T_eye.allFinite());
         EXPECT_GT(camera.clip_T_eye(0, 0), 0);
-        EXPECT_FALSE(checkView(wall, view));
     }
-    EXPECT_TRUE(checkView(wall, viewOf(wall)));
 }
 
 TEST(TileFrustum, HoldsExactlyWhatFallsIntoTheTilesPixels) {
@@ -277,7 +275,7 @@ TEST(DefaultView, FillsTheFirstScreenWithTheScenesSphere) {
         EXPECT_EQ(uprightView(wall, bounds).worldUnitsPerMetre, view.worldUnitsPerMetre);
         EXPECT_GT((camera.eyeWorld - bounds.center()).norm(), radius) << "the user is outside";
         EXPECT_EQ(view.users.size(), wall.users.size());
-        EXPECT_TRUE(checkView(wall, view));
+        EXPECT_TRUE(checkStand(view));
     }
 }
 
@@ -302,21 +300,20 @@ TEST(DefaultView, LooksAtASinglePointWithoutZoomingIntoIt) {
               1e-7);
 }
 
-TEST(CheckView, RefusesWhatNoHeadAndNoWallCanBe) {
+TEST(CheckStand, RefusesWhereNoWallCanBe) {
     const Wall wall = flatWall(2, 2);
     const auto refused = [&](auto change) {
         View view = viewOf(wall);
         change(view);
-        const Expected<void> result = checkView(wall, view);
+        const Expected<void> result = checkStand(view);
         return result ? std::string() : result.error().message;
     };
+    EXPECT_EQ(refused([](View&) {}), "");
     EXPECT_NE(refused([](View& v) { v.position.x() = std::nan(""); }), "");
     EXPECT_NE(refused([](View& v) { v.orientation.coeffs().setZero(); }), "");
     EXPECT_NE(refused([](View& v) { v.worldUnitsPerMetre = 0; }), "");
     EXPECT_NE(refused([](View& v) { v.worldUnitsPerMetre = -1; }), "");
-    EXPECT_NE(refused([](View& v) { v.users[0].name = "nobody"; }).find("nobody"), std::string::npos);
-    EXPECT_NE(refused([](View& v) { v.users[0].position = {0, 1700, 2400}; }).find("metres"), std::string::npos);
-    EXPECT_NE(refused([](View& v) { v.users[0].position.z() = -1; }).find("behind"), std::string::npos);
+    EXPECT_NE(refused([](View& v) { v.position.y() = 2 * kMaxViewCoordinate; }), "");
 }
 
 }  // namespace

@@ -23,9 +23,10 @@ struct Touching {
     const float* cornersA(ChildRef leaf) const { return a.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
     const float* cornersB(ChildRef leaf) const { return b.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
     void placeB(const float* node, Block& out) const {
-        if constexpr (requires { &V::placeNode; })
-            V::placeNode(b, static_cast<std::size_t>(node - b.volumes) / (kRows * kWidth), *f.lookups, out.row);
+        const auto number = [&] { return static_cast<std::size_t>(node - b.volumes) / (kRows * kWidth); };
+        if constexpr (requires { &V::placeNode; }) V::placeNode(b, number(), *f.lookups, out.row);
         else V::place(node, f, f.bInA, out.row);
+        if (sink.placed != nullptr) sink.placed(out.row, b.children + number() * kWidth, sink.placedContext);
     }
     void placeA(const float* node, Block& out) const { V::place(node, f, f.aInB, out.row); }
     bool bothWays() const { return V::kBothWays && f.bothWays; }
