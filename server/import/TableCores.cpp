@@ -116,8 +116,9 @@ const Message& contentOf(const proto::scene::Node& node) {
 }
 
 std::string placeIn(const proto::scene::Material& material, int field) {
-    const auto at = material.at().find(static_cast<std::uint32_t>(field));
-    return at == material.at().end() ? std::string() : fmt::format("{}:{}: ", at->second >> 32, at->second & 0xffffffffu);
+    for (const proto::scene::FieldPlace& told : material.at())
+        if (told.field() == static_cast<std::uint32_t>(field)) return fmt::format("{}:{}: ", told.at() >> 32, told.at() & 0xffffffffu);
+    return {};
 }
 
 Expected<TableFields> readTableFields(const Message& message, const TypeInfo& type, std::vector<Mended>* mended) {

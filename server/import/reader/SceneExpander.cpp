@@ -182,10 +182,12 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
 }
 
 void SceneExpander::tellPlaces(const Where& where, proto::scene::Material& material) {
-    auto& told = *material.mutable_at();
-    told.clear();
+    material.clear_at();
     const auto tell = [&](int number, const proto::scene::Place& at) {
-        if (at.line() > 0) told[static_cast<std::uint32_t>(number)] = std::uint64_t{at.line()} << 32 | at.column();
+        if (at.line() == 0) return;
+        proto::scene::FieldPlace& told = *material.add_at();
+        told.set_field(static_cast<std::uint32_t>(number));
+        told.set_at(std::uint64_t{at.line()} << 32 | at.column());
     };
     tell(0, where.place());
     const google::protobuf::Descriptor& type = *material.GetDescriptor();

@@ -2,11 +2,12 @@
 ///
 /// Three times in a frame somebody may speak, and each time the order is that of the rows: whoever speaks later has the
 /// last word on a field.
-///   say     before the step, as edits that are nobody's step: what depends on views, clocks, files and processes.
-///   Recordings have these edits, so
-///           nobody says them in a replay. People's edits come after them.
-///   want    first in the step: poses of Transforms, which collisions may stop, and values of other fields. Edits come
-///   after it. settle  last in the step, when everything stands where it stands: what follows from that.
+/// - `say`, before the step, as edits that are nobody's step: what depends on views, clocks, files and processes.
+///   Recordings have these edits, so nobody says them in a replay. People's edits come after them.
+/// - `want`, first in the step: poses of Transforms, which collisions may stop, and values of other fields. Edits come
+///   after it.
+/// - `settle`, last in the step, when everything stands where it stands: what follows from that.
+///
 /// What happens in a step is a function of the scene and of the edits alone.
 #pragma once
 

@@ -12,6 +12,7 @@
 
 #include "common/base/Channel.h"
 #include "server/sim/desk/Loader.h"
+#include "tests/unit/Sanitized.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -56,11 +57,13 @@ private:
 };
 
 TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
+    // The slow ones have 60 s, and a sanitized importer takes some of them itself.
+    const std::uint64_t last = kSanitized ? 13 : 20;
     Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
     for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
-    for (std::uint64_t quick = 10; quick < 20; ++quick) ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
+    for (std::uint64_t quick = 10; quick < last; ++quick) ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
     // None of the slow ones has been let go: without threads of their own this would wait for ever.
-    for (std::uint64_t quick = 10; quick < 20; ++quick) {
+    for (std::uint64_t quick = 10; quick < last; ++quick) {
         const LoadFinished done = *finished.pop();
         EXPECT_TRUE(done.scene) << done.scene.error().message;
         EXPECT_EQ(done.ticket, quick) << "one thread is left: in the order of asking";
