@@ -52,6 +52,8 @@ private:
     Expected<void> expandMesh(const proto::scene::Mesh& mesh);
     Expected<void> expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data);
     Expected<void> expandImage(const proto::scene::Image& image, const proto::scene::Place& at);
+    /// "12:5: message"; the parent puts the file's name in front.
+    [[nodiscard]] static tl::unexpected<Error> failAt(const proto::scene::Place& place, const Error& error);
     void addFault(const proto::scene::Place& at, std::string what);
     /// A fault: the image stays, without a picture.
     void lose(const proto::scene::Image& image, const proto::scene::Place& at, const std::string& why);
