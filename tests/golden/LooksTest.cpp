@@ -43,7 +43,7 @@ INSTANTIATE_TEST_SUITE_P(OfShippedScenes, Looks,
                          testing::Values("engine-hall", "engine-apart", "chess", "city", "hall-by-hand", "scan",
                                          "subdivision", "rearing", "turbine", "bent", "materials", "lights", "groups",
                                          "letters", "moving", "gallery", "particles", "volume", "pictures", "gloss",
-                                         "techniques", "modes", "plant", "pour-1000", "pour-10000"),
+                                         "techniques", "modes", "emitters", "plant", "pour-1000", "pour-10000"),
                          [](const testing::TestParamInfo<const char*>& scene) {
                              std::string name = scene.param;
                              std::erase(name, '-');
