@@ -120,6 +120,7 @@ ROWS = {
     "tessera-ctl play|pause|seek|speed NODE": asked("ctl pause /drive && ctl seek /drive 99 && ctl play /drive", says="stopped at 1 s: 99 s is beyond its end, 1 s"),
     "tessera-ctl trackers": asked("ctl trackers"),
     "tessera-ctl --server ADDR:PORT trackers": asked("ctl trackers"),
+    "tessera-ctl measure FROM TO": asked("ctl measure 0,9,0 /post && ctl measure 0,0,0 3,4,0", says="/post"),
     "tessera-ctl pick --wand NAME": asked("ctl pick --wand right", code=3, says="right"),
     "tessera-ctl play-tracker 127.0.0.1:5000": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
     "tessera-ctl play-tracker HOST:PORT": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
