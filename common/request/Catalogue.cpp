@@ -92,7 +92,7 @@ std::vector<MemberText> membersTextOf(int before) {
             text.help.clear();
             texts.push_back(std::move(text));
         } else {
-            texts.push_back(textOfMember<InRecord>(m, m.number == 0 ? 0 : before + m.number));
+            texts.push_back(textOfMember<InRecord>(m, InRecord || m.number == 0 ? 0 : before + m.number));
         }
     });
     return texts;

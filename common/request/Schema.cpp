@@ -150,6 +150,7 @@ std::string applicationSchema() {
         "hand.\n"
         "// Texts are UTF-8. Numbers are never reused. Records of parts are little-endian; the first number is a "
         "byte's place.\n"
+        "// clang-format off\n"
         "syntax = \"proto3\";\n"
         "package tessera.proto.application;\n\n"
         "message Vector {\n  double x = 1;\n  double y = 2;\n  double z = 3;\n}\n"

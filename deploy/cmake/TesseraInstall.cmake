@@ -22,7 +22,7 @@ install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} 
 foreach(layer ${application_layers} ${ray_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
-    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/MemberCodec.h" EXCLUDE
+    PATTERN "common/codec/Parts.h" EXCLUDE PATTERN "common/codec/MemberCodec.h" EXCLUDE PATTERN "common/codec/RecordCodec.h" EXCLUDE
     PATTERN "common/codec/MessageHead.h" EXCLUDE PATTERN "common/codec/Unpacker.h" EXCLUDE
     PATTERN "common/codec/WallMessage.h" EXCLUDE PATTERN "common/codec/OutputMessage.h" EXCLUDE
     PATTERN "common/codec/TrackingMessage.h" EXCLUDE PATTERN "common/codec/NavigationMessage.h" EXCLUDE
