@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "client/ctl/FieldText.h"
+#include "client/ctl/MeasureVerbs.h"
 #include "client/ctl/NumberText.h"
 #include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
@@ -49,6 +50,7 @@ struct Words {
     double scale = 1;
     std::vector<std::string> head;
     bool reset = false;
+    std::string measureFrom, measureTo;
     std::string navigateWhat, navigateWhere;
     std::uint32_t bookmark = 0;
     bool keep = false;
@@ -346,6 +348,10 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::Option* pickY = pick->add_option("Y", in.pick.yPx, "From the top");
     pick->add_option("--wand", in.pick.wand, "What this wand points at instead")->type_name("NAME");
 
+    CLI::App* measure = app.add_subcommand("measure", "How far it is from a place to a place, or to a node");
+    measure->add_option("FROM", in.measureFrom, "X,Y,Z in the world; or a node: its nearest surface")->required();
+    measure->add_option("TO", in.measureTo, "The same; one of the two is a place")->required();
+
     CLI::App* drag = app.add_subcommand("drag", "Takes hold of a manipulator's handle, and leads it");
     drag->add_option("PLACES", in.drag.at, "Pixels X Y: of the handle, and where to")->required()->check(numberFault);
     drag->add_flag("--rays", in.drag.rays, "Places are rays: origin, direction (X Y Z each)");
@@ -472,6 +478,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             if (in.pick.wand.empty() ? numbers != 2 : numbers != 0)
                 return fail(ErrorCode::kUsage, "pick: say X and Y, or --wand NAME");
             return in.pick;
+        }
+        if (measure->parsed()) {
+            Expected<verb::Measure> wanted = measureVerb(in.measureFrom, in.measureTo);
+            if (!wanted) return tl::unexpected(wanted.error());
+            return *wanted;
         }
         if (drag->parsed()) {
             const std::size_t each = in.drag.rays ? 6 : 2;

@@ -68,6 +68,12 @@ struct Pick {
     double xPx = 0, yPx = 0;
     std::string wand;  ///< what it points at, instead of a pixel
 };
+/// How far it is from a place.
+struct Measure {
+    Vec3d from = Vec3d::Zero();
+    std::optional<Vec3d> to;
+    std::string node;  ///< instead of `to`: its nearest surface
+};
 /// Takes hold of a manipulator's handle, leads it from place to place, lets go.
 struct Drag {
     std::vector<double> at;  ///< pixels, two each; of rays six each: origin and direction
@@ -127,7 +133,7 @@ struct Save {
 }  // namespace verb
 
 using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo,
-                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                            verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget,
                            verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 

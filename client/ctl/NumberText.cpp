@@ -41,7 +41,8 @@ Expected<double> finiteNumber(const std::string& text, std::string_view what) {
 
 std::vector<std::string> withPlainNumbers(std::vector<std::string> words) {
     for (std::string& word : words)
-        if (word.starts_with("-.") && readWhole(word).whole) word.insert(1, "0");
+        if (word.starts_with("-.") && readWhole(std::string_view(word).substr(0, word.find(','))).whole)
+            word.insert(1, "0");
     return words;
 }
 

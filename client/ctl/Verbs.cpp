@@ -14,6 +14,7 @@
 #include "client/ctl/FieldText.h"
 #include "client/ctl/InlineVerbs.h"
 #include "client/ctl/FlyTerminal.h"
+#include "client/ctl/MeasureVerbs.h"
 #include "client/ctl/Mosaic.h"
 #include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"

@@ -558,6 +558,9 @@ Expected<void> Application::navigate(const NavigationWish& wish) {
 Expected<answer::Picked> Application::pick(const Aim& aim) {
     return impl_->ask(request::PickAt{aim});
 }
+Expected<answer::Measured> Application::measure(const Vec3d& from, const std::optional<Vec3d>& to, ObjectId node) {
+    return impl_->ask(request::MeasureDistance{.from = from, .to = to, .node = node});
+}
 Expected<answer::Picked> Application::grab(const Aim& aim) {
     return impl_->ask(request::GrabHandle{aim});
 }

@@ -172,6 +172,13 @@ public:
     [[nodiscard]] Expected<answer::Picked> pick(const std::string& wand) { return pick(Aim{.wand = wand}); }
     /// Either, or what is along a ray of the world.
     [[nodiscard]] Expected<answer::Picked> pick(const Aim& aim);
+    /// How far it is from a place of the world to another, or to the nearest surface that is seen at or below a node.
+    /// kNotFound: nothing is. kLimit: too much stands in between.
+    [[nodiscard]] Expected<answer::Measured> measure(const Vec3d& from, const std::optional<Vec3d>& to,
+                                                     ObjectId node = {});
+    [[nodiscard]] Expected<answer::Measured> measure(const Vec3d& from, ObjectId node) {
+        return measure(from, std::nullopt, node);
+    }
     /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the manipulator's, `face` the
     /// handle's number. kRefused: somebody else holds it, or its target is driven. What was held before is let go.
     [[nodiscard]] Expected<answer::Picked> grab(const Aim& aim);

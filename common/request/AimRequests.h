@@ -50,6 +50,27 @@ struct Picked {
     }
 };
 
+/// How far it is from a place to another, or to the nearest surface that is seen.
+struct Measured {
+    Vec3d from = Vec3d::Zero(), to = Vec3d::Zero();
+    double distance = 0;
+    double error = 0;  ///< the truth is within this of `distance`; 0: exact to rounding
+    ObjectId node;     ///< whose surface it is; none: it was measured to a place
+    std::uint32_t face = 0;
+    Vec3d normal = Vec3d::Zero();  ///< of the face, world, of length 1; zero of a ball and of a face without area
+
+    static constexpr ToldInfo kInfo{.name = "Measured", .answer = 14, .help = "How far it is"};
+    static constexpr auto members() {
+        return std::tuple(member<&Measured::from>(1, "from").in("world units"),
+                          member<&Measured::to>(2, "to").in("world units"),
+                          member<&Measured::distance>(3, "distance").in("world units"),
+                          member<&Measured::error>(4, "error").in("world units").said("the truth is within it"),
+                          member<&Measured::node>(5, "node").said("whose surface it is; 0: measured to a place"),
+                          member<&Measured::face>(6, "face"),
+                          member<&Measured::normal>(7, "normal").said("of the face; zero where there is none"));
+    }
+};
+
 }  // namespace answer
 
 namespace request {
@@ -98,7 +119,29 @@ struct ReleaseHandle {
     static constexpr auto members() { return std::tuple(); }
 };
 
-using OfAims = std::variant<PickAt, GrabHandle, DragHandle, ReleaseHandle>;
+/// To a place, or to the nearest surface that a pick could meet at or below a node.
+struct MeasureDistance {
+    Vec3d from = Vec3d::Zero();
+    std::optional<Vec3d> to = {};
+    ObjectId node = {};
+
+    using Answer = answer::Measured;
+    static constexpr RequestInfo kInfo{.number = 30,
+                                       .name = "MeasureDistance",
+                                       .help = "How far it is from a place to a place, or to a node's surface"};
+    static constexpr auto members() {
+        return std::tuple(member<&MeasureDistance::from>(1, "from").in("world units"),
+                          member<&MeasureDistance::to>(2, "to").in("world units").said("absent: to the node"),
+                          member<&MeasureDistance::node>(3, "node").said("0: to the place"));
+    }
+    [[nodiscard]] std::optional<std::string> fault() const {
+        if (to.has_value() != bool(node)) return std::nullopt;
+        return to ? "a place to measure to, and a node: only one of them can be"
+                  : "no place and no node to measure to";
+    }
+};
+
+using OfAims = std::variant<PickAt, GrabHandle, DragHandle, ReleaseHandle, MeasureDistance>;
 
 }  // namespace request
 }  // namespace tessera

@@ -33,7 +33,7 @@ inline constexpr std::array<std::uint8_t, 1> kFormerRequests{24};
 using ApplicationAnswer =
     std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
                  answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
-                 answer::TreePage, answer::Trackers, answer::FoundPage>;
+                 answer::TreePage, answer::Trackers, answer::FoundPage, answer::Measured>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
                                        answer::Distances, answer::Questions, notice::Poses>;

@@ -121,6 +121,7 @@ ROWS = {
     "tessera-ctl play|pause|seek|speed NODE": asked("ctl pause /drive && ctl seek /drive 99 && ctl play /drive", says="stopped at 1 s: 99 s is beyond its end, 1 s"),
     "tessera-ctl trackers": asked("ctl trackers"),
     "tessera-ctl --server ADDR:PORT trackers": asked("ctl trackers"),
+    "tessera-ctl measure FROM TO": asked("ctl measure 0,9,0 /post && ctl measure 0,0,0 3,4,0", says="/post"),
     "tessera-ctl pick --wand NAME": asked("ctl pick --wand right", code=3, says="right"),
     "tessera-ctl play-tracker 127.0.0.1:5000": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
     "tessera-ctl play-tracker HOST:PORT": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),
@@ -132,6 +133,7 @@ ROWS = {
     "tessera-deform --server ADDR:PORT bend-x:0..28:4:/ring/animal --seconds 8": Row("Slow", "tessera-deform --server $WALL bend-x:0..28:4:/ring/animal --seconds 0.1", "deploy/scenes/rearing.tsct"),
 
     # ------------------------------------------------------------------ of shipped scenes
+    "tessera-ctl … set /fountain/core pace 4": Row("Rooms", "ctl set /fountain/core pace 4", "deploy/scenes/emitters.tsct"),
     "tessera-ctl … seek /tour/walk 12": Row("Rooms", "ctl seek /tour/walk 12", "deploy/scenes/gallery.tsct", says="is at 12 s"),
     'tessera-ctl … set "/court/ball 0/geometry" controlPoints@63 0.9 0.6 0.9': Row("Rooms", 'ctl set "/court/ball 0/geometry" controlPoints@63 0.9 0.6 0.9', "deploy/scenes/bent.tsct"),
     "tessera-ctl … set /sign/text text Hello": Row("Rooms", "ctl set /sign/text text Hello", "deploy/scenes/letters.tsct"),

@@ -173,6 +173,21 @@ TEST_F(Control, GetTellsTheBoxInTheWorldOfANode) {
     EXPECT_EQ(wall_.ctl({"get", "/nothing", "bounds"}).exitCode, 3);
 }
 
+TEST_F(Control, MeasureTellsHowFarAPlaceIsFromANode) {
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    EXPECT_EQ(ask({"measure", "1,2,3", "1,5,7"})["distance"], 5);
+    const json hit = ask({"pick", "80", "88"});
+    std::vector<std::string> place;
+    for (std::size_t i = 0; i < 3; ++i)
+        place.push_back(fmt::format("{}", hit["point"][i].get<double>() + 0.125 * hit["normal"][i].get<double>()));
+    const json told = ask({"measure", fmt::format("{}", fmt::join(place, ",")), hit["path"].get<std::string>()});
+    EXPECT_NEAR(told["distance"].get<double>(), 0.125, 1e-9) << told.dump(2);
+    EXPECT_EQ(told["path"], hit["path"]);
+    EXPECT_EQ(told["error"], 0);
+    EXPECT_EQ(wall_.ctl({"measure", "0,0,0", "/nowhere"}).exitCode, 3);
+    EXPECT_EQ(wall_.ctl({"measure", "/floor", "/floor"}).exitCode, 2);
+}
+
 TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
     // The carriage drives for a second; then the yard stands still.
     ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();

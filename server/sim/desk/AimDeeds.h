@@ -1,5 +1,7 @@
-/// Requests that aim: picks, and hands on manipulators. For Deeds.cpp alone.
+/// Requests that point into the scene: picks, distances, hands on manipulators. For Deeds.cpp alone.
 #pragma once
+
+#include <fmt/format.h>
 
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/desk/AimedRays.h"
@@ -67,6 +69,33 @@ inline ServerActions release(Desk& desk, const Asker& asker, const request::Rele
     return desk.done(asker);
 }
 
-inline constexpr DeedTable kRows{&pick, &grab, &drag, &release};
+inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
+    if (wish.to) {
+        const double distance = (*wish.to - wish.from).stableNorm();
+        return desk.answer(asker, answer::Measured{.from = wish.from, .to = *wish.to, .distance = distance});
+    }
+    Simulation& simulation = desk.around.simulation;
+    if (!simulation.scene().get<Node>(wish.node))
+        return desk.refuse(asker,
+                           {ErrorCode::kNotFound, fmt::format("there is no node #{} to measure to", wish.node.value)});
+    QueryWork work{.limit = desk.limits.maxMeasureWork};
+    const std::optional<NearestSurface> near = simulation.nearestSurface(wish.from, wish.node, work);
+    if (near)
+        return desk.answer(asker, answer::Measured{.from = wish.from,
+                                                   .to = near->point,
+                                                   .distance = near->distance,
+                                                   .error = near->error,
+                                                   .node = near->node,
+                                                   .face = near->face,
+                                                   .normal = near->details.normal});
+    if (work.exhausted())
+        return desk.refuse(asker, {ErrorCode::kLimit,
+                                   "too much stands between that place and the node to look at "
+                                   "between two frames; name a nearer place"});
+    return desk.refuse(asker,
+                       {ErrorCode::kNotFound, fmt::format("nothing is seen at or below node #{}", wish.node.value)});
+}
+
+inline constexpr DeedTable kRows{&pick, &grab, &drag, &release, &measure};
 
 }  // namespace tessera::aim_deeds

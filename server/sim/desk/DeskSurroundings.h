@@ -39,6 +39,8 @@ struct DeskLimits {
     std::size_t maxProposalChanges = 500'000;
     /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
     std::size_t maxFrameChanges = 50'000;
+    /// Of a search for the nearest surface, between two frames: boxes and faces that it looks at.
+    std::uint64_t maxMeasureWork = 1'000'000;
     FrameNews::Limits news;
 };
 

@@ -196,7 +196,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::LoadAsset{"2CylinderEngine.glb", ObjectId{18}, {.fit = 2.5, .up = UpAxis::kY}},
             request::GrabHandle{{.xPx = 3.5, .yPx = 4.5, .wand = "w", .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}}},
             request::DragHandle{{.xPx = 5.5, .wand = {}}},
-            request::ReleaseHandle{}};
+            request::ReleaseHandle{},
+            request::MeasureDistance{.from = Vec3d(1, 2, 3), .to = Vec3d(4, 5, -6)}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -246,7 +247,14 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                            3,
                            4,
                            {{"body 0", "head viewer", 5, 6, 60.5, 7.5, 0.25, 9}}}}},
-        answer::FoundPage{36_seq, twoObjects(), {ObjectId{1}, ObjectId{5}}, 37}};
+        answer::FoundPage{36_seq, twoObjects(), {ObjectId{1}, ObjectId{5}}, 37},
+        answer::Measured{.from = Vec3d(1, 2, 3),
+                         .to = Vec3d(4, 5, -6),
+                         .distance = 9.5,
+                         .error = 0.25,
+                         .node = ObjectId{38},
+                         .face = 39,
+                         .normal = Vec3d(0, 1, 0)}};
 }
 
 inline notice::Poses somePoses() {

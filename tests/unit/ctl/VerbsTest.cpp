@@ -134,6 +134,18 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
         if (const auto* pick = std::get_if<request::PickAt>(&asked))
             return answer::Picked{pick->aim.xPx == 10,  test::kHook,   4,
                                   Vec3d(0.1, 0.2, 0.3), pick->aim.xPx, pick->aim.yPx};
+        if (const auto* measure = std::get_if<request::MeasureDistance>(&asked)) {
+            if (measure->to)
+                return answer::Measured{.from = measure->from,
+                                        .to = *measure->to,
+                                        .distance = (*measure->to - measure->from).norm()};
+            return answer::Measured{.from = measure->from,
+                                    .to = Vec3d(0.5, 1, 0),
+                                    .distance = 0.5,
+                                    .node = test::kHook,
+                                    .face = 7,
+                                    .normal = Vec3d::UnitX()};
+        }
         if (std::holds_alternative<request::GetContacts>(asked)) {
             answer::Contacts contacts{9_frame, 3, {}};
             contacts.contacts.push_back({test::kHook, ObjectId{999}, 1, 2, Vec3d(1, 2, 3), Vec3d::UnitX()});
@@ -162,6 +174,17 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
     EXPECT_EQ(hit["path"], "/hall/crane/hook");
     EXPECT_EQ(hit["point"][0].get<double>(), 0.1);
     EXPECT_EQ(askJson(server, {"pick", "11", "20"})["hit"], false);
+
+    EXPECT_EQ(askJson(server, {"measure", "0,0,0", "-.5,0,0"})["distance"], 0.5);
+    EXPECT_EQ(ctl(server, {"measure", "-1,0,0", "+1,0,0"}).out, "2 from (-1, 0, 0) to (1, 0, 0)\n");
+    const auto measured = askJson(server, {"measure", "0,1,0", "/hall/crane"});
+    EXPECT_EQ(measured["path"], "/hall/crane/hook");
+    EXPECT_EQ(measured["face"], 7);
+    EXPECT_EQ(askJson(server, {"measure", "/hall/crane", "0,1,0"}), measured) << "as well the other way round";
+    EXPECT_EQ(ctl(server, {"measure", "/hall", "/hall/crane"}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"measure", "0,1", "/hall/crane"}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"measure", "0,1,x", "/hall/crane"}).exitCode, 2);
+    EXPECT_EQ(ctl(server, {"measure", "0,1,2", "/hall/crna"}).exitCode, 3);
 
     const auto contacts = askJson(server, {"contacts"});
     EXPECT_EQ(contacts["contacts"][0]["objects"], nlohmann::json::array({"/hall/crane/hook", "#999"}));
