@@ -132,10 +132,11 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo,
-                           verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget,
-                           verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find>;
+using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove,
+                          verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Measure,
+                          verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot, verb::Save,
+                          verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations, verb::Inlines,
+                          verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {
     std::string server;

@@ -14,7 +14,8 @@ namespace tessera {
 /// The same as a value; kUsage, with `what` in front.
 [[nodiscard]] Expected<double> finiteNumber(const std::string& text, std::string_view what);
 
-/// The command line's words with numbers like -.5, and places that begin so, as -0.5: the parser takes what begins with a dash and no digit for an option.
+/// The command line's words with numbers like -.5, and places that begin so, as -0.5: the parser takes what begins with
+/// a dash and no digit for an option.
 [[nodiscard]] std::vector<std::string> withPlainNumbers(std::vector<std::string> words);
 
 }  // namespace tessera

@@ -9,9 +9,9 @@ namespace tessera {
 [[nodiscard]] std::string requestsText();
 /// {"protocol","requests":[REQUEST],"answers":[TOLD],"notices":[TOLD],"former":[numbers]}.
 /// REQUEST: {"number","name","role","changes","answer","stays_open","brings_arrays","help","fields":[FIELD]}.
-/// TOLD: {"number","name","help","fields":[FIELD]}. FIELD: {"name","type"} with whatever says something of "number" (of the
-/// head), "unit", "least", "greatest", "or", "bounds", "words", "help", "when", "optional", "many", "part", "bytes" and "count"
-/// (in a record), "fields" (of a value or a record).
+/// TOLD: {"number","name","help","fields":[FIELD]}. FIELD: {"name","type"} with whatever says something of "number" (of
+/// the head), "unit", "least", "greatest", "or", "bounds", "words", "help", "when", "optional", "many", "part", "bytes"
+/// and "count" (in a record), "fields" (of a value or a record).
 [[nodiscard]] std::string requestsJson();
 
 }  // namespace tessera

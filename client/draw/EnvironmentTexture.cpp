@@ -72,7 +72,9 @@ SurroundingsPicture EnvironmentTexture::decompressed(const Image& image) const {
     // A bc6h has infinities, and half floats an end.
     constexpr float kLargestHalf = 60000;
     for (Vec3f& pixel : out.pixels)
-        for (float& value : pixel) value = linear ? (value <= kLargestHalf ? value : kLargestHalf) : static_cast<float>(linearOfSrgb<double>(value));
+        for (float& value : pixel)
+            value = linear ? (value <= kLargestHalf ? value : kLargestHalf)
+                           : static_cast<float>(linearOfSrgb<double>(value));
     while (out.width > (cube ? 512u : 1024u) && out.height > 1) out.halve();
     return out;
 }

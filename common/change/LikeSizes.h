@@ -10,9 +10,9 @@
 
 namespace tessera {
 
-/// While the newest two are of like size: they become one of like effect. `Waiting` has `list`, a ChangeListPtr that is not null;
-/// `joined(older, newer, list)` makes one of two. No list gets more than `mostChanges` so. Two stay apart where an id that was
-/// destroyed comes back: one list could not say both.
+/// While the newest two are of like size: they become one of like effect. `Waiting` has `list`, a ChangeListPtr that is
+/// not null; `joined(older, newer, list)` makes one of two. No list gets more than `mostChanges` so. Two stay apart
+/// where an id that was destroyed comes back: one list could not say both.
 template <typename Waiting, typename Joined>
 void mergeLikeSizes(std::vector<Waiting>& waiting, std::size_t mostChanges, Joined&& joined) {
     while (waiting.size() > 1) {
@@ -22,7 +22,9 @@ void mergeLikeSizes(std::vector<Waiting>& waiting, std::size_t mostChanges, Join
         if (before > 2 * after || before + after > mostChanges) return;
         std::vector<ChangeList> merged = compact(std::array{older.list, newer.list});
         if (merged.size() > 1) return;
-        Waiting both = joined(older, newer, std::make_shared<const ChangeList>(merged.empty() ? ChangeList() : std::move(merged.front())));
+        Waiting both =
+            joined(older, newer,
+                   std::make_shared<const ChangeList>(merged.empty() ? ChangeList() : std::move(merged.front())));
         waiting.pop_back();
         waiting.back() = std::move(both);
     }

@@ -1,5 +1,5 @@
-/// Described records (common/request/Members.h) as the parts of messages: of fixed size, little-endian, one behind the other,
-/// with their texts in a part of their own. Not for other modules.
+/// Described records (common/request/Members.h) as the parts of messages: of fixed size, little-endian, one behind the
+/// other, with their texts in a part of their own. Not for other modules.
 #pragma once
 
 #include <array>

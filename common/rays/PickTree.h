@@ -52,8 +52,8 @@ public:
         }
     }
 
-    /// Visits items in the order of how near their boxes are. distance(box) is never more than that of any box within it.
-    /// visit(item) says beyond which distance nothing is of interest from there on.
+    /// Visits items in the order of how near their boxes are. distance(box) is never more than that of any box within
+    /// it. visit(item) says beyond which distance nothing is of interest from there on.
     template <typename Distance, typename Visit>
     void forNearest(double within, const Distance& distance, const Visit& visit) const {
         if (root_ == kNone) return;

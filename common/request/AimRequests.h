@@ -136,8 +136,7 @@ struct MeasureDistance {
     }
     [[nodiscard]] std::optional<std::string> fault() const {
         if (to.has_value() != bool(node)) return std::nullopt;
-        return to ? "a place to measure to, and a node: only one of them can be"
-                  : "no place and no node to measure to";
+        return to ? "a place to measure to, and a node: only one of them can be" : "no place and no node to measure to";
     }
 };
 

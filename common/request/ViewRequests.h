@@ -57,7 +57,8 @@ struct NavigationWish {
     [[nodiscard]] std::optional<std::string> fault() const {
         const bool needsNumber = deed == Deed::kGoToBookmark || deed == Deed::kKeepBookmark;
         if (!needsNumber || (bookmark >= 1 && bookmark <= kBookmarks)) return std::nullopt;
-        return "there is no bookmark " + std::to_string(bookmark) + ": 1 to " + std::to_string(kBookmarks) + " are possible";
+        return "there is no bookmark " + std::to_string(bookmark) + ": 1 to " + std::to_string(kBookmarks) +
+               " are possible";
     }
 };
 template <>

@@ -41,9 +41,11 @@ void AspectFeed::publish(const Aspect& scene, ChangeListPtr list) {
     for (Reader& reader : readers_) {
         if (!empty) {
             reader.waiting.push_back({.number = number_, .hash = scene.stateHash(), .list = list});
-            mergeLikeSizes(reader.waiting, std::numeric_limits<std::size_t>::max(), [](const PublishedState&, const PublishedState& newer, ChangeListPtr merged) {
-                return PublishedState{.number = newer.number, .hash = newer.hash, .list = std::move(merged)};
-            });
+            mergeLikeSizes(reader.waiting, std::numeric_limits<std::size_t>::max(),
+                           [](const PublishedState&, const PublishedState& newer, ChangeListPtr merged) {
+                               return PublishedState{
+                                   .number = newer.number, .hash = newer.hash, .list = std::move(merged)};
+                           });
         }
         std::size_t taken = 0;
         while (taken < reader.waiting.size() && reader.mailbox->tryPush(reader.waiting[taken])) ++taken;

@@ -117,7 +117,8 @@ const Message& contentOf(const proto::scene::Node& node) {
 
 std::string placeIn(const proto::scene::Material& material, int field) {
     for (const proto::scene::FieldPlace& told : material.at())
-        if (told.field() == static_cast<std::uint32_t>(field)) return fmt::format("{}:{}: ", told.at() >> 32, told.at() & 0xffffffffu);
+        if (told.field() == static_cast<std::uint32_t>(field))
+            return fmt::format("{}:{}: ", told.at() >> 32, told.at() & 0xffffffffu);
     return {};
 }
 

@@ -111,7 +111,8 @@ inline void scaleTerms(const double* e, std::size_t size, double b, Push&& push)
 template <int N, int M>
 [[nodiscard]] Expansion<N + M> sum(const Expansion<N>& e, const Expansion<M>& f) {
     Expansion<N + M> out;
-    sumTerms(e.terms, static_cast<std::size_t>(e.size), f.terms, static_cast<std::size_t>(f.size), [&](double t) { out.push(t); });
+    sumTerms(e.terms, static_cast<std::size_t>(e.size), f.terms, static_cast<std::size_t>(f.size),
+             [&](double t) { out.push(t); });
     return out;
 }
 

@@ -11,8 +11,8 @@
 #include "common/drawable/Drawable.h"
 #include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
-#include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/objects/SortOnce.h"
+#include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/query/FacesNear.h"
 #include "server/collision/query/NearestFace.h"
 #include "server/collision/query/RayQuery.h"
@@ -178,13 +178,12 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         const Affine3d world = worldTransform(aspect, at.node);
         const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
         if (!found || (best && found->distance == best->distance && !handler.precedes(number, bestPlace))) return limit;
-        best = NearestSurface{.node = at.node,
-                              .face = found->face,
-                              .point = found->point,
-                              .distance = found->distance,
-                              .error = arrays.primitive == Primitive::kPoints
-                                           ? errorOf(shape->mesh().triangle(found->face), world)
-                                           : 0};
+        best = NearestSurface{
+            .node = at.node,
+            .face = found->face,
+            .point = found->point,
+            .distance = found->distance,
+            .error = arrays.primitive == Primitive::kPoints ? errorOf(shape->mesh().triangle(found->face), world) : 0};
         bestPlace = number;
         return limit = found->distance;
     });

@@ -23,7 +23,7 @@ struct NearestSurface {
     std::uint32_t face = 0;       ///< as of PickHit
     Vec3d point = Vec3d::Zero();  ///< world
     double distance = 0;          ///< world units
-    double error = 0;             ///< the truth is within it; 0: exact to rounding. Points are balls, and looked at as octahedra
+    double error = 0;  ///< the truth is within it; 0: exact to rounding. Points are balls, and looked at as octahedra
     HitDetails details = {};
 };
 
@@ -53,12 +53,12 @@ public:
     [[nodiscard]] bool facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
                                std::vector<Triangle>& faces);
 
-    /// What is nearest to a place of all that a pick looks at below a node, that node included; of what is flattened, too.
-    /// In the scene as pick takes it. Of equal distances the first node in document order, there the lowest face. Nothing
-    /// where nothing is seen below it; nothing, too, where the work was exhausted. What is farther away than
+    /// What is nearest to a place of all that a pick looks at below a node, that node included; of what is flattened,
+    /// too. In the scene as pick takes it. Of equal distances the first node in document order, there the lowest face.
+    /// Nothing where nothing is seen below it; nothing, too, where the work was exhausted. What is farther away than
     /// kMostCoordinate does not count.
-    [[nodiscard]] std::optional<NearestSurface> nearest(const Aspect& aspect, ObjectHandler& handler, const Vec3d& place,
-                                                        ObjectId below, QueryWork& work);
+    [[nodiscard]] std::optional<NearestSurface> nearest(const Aspect& aspect, ObjectHandler& handler,
+                                                        const Vec3d& place, ObjectId below, QueryWork& work);
     static constexpr double kMostCoordinate = 1e50;
 
 private:

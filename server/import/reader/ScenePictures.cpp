@@ -1,11 +1,11 @@
 /// The pictures that a scene names: read, decoded, cut and joined; those that are not there are left out in words.
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
 #include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
-#include <fmt/format.h>
-#include <google/protobuf/descriptor.h>
 
 #include "common/base/Nearest.h"
 #include "server/import/reader/ImageDecoder.h"
@@ -38,9 +38,10 @@ void SceneExpander::forgetLost() {
     const google::protobuf::Descriptor& type = *proto::scene::Material::descriptor();
     for (proto::scene::Material& material : *scene_.file.mutable_material()) {
         for (int i = 0; i < type.field_count(); ++i)
-            if (const google::protobuf::FieldDescriptor& field = *type.field(i); !field.is_repeated() && field.cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_STRING &&
-                                                               field.name().ends_with("_image") &&
-                                                               lost_.contains(material.GetReflection()->GetString(material, &field)))
+            if (const google::protobuf::FieldDescriptor& field = *type.field(i);
+                !field.is_repeated() && field.cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_STRING &&
+                field.name().ends_with("_image") &&
+                lost_.contains(material.GetReflection()->GetString(material, &field)))
                 material.GetReflection()->ClearField(&material, &field);
         auto& layers = *material.mutable_layer();
         layers.erase(std::remove_if(layers.begin(), layers.end(), names), layers.end());
@@ -59,7 +60,8 @@ std::string SceneExpander::notAround(const std::string& image) const {
     using ImageMessage = proto::scene::Image;
     const auto found = std::ranges::find(scene_.file.image(), image, &ImageMessage::name);
     if (found == scene_.file.image().end()) return {};
-    if (found->shape() == ImageMessage::LINE || found->shape() == ImageMessage::SOLID) return "it is neither flat nor a cube";
+    if (found->shape() == ImageMessage::LINE || found->shape() == ImageMessage::SOLID)
+        return "it is neither flat nor a cube";
     const double width = found->width_px(), height = found->height_px();
     if (found->shape() != ImageMessage::FLAT || std::abs(width - 2 * height) <= height / 8) return {};
     return fmt::format("{} × {} pixels are not about twice as wide as high", width, height);
@@ -77,12 +79,15 @@ void SceneExpander::lose(const proto::scene::Image& image, const proto::scene::P
 Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, const proto::scene::Place& at) {
     using ImageMessage = proto::scene::Image;
     if (image.uri().empty() && image.face().empty()) {
-        if (image.pixels_blob() == 0 && !films_.contains(image.name())) lose(image, at, "it names no file");
-        else *scene_.file.add_image() = image;
+        if (image.pixels_blob() == 0 && !films_.contains(image.name()))
+            lose(image, at, "it names no file");
+        else
+            *scene_.file.add_image() = image;
         return {};
     }
     if (!image.face().empty() && (!image.uri().empty() || image.face_size() != 6))
-        return fail(ErrorCode::kBadInput, fmt::format("an image has a uri or six faces; this one has {} faces{}", image.face_size(), image.uri().empty() ? "" : " and a uri"));
+        return fail(ErrorCode::kBadInput, fmt::format("an image has a uri or six faces; this one has {} faces{}",
+                                                      image.face_size(), image.uri().empty() ? "" : " and a uri"));
     std::vector<std::string> files(image.face().begin(), image.face().end());
     if (files.empty()) files.push_back(image.uri());
     std::string picture;
@@ -97,7 +102,9 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, cons
     const Expected<ImageMessage*> added = pictures_.addImage(image.name(), picture, [&]() -> Expected<DecodedImage> {
         Expected<DecodedImage> first = readPicture(files.front());
         if (!first || (files.size() == 1 && (!cut || first->shape == image.shape()))) return first;
-        if (first->shape != ImageMessage::FLAT) return fail(ErrorCode::kBadInput, fmt::format("{} is a {} by itself", picture, ImageMessage::Shape_Name(first->shape)));
+        if (first->shape != ImageMessage::FLAT)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{} is a {} by itself", picture, ImageMessage::Shape_Name(first->shape)));
         return cut ? cutPicture(std::move(*first), image) : joinFaces(std::move(*first), files);
     });
     // What the text may not name is for its author to mend; whatever a picture is costs the picture.
@@ -120,28 +127,38 @@ Expected<void> SceneExpander::expandImage(const proto::scene::Image& image, cons
 /// Slices and faces lie as they do in a flat picture, one below the other.
 Expected<DecodedImage> SceneExpander::cutPicture(DecodedImage picture, const proto::scene::Image& image) const {
     using ImageMessage = proto::scene::Image;
-    const int parts = image.shape() == ImageMessage::CUBE ? 6 : image.shape() == ImageMessage::SOLID ? static_cast<int>(std::clamp<std::int64_t>(image.depth_px(), 1, 4096)) : 1;
+    const int parts = image.shape() == ImageMessage::CUBE ? 6
+                      : image.shape() == ImageMessage::SOLID
+                          ? static_cast<int>(std::clamp<std::int64_t>(image.depth_px(), 1, 4096))
+                          : 1;
     if (picture.compressed() && parts > 1) return fail(ErrorCode::kBadInput, "a compressed flat image is not cut");
     if (picture.heightPx % parts != 0)
-        return fail(ErrorCode::kBadInput, fmt::format("{} × {} pixels are not {} pictures below each other", picture.widthPx, picture.heightPx, parts));
+        return fail(ErrorCode::kBadInput, fmt::format("{} × {} pixels are not {} pictures below each other",
+                                                      picture.widthPx, picture.heightPx, parts));
     picture.heightPx /= parts;
     picture.shape = image.shape();
     if (image.shape() == ImageMessage::SOLID) picture.depthPx = parts;
     if (image.shape() == ImageMessage::LINE && picture.heightPx != 1)
         return fail(ErrorCode::kBadInput, fmt::format("a LINE is one pixel high, not {}", picture.heightPx));
     if (image.shape() == ImageMessage::CUBE && picture.widthPx != picture.heightPx)
-        return fail(ErrorCode::kBadInput, fmt::format("a CUBE is of six squares, not of {} × {} pixels", picture.widthPx, picture.heightPx));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a CUBE is of six squares, not of {} × {} pixels", picture.widthPx, picture.heightPx));
     return picture;
 }
 
 Expected<DecodedImage> SceneExpander::joinFaces(DecodedImage cube, const std::vector<std::string>& files) {
-    if (cube.widthPx != cube.heightPx) return fail(ErrorCode::kBadInput, fmt::format("'{}': a CUBE is of squares, not of {} × {} pixels", files.front(), cube.widthPx, cube.heightPx));
-    if (cube.mipmaps > 1) return fail(ErrorCode::kBadInput, fmt::format("'{}' has mipmaps, and is no face", files.front()));
+    if (cube.widthPx != cube.heightPx)
+        return fail(ErrorCode::kBadInput, fmt::format("'{}': a CUBE is of squares, not of {} × {} pixels",
+                                                      files.front(), cube.widthPx, cube.heightPx));
+    if (cube.mipmaps > 1)
+        return fail(ErrorCode::kBadInput, fmt::format("'{}' has mipmaps, and is no face", files.front()));
     for (std::size_t i = 1; i < files.size(); ++i) {
         const Expected<DecodedImage> face = readPicture(files[i]);
         if (!face) return face;
-        if (face->widthPx != cube.widthPx || face->heightPx != cube.heightPx || face->encoding != cube.encoding || face->shape != cube.shape || face->mipmaps != 1)
-            return fail(ErrorCode::kBadInput, fmt::format("'{}' is not of the size and kind of '{}'", files[i], files.front()));
+        if (face->widthPx != cube.widthPx || face->heightPx != cube.heightPx || face->encoding != cube.encoding ||
+            face->shape != cube.shape || face->mipmaps != 1)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("'{}' is not of the size and kind of '{}'", files[i], files.front()));
         cube.rgba.insert(cube.rgba.end(), face->rgba.begin(), face->rgba.end());
     }
     cube.shape = proto::scene::Image::CUBE;

@@ -35,7 +35,8 @@ std::string answerLine(const SurfacePoint& p, bool json) {
 std::string answerLine(const NearestPoint& p, bool json) {
     if (json)
         return fmt::format(
-            R"({{"face":{},"u":{:.17g},"v":{:.17g},"point":[{:.17g},{:.17g},{:.17g}],"distance":{:.17g},"error":{:.17g}}})",
+            R"({{"face":{},"u":{:.17g},"v":{:.17g},"point":[{:.17g},{:.17g},{:.17g}],)"
+            R"("distance":{:.17g},"error":{:.17g}}})",
             p.face, p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
     return fmt::format("face {} at {:.9g} {:.9g}  point {:.9g} {:.9g} {:.9g}  distance {:.9g}  error {:.3g}", p.face,
                        p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);

@@ -136,9 +136,8 @@ TEST(Ctl, SpeaksOfHostsPicksContactsAndLoads) {
                                   Vec3d(0.1, 0.2, 0.3), pick->aim.xPx, pick->aim.yPx};
         if (const auto* measure = std::get_if<request::MeasureDistance>(&asked)) {
             if (measure->to)
-                return answer::Measured{.from = measure->from,
-                                        .to = *measure->to,
-                                        .distance = (*measure->to - measure->from).norm()};
+                return answer::Measured{
+                    .from = measure->from, .to = *measure->to, .distance = (*measure->to - measure->from).norm()};
             return answer::Measured{.from = measure->from,
                                     .to = Vec3d(0.5, 1, 0),
                                     .distance = 0.5,

@@ -55,7 +55,8 @@ protected:
     static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, BallsAs as, bool normals = false) {
         return sceneOf(clouds, camera, std::vector<BallsAs>(clouds.size(), as), normals);
     }
-    static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, const std::vector<BallsAs>& ways, bool normals) {
+    static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera,
+                          const std::vector<BallsAs>& ways, bool normals) {
         TestScene scene;
         scene.setEnvironment(Vec3f::Constant(0.3f), Vec3f::Constant(0.1f), Vec3f(0, 0, 0.4f));
         scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.9f, 0.8f}, 1);
@@ -104,8 +105,10 @@ protected:
         return seen;
     }
 
-    /// A cloud may be where it is in front if it is as large as it may be, and all others as small: most often neither matters.
-    std::size_t idsThatCannotBe(const std::vector<Cloud>& clouds, const ScreenCamera& camera, const std::vector<std::uint64_t>& seen, const std::vector<std::uint64_t>& inner,
+    /// A cloud may be where it is in front if it is as large as it may be, and all others as small: most often neither
+    /// matters.
+    std::size_t idsThatCannotBe(const std::vector<Cloud>& clouds, const ScreenCamera& camera,
+                                const std::vector<std::uint64_t>& seen, const std::vector<std::uint64_t>& inner,
                                 const std::vector<std::uint64_t>& outer) {
         std::vector<std::size_t> left;
         for (std::size_t i = 0; i < seen.size(); ++i)

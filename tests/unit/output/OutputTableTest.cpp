@@ -64,8 +64,8 @@ double pictureAt(const std::vector<std::uint8_t>& picture, int width, int height
     return (1 - fy) * ((1 - fx) * at(x0, y0) + fx * at(x1, y0)) + fy * ((1 - fx) * at(x0, y1) + fx * at(x1, y1));
 }
 
-/// The oracle goes the other way: from places inside of a face to the output, by sampling faces densely. A place that lands near a
-/// pixel's middle is moved along the face until it lies there.
+/// The oracle goes the other way: from places inside of a face to the output, by sampling faces densely. A place that
+/// lands near a pixel's middle is moved along the face until it lies there.
 TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
     for (unsigned seed = 0; seed < 40; ++seed) {
         std::mt19937 random(seed);
@@ -93,10 +93,13 @@ TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
                 return (1 - s) * (1 - t) * mesh.at(column, row).*part + s * (1 - t) * mesh.at(column + 1, row).*part + s * t * mesh.at(column + 1, row + 1).*part +
                        (1 - s) * t * mesh.at(column, row + 1).*part;
             };
-            const auto place = [&] { return Vec2d(0.5 * (mix(&WarpNode::x) + 1) * outW - 0.5, 0.5 * (1 - mix(&WarpNode::y)) * outH - 0.5); };
+            const auto place = [&] {
+                return Vec2d(0.5 * (mix(&WarpNode::x) + 1) * outW - 0.5, 0.5 * (1 - mix(&WarpNode::y)) * outH - 0.5);
+            };
             const Vec2d near = place();
             const int px = static_cast<int>(std::lround(near.x())), py = static_cast<int>(std::lround(near.y()));
-            if (px < 0 || py < 0 || px >= outW || py >= outH || (Vec2d(px, py) - near).cwiseAbs().maxCoeff() > 0.05) continue;
+            if (px < 0 || py < 0 || px >= outW || py >= outH || (Vec2d(px, py) - near).cwiseAbs().maxCoeff() > 0.05)
+                continue;
             for (int step = 0; step < 4; ++step) {
                 const Vec2d at = place();
                 s += 1e-4;
@@ -113,7 +116,8 @@ TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
             const double u = mix(&WarpNode::u), v = 1 - mix(&WarpNode::v);
             if (u < 0.01 || v < 0.01 || u > 0.99 || v > 0.99) continue;
             for (std::size_t c = 0; c < 3; ++c)
-                ASSERT_NEAR(channelAt(out.data(), outW, px, py, c), pictureAt(picture, width, height, u * width, v * height, c), 1.0)
+                ASSERT_NEAR(channelAt(out.data(), outW, px, py, c),
+                            pictureAt(picture, width, height, u * width, v * height, c), 1.0)
                     << again("OutputTable.ABent*", seed) << " pixel " << px << ' ' << py;
             ++compared;
         }

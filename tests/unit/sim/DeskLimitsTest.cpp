@@ -3,16 +3,13 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/FieldTable.h"
-#include "server/sim/desk/RequestDesk.h"
-#include "server/sim/frame/Simulation.h"
-#include "tests/unit/session/ServerFixture.h"
-#include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
 namespace {
 
 /// A desk for which no frame comes.
-class DeskLimits : public testing::Test {
+class DeskLimits : public test::DeskStage {
 protected:
     ConnectionId join(const std::string& name) {
         const ConnectionId connection = server.hello(name, PeerRole::kApplication);
@@ -38,23 +35,13 @@ protected:
         return propose;
     }
 
-    Wall wall = test::wallOfOne();
-    BlobStore blobs;
-    ServerFixture server;
-    Simulation simulation;
-    ViewSource view{wall, ""};
-    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
-    ManipulatorDrags drags;
     RequestDesk::Limits limits{.maxOpenRequests = 10, .maxOpenBytes = 1000, .maxLeftBehind = 15, .maxFrameChanges = 50};
-    RequestDesk desk{{.wall = wall,
-                      .blobs = blobs,
-                      .session = server.session,
-                      .simulation = simulation,
-                      .view = view,
-                      .loader = loader,
-                      .drags = drags,
-                      .orderCopy = [this](CopyOrder order) { copies.push_back(std::move(order)); }},
-                     limits};
+    RequestDesk desk{around(), limits};
+    [[nodiscard]] DeskSurroundings around() {
+        DeskSurroundings all = surroundings();
+        all.orderCopy = [this](CopyOrder order) { copies.push_back(std::move(order)); };
+        return all;
+    }
     std::uint64_t asked = 0;
     std::vector<CopyOrder> copies;  ///< that are to be made
 };

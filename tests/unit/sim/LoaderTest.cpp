@@ -61,7 +61,8 @@ TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
     const std::uint64_t last = kSanitized ? 13 : 20;
     Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
     for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
-    for (std::uint64_t quick = 10; quick < last; ++quick) ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
+    for (std::uint64_t quick = 10; quick < last; ++quick)
+        ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
     // None of the slow ones has been let go: without threads of their own this would wait for ever.
     for (std::uint64_t quick = 10; quick < last; ++quick) {
         const LoadFinished done = *finished.pop();

@@ -2,15 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/FieldTable.h"
-#include "server/sim/desk/RequestDesk.h"
-#include "server/sim/frame/Simulation.h"
-#include "tests/unit/session/ServerFixture.h"
-#include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
 namespace {
 
-class Measure : public testing::Test {
+class Measure : public test::DeskStage {
 protected:
     Expected<answer::Measured> ask(const request::MeasureDistance& wish) {
         server.forget();
@@ -21,22 +18,8 @@ protected:
         return std::get<answer::Measured>(decodeAnswer(replies[0].body).value());
     }
 
-    Wall wall = test::wallOfOne();
-    BlobStore blobs;
-    ServerFixture server;
-    Simulation simulation;
-    ViewSource view{wall, ""};
-    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
-    ManipulatorDrags drags;
     RequestDesk::Limits limits{.maxMeasureWork = 60};
-    RequestDesk desk{{.wall = wall,
-                      .blobs = blobs,
-                      .session = server.session,
-                      .simulation = simulation,
-                      .view = view,
-                      .loader = loader,
-                      .drags = drags},
-                     limits};
+    RequestDesk desk{surroundings(), limits};
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
 };
 

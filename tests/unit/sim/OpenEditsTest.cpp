@@ -4,15 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/FieldTable.h"
-#include "server/sim/desk/RequestDesk.h"
-#include "server/sim/frame/Simulation.h"
-#include "tests/unit/session/ServerFixture.h"
-#include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
 namespace {
 
-class OpenEditsBook : public testing::Test {
+class OpenEditsBook : public test::DeskStage {
 protected:
     static Edit oneNode() {
         test::ListMaker maker;
@@ -36,22 +33,13 @@ protected:
         return frame;
     }
 
-    Wall wall = test::wallOfOne();
-    BlobStore blobs;
-    ServerFixture server;
-    Simulation simulation;
-    ViewSource view{wall, ""};
-    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
-    ManipulatorDrags drags;
     std::optional<Error> trouble;
-    DeskSurroundings around{.wall = wall,
-                            .blobs = blobs,
-                            .session = server.session,
-                            .simulation = simulation,
-                            .view = view,
-                            .loader = loader,
-                            .drags = drags,
-                            .editsRefused = [this] { return trouble; }};
+    DeskSurroundings around = withTrouble();
+    [[nodiscard]] DeskSurroundings withTrouble() {
+        DeskSurroundings all = surroundings();
+        all.editsRefused = [this] { return trouble; };
+        return all;
+    }
     RequestDesk::Limits limits{.maxLeftBehind = 2};
     OpenEdits edits{around, limits};
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
