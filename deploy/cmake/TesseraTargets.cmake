@@ -37,6 +37,12 @@ if(TESSERA_FUZZ)
   target_compile_options(tessera_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+option(TESSERA_SYNTAX_ONLY "Look at each file, and make nothing of it" OFF)
+if(TESSERA_SYNTAX_ONLY)
+  target_compile_options(tessera_flags INTERFACE -fsyntax-only)
+  set(CMAKE_CXX_COMPILER_LAUNCHER)
+endif()
+
 # Headers of others are read once for all modules and once for all tests: of a test's compile time more than half was theirs.
 # Only g++ does so: the build with clang finds what a file forgets to include itself.
 set(TESSERA_PRECOMPILE OFF)
