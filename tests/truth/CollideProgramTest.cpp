@@ -185,6 +185,7 @@ TEST_F(CollideFiles, RealignmentChangesTheBoxesAndNoAnswer) {
     std::string poses;
     for (int i = 0; i < 40; ++i) poses += text(randomPose(random, 0, 1)) + "\n";
     const std::string file = write("some.poses", poses);
+    int countsThatDiffer = 0;
     for (const std::string query : {"any", "all"}) {
         const Outcome plain = ask(a, b, file, query);
         ASSERT_EQ(plain.exitCode, 0) << plain.err;
@@ -201,10 +202,12 @@ TEST_F(CollideFiles, RealignmentChangesTheBoxesAndNoAnswer) {
                 EXPECT_GT(times[realignment]["boxes_tested"], 100);
                 EXPECT_GT(times[realignment]["box_volume"], 0);
             }
-            EXPECT_NE(times["planes"]["boxes_tested"], times["table"]["boxes_tested"]);
-            EXPECT_NE(times["planes"]["box_volume"], times["table"]["box_volume"]);
+            // Of few boxes as many may be tested by chance.
+            countsThatDiffer += times["planes"]["boxes_tested"] != times["table"]["boxes_tested"];
+            EXPECT_NE(times["planes"]["box_volume"], times["table"]["box_volume"]) << query << volume;
         }
     }
+    EXPECT_GT(countsThatDiffer, 0);
     EXPECT_EQ(ask(a, b, file, "all", {"--json", "--realignment", "table"}).out, ask(a, b, file, "all").out)
         << "dop18, where nothing is said";
 }
