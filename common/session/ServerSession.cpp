@@ -2,8 +2,17 @@
 
 #include <fmt/format.h>
 
-#include "common/base/Hash.h"
-#include "common/session/ServerSessionImpl.h"
+#include <algorithm>
+#include <utility>
+
+#include "common/session/CatchUp.h"
+#include "common/session/FrameRound.h"
+#include "common/session/Grace.h"
+#include "common/session/ImageCalls.h"
+#include "common/session/ReplicaRepairs.h"
+#include "common/session/SessionDeadlines.h"
+#include "common/session/SessionEntrance.h"
+#include "common/session/SessionRoster.h"
 
 namespace tessera {
 
@@ -45,301 +54,188 @@ std::string_view nameOf(FaultKind kind) {
     return "unknown";
 }
 
-ServerSession::Impl::Impl(ServerSessionConfig c)
-    : config(std::move(c)), barrier(config.sync, config.firstFrame), tail(config.maxTailLists, config.maxTailBytes) {
-    for (const std::string& name : config.hosts) {
-        TESSERA_CHECK(!findHost(name), "every host of a wall has a name of its own");
-        hosts.push_back({.name = name});
+/// Who gets what is said. A message that is for servers and has no `on` does not compile.
+struct ServerSession::Impl {
+    explicit Impl(ServerSessionConfig c) : config(std::move(c)) {}
+
+    void look(TimePoint now);
+    void opened(ConnectionId connection, TimePoint now);
+    void closed(ConnectionId connection, TimePoint now);
+    void received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);
+    void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
+    void misplaced(SessionPeer& peer, const MessageInfo& said, TimePoint now);
+    void violated(SessionPeer& peer, const std::string& what, TimePoint now);
+    /// What an owner says of a message of this peer.
+    void judge(SessionPeer& peer, const Expected<void>& said, TimePoint now) {
+        if (!said) violated(peer, said.error().message, now);
     }
+
+    void on(SessionPeer& peer, const message::Hello& message, TimePoint now) { entrance.hello(peer, message, now); }
+    void on(SessionPeer& peer, const message::Heartbeat& message, TimePoint now);
+    void on(SessionPeer& peer, const message::Synced& message, TimePoint now);
+    void on(SessionPeer& peer, const message::Ready& message, TimePoint now) {
+        judge(peer, frames.ready(peer, message, now), now);
+    }
+    void on(SessionPeer& peer, const message::Shown& message, TimePoint now) {
+        judge(peer, frames.shown(peer, message, now), now);
+    }
+    void on(SessionPeer& peer, const message::BlobsHeld& message, TimePoint) {
+        catchUp.held(roster.hostOf(peer), message.token);
+    }
+    void on(SessionPeer& peer, const message::BlobRequest& message, TimePoint now);
+    void on(SessionPeer& peer, const message::HashAnswer& message, TimePoint now) {
+        judge(peer, repairs.answered(peer, roster.hostOf(peer), message), now);
+    }
+    void on(SessionPeer& peer, const message::TileImage& message, TimePoint) {
+        if (images.knows(message.request)) roster.out.push_back(server_action::ImageReceived{peer.name, message});
+    }
+    void on(SessionPeer& peer, const message::Request& message, TimePoint) {
+        roster.out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body});
+    }
+    void on(SessionPeer& peer, const message::Upload& message, TimePoint) {
+        roster.out.push_back(server_action::UploadReceived{peer.id, message});
+    }
+    void on(SessionPeer& peer, const message::Input& message, TimePoint) {
+        roster.hostOf(peer).saidInput = true;
+        roster.out.push_back(server_action::InputReceived{peer.name, message.states});
+    }
+
+    void requestImages(std::uint64_t request, FrameNumber frame);
+    /// A welcomed application, while anything is said at all; null: there is none.
+    [[nodiscard]] const SessionPeer* application(ConnectionId connection) const;
+    void finish(const std::string& reason);
+    ServerActions take() { return std::exchange(roster.out, {}); }
+
+    const ServerSessionConfig config;
+    Grace grace{config.sync};
+    SessionRoster roster{config};
+    ReplicaRepairs repairs{roster};
+    CatchUp catchUp{roster, repairs};
+    FrameRound frames{roster, catchUp, repairs, grace};
+    SessionDeadlines deadlines{roster, grace, frames};
+    SessionEntrance entrance{roster};
+    ImageCalls images;
+    bool finished = false;
+    std::string finishReason;
+};
+
+void ServerSession::Impl::look(TimePoint now) {
+    grace.look(now);
+    roster.followers.look(*grace.lastLook());
 }
 
 void ServerSession::Impl::opened(ConnectionId connection, TimePoint now) {
-    TESSERA_CHECK(!find(connection), "a connection opens once");
-    if (!startedAt) startedAt = now;
+    frames.started(now);
     look(now);
-    if (finished) {
-        send(connection, message::Over{finishReason});
-        out.push_back(server_action::Close{connection, finishReason});
-        return;
-    }
-    // A peer that means it says hello within a round trip: what waits longest is what stays silent.
-    std::size_t pending = 0;
-    Peer* oldest = nullptr;
-    for (auto& [id, peer] : peers) {
-        if (peer.stage != Peer::Stage::kPending) continue;
-        ++pending;
-        if (!oldest || peer.openedAt < oldest->openedAt) oldest = &peer;
-    }
-    if (oldest && pending >= config.maxPendingConnections) close(*oldest, "too many connections that say nothing");
-    peers[connection] = Peer{.id = connection, .openedAt = now, .lastByte = now};
+    if (!finished) return entrance.opened(connection, now);
+    roster.send(connection, message::Over{finishReason});
+    roster.out.push_back(server_action::Close{connection, finishReason});
 }
 
 void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
     look(now);
-    Peer* peer = find(connection);
+    SessionPeer* peer = roster.peers.find(connection);
     if (!peer) return;
-    if (finished) {
-        peers.erase(connection);
-        return;
-    }
-    if (peer->stage == Peer::Stage::kControl && peer->role == PeerRole::kHost)
-        lose(hostOf(*peer), FaultKind::kDisconnected, "its connection closed", currentFrame(), now);
-    forget(*peer);
-    settle(now);
+    if (finished) return roster.peers.erase(connection);
+    if (peer->isHost())
+        roster.lose(roster.hostOf(*peer), FaultKind::kDisconnected, "its connection closed", roster.currentFrame(),
+                    now);
+    roster.forget(*peer);
+    frames.settle(now);
 }
 
-void ServerSession::Impl::on(Peer& peer, const message::Hello& hello, TimePoint now) {
-    if (hello.protocol != kProtocolVersion)
-        return refuse(peer, ErrorCode::kNetwork,
-                      "this server speaks protocol version " + std::to_string(kProtocolVersion) +
-                          ", the peer version " + std::to_string(hello.protocol) + "; install the same Tessera on both",
-                      false);
-    if (hello.schema != config.schema)
-        return refuse(peer, ErrorCode::kNetwork,
-                      "this server's scene has schema " + toHex(config.schema) + ", the peer's " + toHex(hello.schema) +
-                          "; install the same Tessera on both",
-                      false);
-    if (hello.channel == ChannelKind::kBulk) return helloBulk(peer, hello);
-    if (hello.role == PeerRole::kApplication) {
-        const auto applications = std::count_if(peers.begin(), peers.end(), [](const auto& item) {
-            return item.second.stage == Peer::Stage::kControl && item.second.role == PeerRole::kApplication;
-        });
-        if (static_cast<std::size_t>(applications) >= config.maxApplications)
-            return refuse(
-                peer, ErrorCode::kRefused,
-                "already " + std::to_string(applications) + " applications are connected, the most there may be", true);
-        peer.role = PeerRole::kApplication;
-        peer.name = hello.name;
-        welcome(peer, now);
-        out.push_back(server_action::ApplicationJoined{peer.id, peer.name});
-        // Whoever only asks is told what it asks for, and what it has subscribed to.
-        if (hello.follows) askSnapshot(peer);
-        return;
-    }
-    if (hello.role != PeerRole::kHost) return refuse(peer, ErrorCode::kNetwork, "unknown role of a peer", false);
-    Host* host = findHost(hello.name);
-    if (!host) {
-        return refuse(peer, ErrorCode::kNotFound,
-                      fmt::format("unknown host '{}'; the wall has: {}", hello.name, fmt::join(config.hosts, ", ")),
-                      false);
-    }
-    if (host->connection) return refuseTaken(peer, *host, now);
-    if (hello.seenEpoch > config.epoch && hello.seenEpoch > config.furthestSeen)
-        return refuse(
-            peer, ErrorCode::kRefused,
-            fmt::format("host '{}' says that it has seen epoch {}, which no server of this wall can have had; "
-                        "start it again",
-                        host->name, hello.seenEpoch.value),
-            false);
-    if (hello.seenEpoch > config.epoch && !raiseEpoch(host->name, hello.seenEpoch, now))
-        return refuse(
-            peer, ErrorCode::kRefused,
-            fmt::format("this server is at epoch {}, and host '{}' has seen epoch {} of this wall: a server that "
-                        "started later has taken over, or the clock went back; end one of the two, or start "
-                        "this one again",
-                        config.epoch.value, host->name, hello.seenEpoch.value),
-            true);
-    admitHost(peer, *host, hello, now);
+void ServerSession::Impl::received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now) {
+    SessionPeer* peer = roster.peers.find(connection);
+    look(now);
+    if (!peer) return;  // closed by us; what was still on its way does not matter
+    roster.peers.heard(*peer, now);
+    const MessageInfo& info = infoOf(message);
+    // Until it is welcomed a peer knows no epoch; what it said meanwhile comes later.
+    const bool knowsNone = !epoch && info.when != SaidWhen::kLater;
+    if (peer->stage != SessionPeer::Stage::kPending && epoch != entrance.epoch() && !knowsNone)
+        return violated(peer->stage == SessionPeer::Stage::kBulk ? *roster.peers.find(peer->other) : *peer,
+                        fmt::format("said {} in epoch {}, and this server is at epoch {}", info.name, epoch.value,
+                                    entrance.epoch().value),
+                        now);
+    std::visit(
+        [&]<Described M>(const M& m) {
+            if constexpr (includes(M::kInfo.to, Party::kServer)) {
+                if (peer->maySay(M::kInfo)) return on(*peer, m, now);
+            }
+            misplaced(*peer, M::kInfo, now);
+        },
+        message);
 }
 
-bool ServerSession::Impl::raiseEpoch(const std::string& host, Epoch seen, TimePoint now) {
-    // A server that goes on while another one has taken over must not outbid it: its hosts have shown its pictures.
-    if (std::ranges::any_of(hosts, [](const Host& h) { return h.everEntered; })) return false;
-    if (!seen.next()) return false;
-    const Epoch before = std::exchange(config.epoch, seen.next());
-    out.push_back(server_action::EpochRaised{before, config.epoch, host});
-    for (Host& one : hosts) one.machine.clear();  // they start over, and say it again
-    std::vector<ConnectionId> welcomed;
-    for (const auto& [id, peer] : peers)
-        if (peer.stage == Peer::Stage::kControl) welcomed.push_back(id);
-    const std::string reason = "this server has gone on to a higher epoch; start over";
-    for (const ConnectionId connection : welcomed) {
-        Peer& peer = *find(connection);
-        if (peer.role == PeerRole::kHost) lose(hostOf(peer), FaultKind::kDisconnected, reason, currentFrame(), now);
-        close(peer, reason);
-    }
-    return true;
+void ServerSession::Impl::misplaced(SessionPeer& peer, const MessageInfo& info, TimePoint now) {
+    const std::string name(info.name);
+    if (peer.stage == SessionPeer::Stage::kPending) return roster.close(peer, "said " + name + " before Hello");
+    if (peer.stage == SessionPeer::Stage::kBulk)
+        return violated(*roster.peers.find(peer.other), "said " + name + " on its bulk connection", now);
+    const std::string who = peer.role == PeerRole::kHost ? "a host" : "an application";
+    violated(peer, who + " must not say " + name + " on its control connection", now);
 }
 
-/// The holder of the name may have died without a word, which is noticed once it has been silent for long enough.
-/// Whoever asks again after that, and the holder has spoken meanwhile, is one too many.
-void ServerSession::Impl::refuseTaken(Peer& peer, Host& host, TimePoint now) {
-    constexpr Duration kForgotten = std::chrono::seconds(10);  // more than a host waits between two tries
-    if (host.claimedFrom != host.connection || now - host.lastClaim > kForgotten) {
-        host.claimedFrom = host.connection;
-        host.claimedSince = now;
-    }
-    host.lastClaim = now;
-    const Duration noticed = config.sync.lostAfter + kGracesInARow * config.sync.heartbeat;
-    const bool speaks = now - host.claimedSince >= noticed && lastHeard(*find(host.connection)) > host.claimedSince;
-    if (speaks) host.claimedFrom = {};  // the next one who claims the name begins anew
-    const std::string taken = "host '" + host.name + "' is connected already";
-    refuse(
-        peer, ErrorCode::kRefused,
-        speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
-        !speaks);
+void ServerSession::Impl::malformed(ConnectionId connection, const std::string& reason, TimePoint now) {
+    look(now);
+    SessionPeer* peer = roster.peers.find(connection);
+    if (!peer) return;
+    if (peer->welcomed()) return violated(*peer, reason, now);
+    roster.close(*peer, reason);  // a stranger, or a bulk connection, which its peer may open again
 }
 
-void ServerSession::Impl::helloBulk(Peer& peer, const message::Hello& hello) {
-    const auto control = !hello.token ? peers.end() : std::find_if(peers.begin(), peers.end(), [&](const auto& item) {
-        return item.second.stage == Peer::Stage::kControl && item.second.token == hello.token;
-    });
-    if (control == peers.end())
-        return refuse(peer, ErrorCode::kRefused, "no control connection goes with this bulk connection", true);
-    if (Peer* old = find(control->second.other)) {
-        out.push_back(server_action::Close{old->id, "replaced by a newer bulk connection"});
-        peers.erase(old->id);
-    }
-    peer.stage = Peer::Stage::kBulk;
-    peer.role = control->second.role;
-    peer.name = control->second.name;
-    peer.other = control->second.id;
-    control->second.other = peer.id;
+/// Whoever says something its role must not say is closed; nobody else notices.
+void ServerSession::Impl::violated(SessionPeer& peer, const std::string& what, TimePoint now) {
+    if (peer.role == PeerRole::kHost)
+        roster.lose(roster.hostOf(peer), FaultKind::kProtocol, what, roster.currentFrame(), now);
+    roster.close(peer, what);
+    frames.settle(now);
 }
 
-void ServerSession::Impl::admitHost(Peer& peer, Host& host, const message::Hello& hello, TimePoint now) {
-    peer.role = PeerRole::kHost;
-    peer.name = host.name;
-    host.state = HostState::kJoining;
-    host.connection = peer.id;
-    host.everJoined = true;
-    host.synced = false;
-    host.syncing.restart(now);
-    host.owedBlobs.clear();
-    host.everBegun = false;
-    host.answered = true;
-    host.everSwapped = false;
-    host.mismatched = false;
-    host.unshown = false;
-    host.queriesOpen = 0;
-    host.roundTrip = {};
-    host.machine = hello.machine;
-    host.board = hello.board;
-    host.toldNeighbours.clear();
-    welcome(peer, now);
-    comparePixels(host, hello.pixelProbe);
-    tellNeighbours(host.machine);
-    askSnapshot(peer);
+void ServerSession::Impl::on(SessionPeer& peer, const message::Heartbeat& message, TimePoint now) {
+    const auto sample = peer.clock.received(message, now);
+    // The first one is answered soon: the peer wants an estimate of our clock before it shows its first frame. Not
+    // here: `now` is when the heartbeat came, and the answer has to say when it goes.
+    if (!std::exchange(peer.clockAnswered, true)) roster.peers.heartbeatSoon(now);
+    if (!sample || peer.role != PeerRole::kHost) return;
+    // Smoothed as TCP does it (RFC 6298).
+    Duration& roundTrip = roster.hostOf(peer).roundTrip;
+    roundTrip = roundTrip == Duration::zero() ? sample->roundTrip : roundTrip + (sample->roundTrip - roundTrip) / 8;
 }
 
-void ServerSession::Impl::tellNeighbours(const std::string& machine) {
-    constexpr std::size_t kMostNeighbours = 64, kLongest = 128;  // of a line; bounds what one machine's hosts cost
-    if (machine.empty()) return;
-    const auto there = [&](const Host& host) {
-        return host.connection && host.machine == machine && !host.board.empty() &&
-               host.name.size() + host.board.size() < kLongest && host.board.find('\n') == std::string::npos;
-    };
-    for (Host& host : hosts) {
-        if (!there(host)) continue;
-        message::Neighbours neighbours;
-        std::size_t count = 0;
-        for (const Host& other : hosts)
-            if (&other != &host && there(other) && count++ < kMostNeighbours)
-                neighbours.boards += other.name + " " + other.board + "\n";
-        if (neighbours.boards == host.toldNeighbours) continue;
-        host.toldNeighbours = neighbours.boards;
-        send(host.connection, std::move(neighbours));
-    }
+void ServerSession::Impl::on(SessionPeer& peer, const message::Synced& message, TimePoint now) {
+    const Expected<CatchUp::Said> said = catchUp.synced(peer, message, now);
+    if (!said) return violated(peer, said.error().message, now);
+    if (*said == CatchUp::Said::kSentAway) frames.settle(now);
 }
 
-void ServerSession::Impl::welcome(Peer& peer, TimePoint now) {
-    peer.stage = Peer::Stage::kControl;
-    peer.token = config.newToken();
-    if (nextHeartbeat < now) nextHeartbeat = now;
-    send(peer.id, message::Welcome{.epoch = config.epoch,
-                                   .token = peer.token,
-                                   .heartbeat = config.sync.heartbeat,
-                                   .lostAfter = config.sync.lostAfter,
-                                   .configuration = config.configuration});
+void ServerSession::Impl::on(SessionPeer& peer, const message::BlobRequest& message, TimePoint now) {
+    SessionPeer& control = *roster.peers.find(peer.other);
+    if (message.length == 0 || message.length > config.maxChunkBytes)
+        return violated(control, fmt::format("asked for {} bytes of a blob at once", message.length), now);
+    if (control.role == PeerRole::kHost) roster.hostOf(control).standing.patience.restart(now);
+    roster.out.push_back(server_action::BlobRequested{peer.id, message});
 }
 
-void ServerSession::Impl::refuse(Peer& peer, ErrorCode code, std::string reason, bool retry) {
-    send(peer.id, message::Refused{code, reason, retry});
-    out.push_back(server_action::Close{peer.id, std::move(reason)});
-    peers.erase(peer.id);
+void ServerSession::Impl::requestImages(std::uint64_t request, FrameNumber frame) {
+    images.made(request);
+    const MessagePtr message = SessionRoster::shared(message::ImageRequest{request, frame});
+    for (const SessionHost& host : roster.hosts)
+        if (host.inBarrier()) roster.send(host.connection, message);
 }
 
-void ServerSession::Impl::comparePixels(Host& host, std::uint64_t probe) {
-    if (probe == 0) return;  // it did not look
-    host.pixelProbe = probe;
-    if (probeHost.empty()) probeHost = host.name;
-    if (host.name == probeHost) return;
-    if (findHost(probeHost)->pixelProbe != probe) out.push_back(server_action::PixelsDiffer{host.name, probeHost});
+const SessionPeer* ServerSession::Impl::application(ConnectionId connection) const {
+    const SessionPeer* peer = finished ? nullptr : roster.peers.find(connection);
+    return peer && peer->isApplication() ? peer : nullptr;
 }
 
 void ServerSession::Impl::finish(const std::string& reason) {
     if (finished) return;
     finished = true;
     finishReason = reason;
-    const MessagePtr over = shared(message::Over{reason});
-    for (const auto& [id, peer] : peers)
-        if (peer.stage != Peer::Stage::kBulk) send(id, over);
-}
-
-void ServerSession::Impl::fault(const Host& host, FaultKind kind, const std::string& detail, FrameNumber frame,
-                                TimePoint now) {
-    const Peer* peer = find(host.connection);
-    const Duration silence = peer ? std::max(Duration::zero(), now - lastHeard(*peer)) : Duration::zero();
-    out.push_back(server_action::Fault{host.name, kind, frame, silence, detail});
-}
-
-void ServerSession::Impl::lose(Host& host, FaultKind kind, const std::string& detail, FrameNumber frame,
-                               TimePoint now) {
-    fault(host, kind, detail, frame, now);
-    leaveBarrier(host, now);
-    host.state = HostState::kLost;
-    host.connection = {};
-    host.synced = false;
-    host.mismatched = false;
-    if (std::exchange(host.saidInput, false)) out.push_back(server_action::InputEnded{host.name});
-    tellNeighbours(host.machine);
-}
-
-void ServerSession::Impl::close(Peer& peer, const std::string& reason, bool retry) {
-    if (peer.stage == Peer::Stage::kControl) send(peer.id, message::Refused{ErrorCode::kRefused, reason, retry});
-    out.push_back(server_action::Close{peer.id, reason});
-    forget(peer);
-}
-
-void ServerSession::Impl::forget(Peer& peer) {
-    const ConnectionId id = peer.id;
-    if (Peer* other = find(peer.other)) {
-        if (peer.stage == Peer::Stage::kControl) {
-            out.push_back(server_action::Close{other->id, "its control connection is closed"});
-            peers.erase(other->id);
-        } else {
-            other->other = {};
-        }
-    }
-    const bool application = peer.stage == Peer::Stage::kControl && peer.role == PeerRole::kApplication;
-    peers.erase(id);
-    if (application) out.push_back(server_action::ApplicationLeft{id});
-    updateTail();
-}
-
-ServerSession::Impl::Peer* ServerSession::Impl::find(ConnectionId connection) {
-    const auto it = peers.find(connection);
-    return it == peers.end() ? nullptr : &it->second;
-}
-
-const ServerSession::Impl::Peer* ServerSession::Impl::find(ConnectionId connection) const {
-    const auto it = peers.find(connection);
-    return it == peers.end() ? nullptr : &it->second;
-}
-
-ServerSession::Impl::Host* ServerSession::Impl::findHost(const std::string& name) {
-    const auto it = std::find_if(hosts.begin(), hosts.end(), [&](const Host& host) { return host.name == name; });
-    return it == hosts.end() ? nullptr : &*it;
-}
-
-ServerSession::Impl::Host& ServerSession::Impl::hostOf(const Peer& peer) {
-    Host* host = findHost(peer.name);
-    TESSERA_CHECK(host && host->connection == peer.id, "a welcomed host is in the wall and knows its connection");
-    return *host;
-}
-
-FrameNumber ServerSession::Impl::currentFrame() const {
-    return barrier.open() ? barrier.openFrame() : barrier.nextFrame();
+    const MessagePtr over = SessionRoster::shared(message::Over{reason});
+    for (const auto& [id, peer] : roster.peers)
+        if (peer.stage != SessionPeer::Stage::kBulk) roster.send(id, over);
 }
 
 // ---- the public face -----------------------------------------------------------------------------------------------
@@ -358,7 +254,7 @@ ServerActions ServerSession::received(ConnectionId connection, Epoch epoch, cons
 }
 
 Epoch ServerSession::epoch() const {
-    return impl_->config.epoch;
+    return impl_->entrance.epoch();
 }
 
 ServerActions ServerSession::malformed(ConnectionId connection, const std::string& reason, TimePoint now) {
@@ -372,62 +268,65 @@ ServerActions ServerSession::connectionClosed(ConnectionId connection, TimePoint
 }
 
 void ServerSession::heard(ConnectionId connection, TimePoint now) {
-    if (Impl::Peer* peer = impl_->find(connection)) peer->lastByte = std::max(peer->lastByte, now);
+    if (SessionPeer* peer = impl_->roster.peers.find(connection)) impl_->roster.peers.heard(*peer, now);
 }
 
 bool ServerSession::isHost(ConnectionId connection) const {
-    const Impl::Peer* peer = impl_->find(connection);
-    return peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kHost;
+    const SessionPeer* peer = impl_->roster.peers.find(connection);
+    return peer && peer->isHost();
 }
 
 ServerActions ServerSession::advance(TimePoint now) {
-    if (!impl_->finished) impl_->advance(now);
+    if (impl_->finished) return impl_->take();
+    impl_->frames.started(now);
+    impl_->look(now);
+    impl_->deadlines.advance(now);
     return impl_->take();
 }
 
 TimePoint ServerSession::nextDeadline() const {
-    return impl_->finished ? TimePoint::max() : impl_->nextDeadline();
+    return impl_->finished ? TimePoint::max() : impl_->deadlines.next();
 }
 
 bool ServerSession::mayBegin(TimePoint now) const {
-    return !impl_->finished && impl_->mayBegin(now);
+    return !impl_->finished && impl_->frames.mayBegin(now);
 }
 
 FrameNumber ServerSession::nextFrame() const {
-    return impl_->barrier.nextFrame();
+    return impl_->roster.barrier.nextFrame();
 }
 
 ServerActions ServerSession::beginFrame(const FrameContent& content, TimePoint now) {
-    if (!impl_->finished) impl_->beginFrame(content, now);
+    if (!impl_->finished) impl_->frames.begin(content, now);
     return impl_->take();
 }
 
 ServerActions ServerSession::snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content,
                                            TimePoint now) {
-    if (!impl_->finished) impl_->snapshotReady(connection, std::move(snapshot), std::move(content), now);
+    if (!impl_->finished) impl_->catchUp.snapshotReady(connection, std::move(snapshot), std::move(content), now);
     return impl_->take();
 }
 
 bool ServerSession::snapshotServes(Sequence sequence, std::size_t bytes) const {
-    return impl_->tail.covers(sequence) && impl_->tail.bytesAfter(sequence) <= bytes;
+    return impl_->roster.followers.serves(sequence, bytes);
 }
 
 ServerActions ServerSession::announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now) {
-    if (!impl_->finished) impl_->announceBlobs(token, std::move(blobs), now);
+    if (!impl_->finished) impl_->catchUp.announce(token, std::move(blobs), now);
     return impl_->take();
 }
 
 void ServerSession::forgetBlobs(std::uint64_t token) {
-    std::erase_if(impl_->announcements, [&](const auto& announcement) { return announcement.token == token; });
+    impl_->roster.announcements.forget(token);
 }
 
 ServerActions ServerSession::queryObjects(const std::string& host, std::uint64_t leaf) {
-    if (!impl_->finished) impl_->queryObjects(host, leaf);
+    if (!impl_->finished) impl_->repairs.query(host, leaf);
     return impl_->take();
 }
 
 ServerActions ServerSession::repair(const std::string& host, TimePoint now) {
-    if (!impl_->finished) impl_->repair(host, now);
+    if (!impl_->finished && impl_->repairs.repair(host, now)) impl_->frames.settle(now);
     return impl_->take();
 }
 
@@ -437,17 +336,14 @@ ServerActions ServerSession::requestImages(std::uint64_t request, FrameNumber fr
 }
 
 ServerActions ServerSession::reply(ConnectionId application, message::Reply reply) {
-    const Impl::Peer* peer = impl_->find(application);
-    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl && peer->role == PeerRole::kApplication)
-        impl_->send(application, std::move(reply));
+    if (impl_->application(application)) impl_->roster.send(application, std::move(reply));
     return impl_->take();
 }
 
 ServerActions ServerSession::notify(ConnectionId application, message::Notice notice) {
-    const Impl::Peer* peer = impl_->find(application);
-    if (!impl_->finished && peer && peer->stage == Impl::Peer::Stage::kControl &&
-        peer->role == PeerRole::kApplication && impl_->unsent(application) <= impl_->config.maxUnsentBytes)
-        impl_->send(application, std::move(notice));
+    const std::function<std::size_t(ConnectionId)>& unsent = impl_->config.unsentBytes;
+    if (impl_->application(application) && (!unsent || unsent(application) <= impl_->config.maxUnsentBytes))
+        impl_->roster.send(application, std::move(notice));
     return impl_->take();
 }
 
@@ -458,18 +354,18 @@ ServerActions ServerSession::finish(const std::string& reason) {
 
 std::vector<ServerSession::HostStatus> ServerSession::hosts() const {
     std::vector<HostStatus> all;
-    for (const Impl::Host& host : impl_->hosts)
+    for (const SessionHost& host : impl_->roster.hosts)
         all.push_back({host.name, host.state, host.lastShown, host.everShown, host.roundTrip});
     return all;
 }
 
 std::vector<std::string> ServerSession::waitingFor() const {
-    return impl_->barrier.waitingFor();
+    return impl_->roster.barrier.waitingFor();
 }
 
 std::vector<std::string> ServerSession::missing() const {
     std::vector<std::string> names;
-    for (const Impl::Host& host : impl_->hosts)
+    for (const SessionHost& host : impl_->roster.hosts)
         if (!host.everJoined) names.push_back(host.name);
     return names;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
@@ -217,6 +218,11 @@ using ServerAction =
                  server_action::PixelsDiffer, server_action::EpochRaised, server_action::InputReceived,
                  server_action::InputEnded, server_action::UploadReceived>;
 using ServerActions = std::vector<ServerAction>;
+
+/// `more` is to be carried out after what stands there.
+inline void append(ServerActions& to, ServerActions more) {
+    to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
 /// clock and returns what is to be done, in order. Not thread-safe.

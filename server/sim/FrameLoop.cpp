@@ -8,19 +8,19 @@
 
 #include "common/base/FairQueue.h"
 #include "common/base/ThreadPriority.h"
-#include "server/sim/AnswerGate.h"
-#include "server/sim/FilmFiles.h"
 #include "server/sim/FrameMaker.h"
-#include "server/sim/MarkArrays.h"
-#include "server/sim/ReportFile.h"
 #include "server/sim/SessionActions.h"
 #include "server/sim/StartScene.h"
-#include "server/sim/WandInput.h"
-#include "server/sim/frame/AnimatedBounds.h"
+#include "server/sim/desk/FilmFiles.h"
 #include "server/sim/frame/OutsideActors.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/NextEpoch.h"
+#include "server/sim/navigation/WandInput.h"
+#include "server/sim/peers/AnswerGate.h"
+#include "server/sim/peers/MarkArrays.h"
+#include "server/sim/report/ReportFile.h"
 #include "server/sim/tracking/TrackerInputs.h"
+#include "server/sim/view/AnimatedBounds.h"
 
 namespace tessera {
 

@@ -10,11 +10,11 @@
 #include "common/base/Log.h"
 #include "common/session/ServerSession.h"
 #include "common/wall/Showing.h"
-#include "server/sim/Report.h"
-#include "server/sim/frame/ViewSource.h"
 #include "server/sim/journal/Journal.h"
 #include "server/sim/navigation/Steering.h"
 #include "server/sim/recording/RecordingWriter.h"
+#include "server/sim/report/Report.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 

@@ -9,11 +9,11 @@
 #include "common/base/Log.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/FramePacing.h"
-#include "server/sim/Peers.h"
-#include "server/sim/Report.h"
-#include "server/sim/Snapshots.h"
-#include "server/sim/StateComparison.h"
 #include "server/sim/desk/RequestDesk.h"
+#include "server/sim/peers/Peers.h"
+#include "server/sim/records/Snapshots.h"
+#include "server/sim/records/StateComparison.h"
+#include "server/sim/report/Report.h"
 
 namespace tessera {
 

@@ -27,7 +27,7 @@
 #include "common/base/Channel.h"
 #include "common/codec/MessageCodec.h"
 #include "common/session/ClientSession.h"
-#include "server/sim/Peers.h"
+#include "server/sim/peers/Peers.h"
 
 namespace tessera {
 namespace {

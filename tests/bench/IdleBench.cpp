@@ -22,7 +22,7 @@
 #include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/Simulation.h"
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 namespace {

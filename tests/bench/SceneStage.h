@@ -8,7 +8,7 @@
 #include "client/render/RenderAction.h"
 #include "common/scene/Aspect.h"
 #include "server/sim/frame/Simulation.h"
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 #include "tests/bench/SceneMaker.h"
 
 namespace tessera::bench {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "common/animation/MotionKeys.h"
 #include "common/cores/Camera.h"
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Environment.h"
@@ -14,7 +15,7 @@
 #include "common/cores/Motion.h"
 #include "common/cores/Transform.h"
 #include "server/sim/frame/Simulation.h"
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera::test {

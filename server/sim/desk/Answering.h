@@ -15,8 +15,4 @@ struct Asker {
 [[nodiscard]] ServerActions answerTo(ServerSession& session, const Asker& asker,
                                      const Expected<ApplicationAnswer>& answer);
 
-inline void append(ServerActions& to, ServerActions more) {
-    to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
-}
-
 }  // namespace tessera

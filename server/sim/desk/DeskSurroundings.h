@@ -14,9 +14,9 @@
 #include "server/sim/desk/Uploads.h"
 #include "server/sim/desk/ViewRequests.h"
 #include "server/sim/frame/Copies.h"
-#include "server/sim/frame/FrameBudget.h"
-#include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/Steering.h"
+#include "server/sim/view/FrameBudget.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "server/sim/desk/Answering.h"
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 

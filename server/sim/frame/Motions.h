@@ -3,7 +3,6 @@
 
 #include <map>
 #include <set>
-#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -13,17 +12,6 @@
 #include "server/sim/frame/Actor.h"
 
 namespace tessera {
-
-/// Scalars per key of Motion::keys: time, translation, rotation wxyz, scale.
-inline constexpr std::size_t kScalarsPerKey = 11;
-
-/// Says what is wrong with key frames: not a whole number of keys, none, times not ascending, a number that is not
-/// finite, a rotation of length zero.
-[[nodiscard]] Expected<void> checkKeys(std::span<const double> keys);
-
-/// The pose at local time `seconds` under a Motion's mode. Keys have passed checkKeys. Linear between keys, rotation by
-/// slerp along the shorter arc.
-[[nodiscard]] Pose poseAt(std::span<const double> keys, std::int64_t mode, double seconds);
 
 /// One playing motion's wish.
 struct MotionStep {

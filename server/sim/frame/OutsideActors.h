@@ -4,10 +4,10 @@
 #include "server/movies/Movies.h"
 #include "server/programs/ProgramNotices.h"
 #include "server/programs/ProgramTrials.h"
-#include "server/sim/frame/FrameBudget.h"
-#include "server/sim/frame/HandleSizes.h"
 #include "server/sim/frame/InlineLoading.h"
-#include "server/sim/frame/LevelChoice.h"
+#include "server/sim/view/FrameBudget.h"
+#include "server/sim/view/HandleSizes.h"
+#include "server/sim/view/LevelChoice.h"
 
 namespace tessera {
 

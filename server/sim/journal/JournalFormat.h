@@ -18,8 +18,8 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "server/sim/frame/Frame.h"
-#include "server/sim/frame/ViewSource.h"
 #include "server/sim/recording/RecordBytes.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 

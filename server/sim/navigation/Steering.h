@@ -10,10 +10,10 @@
 #include "common/base/Clock.h"
 #include "common/request/ViewRequests.h"
 #include "server/sim/frame/Frame.h"
-#include "server/sim/frame/ViewSource.h"
 #include "server/sim/navigation/HandleInput.h"
 #include "server/sim/navigation/InputSources.h"
 #include "server/sim/navigation/Navigator.h"
+#include "server/sim/view/ViewSource.h"
 
 namespace tessera {
 

@@ -7,8 +7,8 @@
 
 #include "common/request/StatusRequests.h"
 #include "common/wall/View.h"
-#include "server/sim/frame/TrackedHead.h"
 #include "server/sim/tracking/PoseFilter.h"
+#include "server/sim/view/TrackedHead.h"
 
 namespace tessera {
 

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "server/sim/FilmFiles.h"
+#include "server/sim/desk/FilmFiles.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera::test {

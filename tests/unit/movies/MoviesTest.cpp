@@ -13,7 +13,7 @@
 #include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
 #include "server/movies/Movies.h"
-#include "server/sim/FilmFiles.h"
+#include "server/sim/desk/FilmFiles.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/movies/NumberedFilm.h"

@@ -1,5 +1,5 @@
 /// How large scenes get while they play, beside what is drawn in frame after frame; and that the first view shows it.
-#include "server/sim/frame/AnimatedBounds.h"
+#include "server/sim/view/AnimatedBounds.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "common/scene/Action.h"
 #include "server/import/Importer.h"
 #include "server/sim/frame/Simulation.h"
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/SceneForTests.h"
 

@@ -1,5 +1,5 @@
 /// Who is told that something is done is told once the journal has it.
-#include "server/sim/AnswerGate.h"
+#include "server/sim/peers/AnswerGate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 /// report.json's `collision`: sums over the run, lists of the last frame, names for a person.
-#include "server/sim/CollisionReport.h"
+#include "server/sim/report/CollisionReport.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "common/scene/FieldTable.h"
-#include "server/sim/Report.h"
+#include "server/sim/report/Report.h"
 
 namespace tessera {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-#include "server/sim/Report.h"
+#include "server/sim/report/Report.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
 

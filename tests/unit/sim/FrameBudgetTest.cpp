@@ -1,4 +1,4 @@
-#include "server/sim/frame/FrameBudget.h"
+#include "server/sim/view/FrameBudget.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 /// Handles of a size on the screen: what a camera makes of them, wherever heads and walls stand; who is told what, and when.
-#include "server/sim/frame/HandleSizes.h"
-#include "server/sim/frame/LevelChoice.h"
+#include "server/sim/view/HandleSizes.h"
+#include "server/sim/view/LevelChoice.h"
 
 #include <gtest/gtest.h>
 

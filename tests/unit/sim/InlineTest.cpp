@@ -6,7 +6,7 @@
 #include "common/drawable/Drawable.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Edits.h"
-#include "server/sim/Report.h"
+#include "server/sim/report/Report.h"
 #include "tests/property/Seeds.h"
 #include "tests/unit/sim/InlineStage.h"
 

@@ -1,7 +1,7 @@
 /// Which level of detail each user sees: by distance and by size, with hysteresis, as a part of the scene; after any history what a fresh
 /// look says, at a cost of what moved.
 #include "common/cores/DistanceLOD.h"
-#include "server/sim/frame/LevelChoice.h"
+#include "server/sim/view/LevelChoice.h"
 
 #include <gtest/gtest.h>
 

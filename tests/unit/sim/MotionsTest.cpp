@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "common/animation/MotionKeys.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
 

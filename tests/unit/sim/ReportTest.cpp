@@ -1,5 +1,5 @@
 // What report.json says of how far apart hosts showed a frame.
-#include "server/sim/Report.h"
+#include "server/sim/report/Report.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/sim/frame/FrameBudget.h"
+#include "server/sim/view/FrameBudget.h"
 #include "tests/property/Seeds.h"
 
 namespace tessera {

@@ -10,8 +10,8 @@
 #include "common/base/Channel.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
-#include "server/sim/Peers.h"
 #include "server/sim/frame/Simulation.h"
+#include "server/sim/peers/Peers.h"
 #include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {

@@ -1,5 +1,5 @@
 // The whole scene for who joins: made beside the frames, and the same as the scene.
-#include "server/sim/Snapshots.h"
+#include "server/sim/records/Snapshots.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/sim/StateComparison.h"
+#include "server/sim/records/StateComparison.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "server/sim/frame/AnimatedBounds.h"
 #include "server/sim/frame/Simulation.h"
+#include "server/sim/view/AnimatedBounds.h"
 #include "tests/unit/session/ServerFixture.h"
 #include "tests/unit/sim/SceneForTests.h"
 #include "tests/unit/sim/SingleEdits.h"

@@ -1,5 +1,5 @@
 /// Where the wall stands: after any history what a walk over the whole scene says, at a cost of what changed.
-#include "server/sim/frame/ViewSource.h"
+#include "server/sim/view/ViewSource.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "common/codec/WallCodec.h"
 #include "common/scene/Action.h"
-#include "server/sim/frame/AnimatedBounds.h"
+#include "server/sim/view/AnimatedBounds.h"
 #include "tests/unit/sim/RandomTree.h"
 #include "tests/unit/sim/SceneForTests.h"
 

@@ -1,5 +1,5 @@
 /// Which tile the wall waited for, and why: sessions on times of the tests' own.
-#include "server/sim/WaitStatistics.h"
+#include "server/sim/report/WaitStatistics.h"
 
 #include <gtest/gtest.h>
 

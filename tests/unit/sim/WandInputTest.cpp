@@ -1,4 +1,4 @@
-#include "server/sim/WandInput.h"
+#include "server/sim/navigation/WandInput.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,75 @@
+#include "common/session/Admission.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "common/base/Hash.h"
+#include "common/session/Grace.h"
+
+namespace tessera {
+
+Admission::Verdict Admission::program(const message::Hello& hello) const {
+    if (hello.protocol != kProtocolVersion)
+        return Refusal{
+            ErrorCode::kNetwork,
+            fmt::format("this server speaks protocol version {}, the peer version {}; install the same Tessera on both",
+                        kProtocolVersion, hello.protocol),
+            false};
+    if (hello.schema != config_.schema)
+        return Refusal{ErrorCode::kNetwork,
+                       "this server's scene has schema " + toHex(config_.schema) + ", the peer's " +
+                           toHex(hello.schema) + "; install the same Tessera on both",
+                       false};
+    return {};
+}
+
+Admission::Verdict Admission::application(std::size_t connected) const {
+    if (connected < config_.maxApplications) return {};
+    return Refusal{ErrorCode::kRefused,
+                   fmt::format("already {} applications are connected, the most there may be", connected), true};
+}
+
+Admission::Refusal Admission::unknownHost(const std::string& name) const {
+    return {ErrorCode::kNotFound,
+            fmt::format("unknown host '{}'; the wall has: {}", name, fmt::join(config_.hosts, ", ")), false};
+}
+
+Admission::Refusal Admission::taken(const std::string& name, ConnectionId holder, TimePoint lastHeard, TimePoint now) {
+    constexpr Duration kForgotten = std::chrono::seconds(10);  // more than a host waits between two tries
+    Claim& claim = claims_[name];
+    if (claim.from != holder || now - claim.last > kForgotten) {
+        claim.from = holder;
+        claim.since = now;
+    }
+    claim.last = now;
+    const Duration noticed = config_.sync.lostAfter + Grace::kInARow * config_.sync.heartbeat;
+    const bool speaks = now - claim.since >= noticed && lastHeard > claim.since;
+    if (speaks) claim.from = {};  // the next one who claims the name begins anew
+    const std::string taken = "host '" + name + "' is connected already";
+    return {
+        ErrorCode::kRefused,
+        speaks ? taken + ", and goes on speaking; end that process, or give this one the name of another host" : taken,
+        !speaks};
+}
+
+Admission::EpochVerdict Admission::epochOf(const std::string& host, Epoch seen, bool entered) {
+    if (seen <= epoch_) return {};
+    if (seen > config_.furthestSeen)
+        return {.refused = Refusal{ErrorCode::kRefused,
+                                   fmt::format("host '{}' says that it has seen epoch {}, which no server of this wall "
+                                               "can have had; start it again",
+                                               host, seen.value),
+                                   false}};
+    if (entered || !seen.next())
+        return {.refused =
+                    Refusal{ErrorCode::kRefused,
+                            fmt::format("this server is at epoch {}, and host '{}' has seen epoch {} of this wall: "
+                                        "a server that started later has taken over, or the clock went back; end "
+                                        "one of the two, or start this one again",
+                                        epoch_.value, host, seen.value),
+                            true}};
+    return {.raisedFrom = std::exchange(epoch_, seen.next())};
+}
+
+}  // namespace tessera

@@ -1,0 +1,192 @@
+#include "server/sim/records/Snapshots.h"
+
+#include <sys/resource.h>
+
+#include <limits>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/codec/SnapshotCodec.h"
+#include "server/sim/commit/EditHistory.h"
+
+namespace tessera {
+
+namespace {
+
+/// Lists that wait for the thread: enough that it is not woken for each frame of a wall in motion.
+constexpr std::size_t kMaxFresh = 64;
+constexpr std::size_t kMaxFreshBytes = std::size_t{1} << 20;
+constexpr std::size_t kMostOrders = 16;
+/// Lists that the thread leaves to be applied later, so that the scene as it was before them can be asked about.
+constexpr std::size_t kTrailing = 64;
+constexpr std::size_t kTrailingBytes = std::size_t{8} << 20;
+/// Behind the frame thread, hosts on the same machine, and their drawing.
+constexpr int kNice = 10;
+
+std::size_t bytesOf(const SnapshotMade& made) {
+    return made.content.empty() ? made.snapshot.list->encoded.size() : made.content.sizeBytes();
+}
+
+/// An aspect that follows committed lists, some behind.
+class Follower {
+public:
+    [[nodiscard]] const Aspect& scene() const { return scene_; }
+    [[nodiscard]] Sequence sequence() const { return sequence_; }
+
+    void follow(const WaitingLists& lists) {
+        for (const WaitingLists::Waiting& waiting : lists.lists()) {
+            trailingBytes_ += waiting.bytes;
+            trailing_.push_back(waiting);
+        }
+        while (trailing_.size() > kTrailing || trailingBytes_ > kTrailingBytes) applyOne();
+    }
+    void catchUp() {
+        while (!trailing_.empty()) applyOne();
+    }
+    /// Goes on to that list; false: it is beyond.
+    [[nodiscard]] bool goTo(Sequence sequence) {
+        while (!trailing_.empty() && trailing_.front().sequence <= sequence) applyOne();
+        return sequence_ == sequence;
+    }
+
+private:
+    void applyOne() {
+        const WaitingLists::Waiting waiting = std::move(trailing_.front());
+        trailing_.pop_front();
+        trailingBytes_ -= waiting.bytes;
+        const Expected<void> applied = scene_.apply(*waiting.list);
+        TESSERA_CHECK(applied, "what has been committed can be applied again");
+        sequence_ = waiting.sequence;
+    }
+    Aspect scene_;
+    Sequence sequence_;
+    std::deque<WaitingLists::Waiting> trailing_;
+    std::size_t trailingBytes_ = 0;
+};
+
+SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
+    const ChangeList list = snapshot(scene);
+    CommittedList whole{
+        .sequence = sequence, .stateHash = scene.stateHash(), .encoded = encodeChangeList(list), .blobs = {}};
+    for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
+        return {.snapshot = {.list = share(std::move(whole))}};
+    SnapshotMade made{.content = encodeSnapshot(whole)};
+    made.snapshot = {.list = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash}),
+                     .content = {made.content.id(), made.content.sizeBytes()}};
+    return made;
+}
+
+}  // namespace
+
+Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver)
+    : session_(session),
+      blobs_(blobs),
+      deliver_(std::move(deliver)),
+      orders_(std::numeric_limits<std::size_t>::max()),
+      thread_([this] { work(); }) {}
+
+Snapshots::~Snapshots() {
+    orders_.close();
+    thread_.join();
+}
+
+void Snapshots::work() {
+    (void)setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
+    Follower follower;
+    while (auto order = orders_.pop()) {
+        if (orders_.closed()) return;
+        if (const auto* apply = std::get_if<Apply>(&*order)) {
+            follower.follow(*apply->lists);
+            waitingBytes_ -= apply->lists->bytes();
+        } else if (const auto* at = std::get_if<LookAt>(&*order)) {
+            at->look(!at->sequence || follower.goTo(*at->sequence) ? &follower.scene() : nullptr);
+        } else {
+            follower.catchUp();
+            deliver_(snapshotOf(follower.scene(), follower.sequence()));
+        }
+        --ordersUnderWay_;
+    }
+}
+
+void Snapshots::follow(const CommittedFrame& committed) {
+    forgetLast();
+    pump(Room::kAsThereIs);
+    if (!committed.list) return;
+    fresh_.push_back(committed);
+    freshBytes_ += memoryOf(*committed.list);
+    if (fresh_.size() >= kMaxFresh || freshBytes_ >= kMaxFreshBytes) handOver();
+}
+
+void Snapshots::handOver() {
+    if (fresh_.empty()) return;
+    const bool behind = !late_.empty();
+    if (!behind || !std::holds_alternative<Apply>(late_.back())) late_.emplace_back(Apply{std::make_shared<WaitingLists>()});
+    WaitingLists& lists = *std::get<Apply>(late_.back()).lists;
+    const std::size_t before = lists.bytes();
+    for (const CommittedFrame& frame : fresh_) lists.add(frame, behind ? WaitingLists::Merge::kYes : WaitingLists::Merge::kNo);
+    waitingBytes_ += lists.bytes() - before;
+    fresh_.clear();
+    freshBytes_ = 0;
+    pump(Room::kAsThereIs);
+}
+
+void Snapshots::pump(Room room) {
+    // What has gone over is the thread's alone.
+    for (; !late_.empty() && (room == Room::kForAll || ordersUnderWay_ < kMostOrders); late_.pop_front()) {
+        ++ordersUnderWay_;
+        orders_.push(std::move(late_.front()));
+    }
+}
+
+void Snapshots::sceneReady() {
+    ready_ = true;
+    if (!waiting_.empty()) order();
+}
+
+ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
+    if (last_ && session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) return give(connection, now);
+    waiting_.push_back(connection);
+    if (ready_) order();
+    return {};
+}
+
+void Snapshots::look(std::optional<Sequence> sequence, Look look) {
+    handOver();
+    late_.emplace_back(LookAt{sequence, std::move(look)});
+    pump(Room::kForAll);
+}
+
+void Snapshots::order() {
+    if (std::exchange(ordered_, true)) return;
+    handOver();
+    late_.emplace_back(Make{});
+    pump(Room::kForAll);  // one at a time, and whoever waits for it may be who frames wait for
+}
+
+ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
+    ordered_ = false;
+    if (!snapshot.content.empty()) snapshot.content = blobs_.add(std::move(snapshot.content));
+    if (last_) freeLast();
+    last_ = std::make_shared<const SnapshotMade>(std::move(snapshot));
+    ServerActions actions;
+    // Where too much has happened meanwhile the session asks again, and a newer one is made.
+    for (const ConnectionId connection : std::exchange(waiting_, {})) append(actions, give(connection, now));
+    return actions;
+}
+
+/// Nobody asks at a wall at rest: it goes all the same.
+void Snapshots::forgetLast() {
+    constexpr std::uint64_t kEvery = 64;  // the session goes through the lists since then
+    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) freeLast();
+}
+
+/// By the thread: of a large scene it takes longer than a frame.
+void Snapshots::freeLast() {
+    look(std::nullopt, [gone = std::exchange(last_, nullptr)](const Aspect*) {});
+}
+
+ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {
+    return session_.snapshotReady(connection, last_->snapshot, last_->content, now);
+}
+
+}  // namespace tessera

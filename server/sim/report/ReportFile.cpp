@@ -1,0 +1,24 @@
+#include "server/sim/report/ReportFile.h"
+
+#include <filesystem>
+#include <fstream>
+
+namespace tessera {
+
+Expected<void> writeReport(const std::string& path, std::string_view text) {
+    const std::filesystem::path target(path);
+    const std::filesystem::path temporary = path + ".new";
+    std::error_code error;
+    if (target.has_parent_path()) std::filesystem::create_directories(target.parent_path(), error);
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.close();
+    if (!out)
+        return fail(ErrorCode::kFailed,
+                    "cannot write the report " + path + ": is the folder writable and the disk not full?");
+    std::filesystem::rename(temporary, target, error);
+    if (error) return fail(ErrorCode::kFailed, "cannot write the report " + path + ": " + error.message());
+    return {};
+}
+
+}  // namespace tessera
