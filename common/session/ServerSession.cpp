@@ -397,8 +397,8 @@ FrameNumber ServerSession::nextFrame() const {
     return impl_->barrier.nextFrame();
 }
 
-ServerActions ServerSession::beginFrame(const FrameContent& content, TimePoint now) {
-    if (!impl_->finished) impl_->beginFrame(content, now);
+ServerActions ServerSession::beginFrame(const message::Begin& begin, TimePoint now) {
+    if (!impl_->finished) impl_->beginFrame(begin, now);
     return impl_->take();
 }
 

@@ -17,57 +17,57 @@ bool ServerSession::Impl::mayBegin(TimePoint now) const {
     return startedAt && now - *startedAt >= config.sync.startDeadline;
 }
 
-void ServerSession::Impl::beginFrame(const FrameContent& content, TimePoint now) {
-    const CommittedList& list = *content.list;
+void ServerSession::Impl::beginFrame(const message::Begin& begin, TimePoint now) {
+    const CommittedList& list = *begin.list;
     TESSERA_CHECK(list.changed() || !tail.started() || list.sequence == tail.last(),
                   "a frame without a list stands where the last one did: nothing is between two frames");
-    forgetCommitted(content);
+    forgetCommitted(begin);
     catchUp(now);
-    enterSynced(content, now);
-    const std::vector<std::string> drawing = barrier.begin(content.frame, now);
-    const MessagePtr begin = shared(message::Begin{content.frame, content.payload, content.list});
+    enterSynced(begin, now);
+    const std::vector<std::string> drawing = barrier.begin(begin.frame, now);
+    const MessagePtr toHosts = shared(begin);
     for (const std::string& name : drawing) {
         Host& host = *findHost(name);
         host.state = HostState::kLive;
         host.everBegun = true;
         host.answered = false;
-        host.frame = content.frame;
+        host.frame = begin.frame;
         host.sequence = list.sequence;
         host.stateHash = list.stateHash;
         find(host.connection)->sentThrough = list.sequence;
-        send(host.connection, begin);
+        send(host.connection, toHosts);
     }
     if (list.changed()) {
         MessagePtr changes;
         for (auto& [id, peer] : peers)
-            if (peer.following) follow(peer, content.list, changes, now);
+            if (peer.following) follow(peer, begin.list, changes, now);
     }
-    record(content);
+    record(begin);
     settle(now);
 }
 
-void ServerSession::Impl::enterSynced(const FrameContent& content, TimePoint now) {
+void ServerSession::Impl::enterSynced(const message::Begin& begin, TimePoint now) {
     for (Host& host : hosts) {
-        if (!host.mayEnter() || !fits(*find(host.connection), content)) continue;
+        if (!host.mayEnter() || !fits(*find(host.connection), begin)) continue;
         barrier.enter(host.name);
         host.state = HostState::kLive;
         const Duration away = host.everEntered ? std::max(Duration::zero(), now - host.awaySince) : Duration::zero();
-        out.push_back(server_action::HostEntered{host.name, content.frame, host.everEntered, away, barrier.framesToProve(host.name)});
+        out.push_back(server_action::HostEntered{host.name, begin.frame, host.everEntered, away, barrier.framesToProve(host.name)});
         host.everEntered = true;
     }
 }
 
 /// Whether this frame's list is just what the peer's replica lacks. A snapshot may be ahead of them: it is made of
 /// the committed scene, and a list may be committed before the frame that carries it begins.
-bool ServerSession::Impl::fits(const Peer& peer, const FrameContent& content) const {
-    return (content.list->changed() ? peer.sentThrough.next() : peer.sentThrough) == content.list->sequence;
+bool ServerSession::Impl::fits(const Peer& peer, const message::Begin& begin) const {
+    return (begin.list->changed() ? peer.sentThrough.next() : peer.sentThrough) == begin.list->sequence;
 }
 
-void ServerSession::Impl::record(const FrameContent& content) {
-    if (content.list->changed())
-        tail.append(content.list);
+void ServerSession::Impl::record(const message::Begin& begin) {
+    if (begin.list->changed())
+        tail.append(begin.list);
     else if (!tail.started())
-        tail.startAt(content.list->sequence, content.list->stateHash);
+        tail.startAt(begin.list->sequence, begin.list->stateHash);
 }
 
 /// `changes`: the message about this list, once somebody needs it.
@@ -176,10 +176,10 @@ void ServerSession::Impl::announceBlobs(std::uint64_t token, std::vector<BlobInf
     }
 }
 
-void ServerSession::Impl::forgetCommitted(const FrameContent& content) {
+void ServerSession::Impl::forgetCommitted(const message::Begin& begin) {
     if (announcements.empty()) return;
     std::set<BlobId> named;
-    for (const BlobInfo& blob : content.list->blobs) named.insert(blob.id);
+    for (const BlobInfo& blob : begin.list->blobs) named.insert(blob.id);
     std::erase_if(announcements, [&](const Announcement& announcement) {
         return announcement.everywhere && std::all_of(announcement.blobs.begin(), announcement.blobs.end(),
                                                       [&](const BlobInfo& blob) { return named.contains(blob.id); });

@@ -150,10 +150,10 @@ struct ServerSession::Impl {
 
     // ServerSessionFrames.cpp: frames, catching up, blobs
     [[nodiscard]] bool mayBegin(TimePoint now) const;
-    void beginFrame(const FrameContent& content, TimePoint now);
-    void enterSynced(const FrameContent& content, TimePoint now);
-    [[nodiscard]] bool fits(const Peer& peer, const FrameContent& content) const;
-    void record(const FrameContent& content);
+    void beginFrame(const message::Begin& begin, TimePoint now);
+    void enterSynced(const message::Begin& begin, TimePoint now);
+    [[nodiscard]] bool fits(const Peer& peer, const message::Begin& begin) const;
+    void record(const message::Begin& begin);
     void follow(Peer& peer, const CommittedListPtr& list, MessagePtr& changes, TimePoint now);
     void catchUp(TimePoint now);
     [[nodiscard]] std::size_t unsent(ConnectionId connection) const {
@@ -163,7 +163,7 @@ struct ServerSession::Impl {
     void snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content, TimePoint now);
     void updateTail();
     void announceBlobs(std::uint64_t token, std::vector<BlobInfo> blobs, TimePoint now);
-    void forgetCommitted(const FrameContent& content);
+    void forgetCommitted(const message::Begin& begin);
     void notAwaited(const std::string& host);
     void reportEverywhere();
     void leaveBarrier(Host& host, TimePoint now);
