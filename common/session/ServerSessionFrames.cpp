@@ -52,7 +52,8 @@ void ServerSession::Impl::enterSynced(const message::Begin& begin, TimePoint now
         barrier.enter(host.name);
         host.state = HostState::kLive;
         const Duration away = host.everEntered ? std::max(Duration::zero(), now - host.awaySince) : Duration::zero();
-        out.push_back(server_action::HostEntered{host.name, begin.frame, host.everEntered, away, barrier.framesToProve(host.name)});
+        out.push_back(server_action::HostEntered{host.name, begin.frame, host.everEntered, away,
+                                                 barrier.framesToProve(host.name)});
         host.everEntered = true;
     }
 }

@@ -27,7 +27,8 @@ inline ServerActions redo(Desk& desk, const Asker& asker, const request::RedoSte
 
 inline ServerActions move(Desk& desk, const Asker& asker, const request::MoveNode& wish, TimePoint now) {
     const Gesture gesture{asker.connection.value, wish.gesture};
-    return desk.edits.enter({.asker = asker, .edit = {.gesture = gesture, .move = wish.move, .node = wish.node}}, {}, now);
+    return desk.edits.enter({.asker = asker, .edit = {.gesture = gesture, .move = wish.move, .node = wish.node}}, {},
+                            now);
 }
 
 inline ServerActions remove(Desk& desk, const Asker& asker, const request::RemoveNode& wish, TimePoint now) {

@@ -67,7 +67,9 @@ private:
         while (places_[i] != 0 && rows_[places_[i] - 1].first != id) i = (i + 1) & (places_.size() - 1);
         return places_[i];
     }
-    [[nodiscard]] std::uint32_t& placeOf(ObjectId id) { return const_cast<std::uint32_t&>(std::as_const(*this).placeOf(id)); }
+    [[nodiscard]] std::uint32_t& placeOf(ObjectId id) {
+        return const_cast<std::uint32_t&>(std::as_const(*this).placeOf(id));
+    }
     void enterAll(std::size_t places) {
         places_.assign(places, 0);
         for (std::size_t i = 0; i < rows_.size(); ++i) placeOf(rows_[i].first) = static_cast<std::uint32_t>(i + 1);
@@ -80,7 +82,8 @@ private:
     }
 
     std::vector<Row> rows_;
-    std::vector<std::uint32_t> places_;  ///< in `rows_`, from 1; 0: none. Open addressing, a power of two, at most half full
+    std::vector<std::uint32_t>
+        places_;  ///< in `rows_`, from 1; 0: none. Open addressing, a power of two, at most half full
     bool ascending_ = true;
 };
 

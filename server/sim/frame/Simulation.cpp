@@ -143,9 +143,9 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     for (const auto& [id, pose] : poses) {
         moved.push_back(id);
         if (pose.sound()) continue;
-        return refused(
-            {ErrorCode::kBadInput,
-             fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value)});
+        return refused({ErrorCode::kBadInput,
+                        fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised",
+                                    id.value)});
     }
     pause(drivers, list);
 

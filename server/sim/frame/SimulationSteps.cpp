@@ -186,7 +186,8 @@ std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId 
     if (!found || !found->ofAnEdit() || !core) return std::nullopt;
     const Wish& wish = *found;
     const Pose now = poseOf(*core);
-    if (!same(now, wish.pose)) return wish.edit() == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
+    if (!same(now, wish.pose))
+        return wish.edit() == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
     const auto way = std::ranges::find(wish.ways, step.edit, [](const auto& one) { return one.first; });
     if (way == wish.ways.end()) return std::nullopt;
     return Way{way->second, std::next(way) == wish.ways.end() ? now : std::next(way)->second};

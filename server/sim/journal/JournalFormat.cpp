@@ -151,8 +151,10 @@ RecordContent encode(const journal::Frame& frame) {
         overlaps.push_back(event.overlaps.size());
         appendPairs(event.overlaps, overlaps);
     }
-    head.set_overlaps(std::ranges::any_of(frame.history, [](const HistoryEvent& event) { return !event.overlaps.empty(); }));
-    const ByteSlice list = frame.sent ? frame.sent->encoded : ByteSlice(frame.list ? encodeChangeList(*frame.list) : Bytes());
+    head.set_overlaps(
+        std::ranges::any_of(frame.history, [](const HistoryEvent& event) { return !event.overlaps.empty(); }));
+    const ByteSlice list =
+        frame.sent ? frame.sent->encoded : ByteSlice(frame.list ? encodeChangeList(*frame.list) : Bytes());
     std::vector<ByteSpan> parts{list, recordBytes(display), recordBytes(events)};
     parts.insert(parts.end(), lists.begin(), lists.end());
     if (head.overlaps()) parts.push_back(recordBytes(overlaps));

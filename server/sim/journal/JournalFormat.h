@@ -75,7 +75,8 @@ struct Frame {
     ChangeListPtr list;  ///< null: only the history changed
     std::vector<HistoryEvent> history;
     std::optional<std::vector<ObjectId>> display;  ///< ContactDisplay::ids, where they have changed
-    CommittedListPtr sent = nullptr;  ///< of one that is to be written: has the bytes of `list`. Null: they are made anew
+    CommittedListPtr sent =
+        nullptr;  ///< of one that is to be written: has the bytes of `list`. Null: they are made anew
 };
 /// Frames before this one may have been shown.
 struct Frames {

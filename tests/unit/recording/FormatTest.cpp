@@ -27,11 +27,12 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     BlobStore arrays;
     for (const Blob& blob : blobsOf(list)) arrays.add(blob);
     const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000001234});
-    const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
-                                  {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
-                                  {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000},
-                                  {.ticket = 4, .move = NodeMove{.translation = Vec3d(nan, -0.0, 1), .relative = true}, .node = ObjectId(9)},
-                                  {.ticket = 5, .move = NodeMove{.rotation = Quatd(1, 2, 3, 4), .scale = Vec3d(5, 6, 7)}, .node = ObjectId(10)}};
+    const std::vector<Edit> edits{
+        {.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
+        {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
+        {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000},
+        {.ticket = 4, .move = NodeMove{.translation = Vec3d(nan, -0.0, 1), .relative = true}, .node = ObjectId(9)},
+        {.ticket = 5, .move = NodeMove{.rotation = Quatd(1, 2, 3, 4), .scale = Vec3d(5, 6, 7)}, .node = ObjectId(10)}};
     const std::vector<Reply> replies{{.question = 17,
                                       .decision = Reply::Decision::kMove,
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),

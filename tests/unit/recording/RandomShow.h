@@ -135,8 +135,10 @@ public:
                     return o.ticket == parts_.front().ticket && !o.result;
                 }))
                 parts_.clear();
-            shownInParts_ += static_cast<std::uint64_t>(std::ranges::count_if(
-                result.outcomes, [](const EditOutcome& o) { return o.result && o.result->ids.size() == 1 && o.result->ids[0].first.value == kFirstPlaceholder; }));
+            shownInParts_ +=
+                static_cast<std::uint64_t>(std::ranges::count_if(result.outcomes, [](const EditOutcome& o) {
+                    return o.result && o.result->ids.size() == 1 && o.result->ids[0].first.value == kFirstPlaceholder;
+                }));
             contacts_ += result.collision.contacts.size();
             refused_ += static_cast<std::uint64_t>(
                 std::ranges::count_if(result.outcomes, [](const EditOutcome& o) { return !o.result; }));

@@ -32,9 +32,13 @@ TEST(ById, HoldsWhatAMapHoldsInWhateverOrderItComes) {
             }
             const int* found = values.find(id);
             ASSERT_EQ(found != nullptr, truth.contains(id));
-            if (found) { ASSERT_EQ(*found, truth.at(id)); }
+            if (found) {
+                ASSERT_EQ(*found, truth.at(id));
+            }
             ASSERT_EQ(values.size(), truth.size());
-            if (random() % 8 == 0) { ASSERT_EQ(values.ascending(), (std::vector<ById<int>::Row>(truth.begin(), truth.end()))); }
+            if (random() % 8 == 0) {
+                ASSERT_EQ(values.ascending(), (std::vector<ById<int>::Row>(truth.begin(), truth.end())));
+            }
         }
     });
 }

@@ -69,7 +69,8 @@ TEST(Moves, ThatTheWallStopsAreStoppedTogether) {
     std::vector<Edit> edits;
     for (std::uint64_t i = 1; i <= 4; ++i) edits.push_back(moveBy(i, yard.crane, Vec3d(1, 0, 0)));
     const FrameResult frame = yard.step(std::move(edits));
-    for (const EditOutcome& outcome : frame.outcomes) EXPECT_EQ(outcome.result->stopped, std::vector{yard.place}) << outcome.ticket;
+    for (const EditOutcome& outcome : frame.outcomes)
+        EXPECT_EQ(outcome.result->stopped, std::vector{yard.place}) << outcome.ticket;
     EXPECT_LT(yard.x(), 3);
     EXPECT_GT(yard.x(), 2.9);
     EXPECT_EQ(yard.undo(), 1u);
@@ -178,13 +179,15 @@ TEST(Moves, OfAnyHistoryAreTheirSum) {
                 const Vec3d by(static_cast<double>(below(random, 5)) - 2, static_cast<double>(below(random, 3)) - 1, 0);
                 // A place overrules what was before it in the frame: only where nothing was.
                 const bool place = oneIn(random, 5) && !placed[which] &&
-                                   std::ranges::none_of(edits, [&](const Edit& edit) { return edit.move && edit.node == nodes[which]; });
+                                   std::ranges::none_of(
+                                       edits, [&](const Edit& edit) { return edit.move && edit.node == nodes[which]; });
                 placed[which] = placed[which] || place;
                 const State from = expected;
                 if (place) {
                     expected[which] = by;
-                    oneIn(random, 2) ? edits.push_back({.ticket = k, .list = moveTo(cores[which], by)})
-                                     : edits.push_back({.ticket = k, .move = NodeMove{.translation = by}, .node = nodes[which]});
+                    oneIn(random, 2)
+                        ? edits.push_back({.ticket = k, .list = moveTo(cores[which], by)})
+                        : edits.push_back({.ticket = k, .move = NodeMove{.translation = by}, .node = nodes[which]});
                 } else {
                     expected[which] += by;
                     edits.push_back(moveBy(k, nodes[which], by));

@@ -203,7 +203,8 @@ TEST(UndoPlaces, TwoEditsOfAFrameThatChangePlacesAreTakenBackOneByOne) {
         edits.push_back({.ticket = 1, .list = moveTo(show.core("/a"), Vec3d(0, 5, 0))});
         edits.push_back({.ticket = 2, .list = moveTo(show.core("/b"), Vec3d(0.2, 0, 0))});
         if (turned) std::swap(edits[0], edits[1]);
-        for (const EditOutcome& outcome : show.simulation.step(false, std::move(edits)).outcomes) ASSERT_TRUE(outcome.result->stopped.empty());
+        for (const EditOutcome& outcome : show.simulation.step(false, std::move(edits)).outcomes)
+            ASSERT_TRUE(outcome.result->stopped.empty());
         const StateHash there = show.hash();
         for (int i = 0; i < 2; ++i) {
             const EditOutcome back = show.goBack();
@@ -301,7 +302,10 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                     const double far = oneIn(random, 4) ? 1e4 : 3;
                     NodeMove move{.translation = Vec3d(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1)), .relative = true};
                     if (oneIn(random, 6)) move.rotation = Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY()));
-                    edits.push_back({.ticket = k, .gesture = gesture, .move = move, .node = children[below(random, std::min<std::size_t>(children.size(), 2))]});
+                    edits.push_back({.ticket = k,
+                                     .gesture = gesture,
+                                     .move = move,
+                                     .node = children[below(random, std::min<std::size_t>(children.size(), 2))]});
                     continue;
                 }
                 test::ListMaker make;
