@@ -431,11 +431,10 @@ void Application::onBack(std::function<void()> callback) {
 Expected<answer::Committed> Application::propose(const ChangeList& list, std::uint64_t gesture) {
     if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
     const auto known = [&](const BlobId& array) { return impl_->connection && impl_->connection->has(array); };
-    const auto ask = [&](const Proposal& proposal) {
-        return impl_->ask(request::ProposeChanges{proposal.list, proposal.inlineArrays, gesture}, std::nullopt,
-                          proposal.arrays);
+    const auto ask = [&](const Proposal& proposal, std::span<const Blob> arrays) {
+        return impl_->ask(proposal, std::nullopt, arrays);
     };
-    return impl_->settled(impl_->proposals.propose(list, known, ask));
+    return impl_->settled(impl_->proposals.propose(list, gesture, known, ask));
 }
 
 Expected<answer::Committed> Application::undo() {

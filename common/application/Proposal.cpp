@@ -10,22 +10,25 @@ namespace tessera {
 
 namespace {
 
-Expected<Proposal> proposalOf(const ChangeList& list, const Proposals::Known& known) {
+/// `arrays`: that do not travel with it. `complete`: false where the server is trusted to have some.
+Expected<Proposal> proposalOf(const ChangeList& list, const Proposals::Known& known, std::vector<Blob>& arrays,
+                              bool& complete) {
     Proposal proposal;
+    complete = true;
     std::uint64_t bytes = 0;
     std::size_t smallBytes = 0;
     for (Blob& blob : blobsOf(list)) {
         if (!blob.resident()) continue;
         if (known && known(blob.id())) {
-            proposal.complete = false;
+            complete = false;
             continue;
         }
         bytes += blob.sizeBytes();
         if (blob.sizeBytes() <= limits::kMaxInlineArrayBytes - smallBytes) {
             smallBytes += blob.sizeBytes();
-            proposal.inlineArrays.push_back(blob.slice());
+            proposal.blobs.push_back(blob.slice());
         } else {
-            proposal.arrays.push_back(std::move(blob));
+            arrays.push_back(std::move(blob));
         }
     }
     if (bytes > limits::kMaxUploadBytes)
@@ -41,13 +44,17 @@ Expected<Proposal> proposalOf(const ChangeList& list, const Proposals::Known& kn
 
 }  // namespace
 
-Expected<answer::Committed> Proposals::propose(const ChangeList& list, const Known& known, const Ask& ask) {
+Expected<answer::Committed> Proposals::propose(const ChangeList& list, std::uint64_t gesture, const Known& known,
+                                               const Ask& ask) {
     Known has = [&](const BlobId& id) { return taken_.find(id).resident() || known(id); };
     while (true) {
-        const Expected<Proposal> proposal = proposalOf(list, has);
+        std::vector<Blob> arrays;
+        bool complete = true;
+        Expected<Proposal> proposal = proposalOf(list, has, arrays, complete);
         if (!proposal) return tl::unexpected(proposal.error());
-        Expected<answer::Committed> committed = ask(*proposal);
-        if (!committed && !proposal->complete && committed.error().code == ErrorCode::kNotFound) {
+        proposal->gesture = gesture;
+        Expected<answer::Committed> committed = ask(*proposal, arrays);
+        if (!committed && !complete && committed.error().code == ErrorCode::kNotFound) {
             has = nullptr;
             continue;
         }

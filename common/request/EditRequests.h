@@ -221,4 +221,8 @@ struct LoadAsset {
 using OfEdits = std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset>;
 
 }  // namespace request
+
+/// As the house calls it, from who makes it to who decodes its list.
+using Proposal = request::ProposeChanges;
+
 }  // namespace tessera

@@ -20,38 +20,38 @@ bool FrameRound::mayBegin(TimePoint now) const {
     return startedAt_ && now - *startedAt_ >= roster_.config.sync.startDeadline;
 }
 
-void FrameRound::begin(const FrameContent& content, TimePoint now) {
-    const CommittedList& list = *content.list;
+void FrameRound::begin(const message::Begin& begin, TimePoint now) {
+    const CommittedList& list = *begin.list;
     TESSERA_CHECK(roster_.followers.continues(list),
                   "a frame without a list stands where the last one did: nothing is between two frames");
     roster_.announcements.named(list.blobs);
     catchUp_.sendToSlow(now);
-    enterSynced(content, now);
-    const std::vector<std::string> drawing = roster_.barrier.begin(content.frame, now);
-    const MessagePtr begin = SessionRoster::shared(message::Begin{content.frame, content.payload, content.list});
+    enterSynced(begin, now);
+    const std::vector<std::string> drawing = roster_.barrier.begin(begin.frame, now);
+    const MessagePtr toHosts = SessionRoster::shared(begin);
     for (const std::string& name : drawing) {
         SessionHost& host = *roster_.find(name);
         host.state = HostState::kLive;
         host.everBegun = true;
         host.answered = false;
-        host.frame = content.frame;
+        host.frame = begin.frame;
         host.sequence = list.sequence;
         host.stateHash = list.stateHash;
         roster_.followers.sentWithFrame(host.connection, list.sequence);
-        roster_.send(host.connection, begin);
+        roster_.send(host.connection, toHosts);
     }
-    if (list.changed()) catchUp_.send(content.list, now);
-    roster_.followers.record(content.list);
+    if (list.changed()) catchUp_.send(begin.list, now);
+    roster_.followers.record(begin.list);
     settle(now);
 }
 
-void FrameRound::enterSynced(const FrameContent& content, TimePoint now) {
+void FrameRound::enterSynced(const message::Begin& begin, TimePoint now) {
     for (SessionHost& host : roster_.hosts) {
-        if (!roster_.mayEnter(host) || !roster_.followers.lacksJust(host.connection, *content.list)) continue;
+        if (!roster_.mayEnter(host) || !roster_.followers.lacksJust(host.connection, *begin.list)) continue;
         roster_.barrier.enter(host.name);
         host.state = HostState::kLive;
         const Duration away = host.everEntered ? std::max(Duration::zero(), now - host.awaySince) : Duration::zero();
-        roster_.out.push_back(server_action::HostEntered{host.name, content.frame, host.everEntered, away,
+        roster_.out.push_back(server_action::HostEntered{host.name, begin.frame, host.everEntered, away,
                                                          roster_.barrier.framesToProve(host.name)});
         host.everEntered = true;
     }

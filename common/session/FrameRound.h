@@ -29,7 +29,7 @@ public:
     [[nodiscard]] std::optional<TimePoint> startDeadline() const;
 
     [[nodiscard]] bool mayBegin(TimePoint now) const;
-    void begin(const FrameContent& content, TimePoint now);
+    void begin(const message::Begin& begin, TimePoint now);
     /// Fails where it was not told to draw this one.
     [[nodiscard]] Expected<void> ready(SessionPeer& peer, const message::Ready& message, TimePoint now);
     /// Fails where this one was not released to it.
@@ -40,7 +40,7 @@ public:
     void settle(TimePoint now);
 
 private:
-    void enterSynced(const FrameContent& content, TimePoint now);
+    void enterSynced(const message::Begin& begin, TimePoint now);
     void released(SwapBarrier::Outcome& outcome, TimePoint now);
     void leaveUnshown(SessionHost& host, TimePoint now);
 

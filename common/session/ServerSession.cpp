@@ -296,8 +296,8 @@ FrameNumber ServerSession::nextFrame() const {
     return impl_->roster.barrier.nextFrame();
 }
 
-ServerActions ServerSession::beginFrame(const FrameContent& content, TimePoint now) {
-    if (!impl_->finished) impl_->frames.begin(content, now);
+ServerActions ServerSession::beginFrame(const message::Begin& begin, TimePoint now) {
+    if (!impl_->finished) impl_->frames.begin(begin, now);
     return impl_->take();
 }
 

@@ -80,16 +80,6 @@ struct ServerSessionConfig {
     std::size_t maxUnsentBytes = std::size_t{4} << 20;
 };
 
-/// What the frame loop hands in for one frame.
-struct FrameContent {
-    FrameNumber frame;
-    ByteSlice payload;  ///< for hosts in the barrier
-    /// What is committed for this frame, for everybody. Lists are numbered one by one: each is in exactly one frame, in
-    /// order, and a frame that changes nothing has the sequence of the frame before it. (Checked: a gap would leave a
-    /// joining host with another scene.)
-    CommittedListPtr list = nothingCommitted();
-};
-
 namespace server_action {
 
 struct Send {
@@ -259,7 +249,9 @@ public:
     /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter
     /// here, unless their snapshot holds a list of this very frame already: then they enter at the next. With no host
     /// in the barrier the frame is released at once.
-    [[nodiscard]] ServerActions beginFrame(const FrameContent& content, TimePoint now);
+    /// Lists are numbered one by one: each is in exactly one frame, in order, and a frame that changes nothing has the
+    /// sequence of the frame before it. (Checked: a gap would leave a joining host with another scene.)
+    [[nodiscard]] ServerActions beginFrame(const message::Begin& begin, TimePoint now);
 
     /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves. Where it lies in a blob, that can
     /// be fetched until the peer is synced.

@@ -525,18 +525,18 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     if (pacing.framesReleased() == 0)
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
             log.warning(fmt::format("starting without: {}", join(missing)));
-    FrameMaker::Made made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
-    poses = tracking.poses(number, made.view);
+    FrameResult made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
+    poses = tracking.poses(number, maker.view());
     steering.wands(poses.wands);
-    snapshots.follow(made.result.commit);
+    snapshots.follow(made.commit);
     if (std::exchange(surveyWanted, false)) orderSurvey();
     report.frameBegins();
     pacing.began(now);
-    actions.carryOut(peers.session().beginFrame(made.content, now));
+    actions.carryOut(peers.session().beginFrame(maker.begin(number, made), now));
     if (std::optional<InlineOrder> order = actors.inlines.takeOrder()) desk.loadContent(std::move(*order));
-    actions.carryOut(marks.named(made.result.commit.sent->blobs, Clock::now()));
+    actions.carryOut(marks.named(made.commit.sent->blobs, Clock::now()));
     actions.carryOut(desk.heads(poses));
-    actions.carryOut(untilWritten(desk.committed(std::move(made.result), number, simulation.openQuestions())));
+    actions.carryOut(untilWritten(desk.committed(std::move(made), number, simulation.openQuestions())));
 }
 
 void FrameLoop::Impl::moveHeads() {

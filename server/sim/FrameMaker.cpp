@@ -56,8 +56,8 @@ Expected<void> FrameMaker::sceneIsThere() {
     return {};
 }
 
-FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
-                                  TimePoint now) {
+FrameResult FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
+                             TimePoint now) {
     const bool first = number == FrameNumber(0);
     const ActorTable& actors = around_.simulation.actors();
     // By where heads were in the frame before. Edits like others, so that whoever follows, records or keeps a journal
@@ -97,12 +97,15 @@ FrameMaker::Made FrameMaker::make(FrameNumber number, std::vector<Edit> edits, c
     if (around_.journal) around_.journal->viewIs(around_.view);
     lastView_.detail = 0;
     actors.look(lastView_);
-    FrameContent content{.frame = number,
-                         .payload = encodeFrame({.view = lastView_,
-                                                 .collision = numbersOf(frame.collision),
-                                                 .showing = around_.showing ? *around_.showing : Showing::kScene}),
-                         .list = frame.commit.sent};
-    return {.result = std::move(frame), .content = std::move(content), .view = lastView_};
+    return frame;
+}
+
+message::Begin FrameMaker::begin(FrameNumber number, const FrameResult& frame) const {
+    return {.frame = number,
+            .payload = encodeFrame({.view = lastView_,
+                                    .collision = numbersOf(frame.collision),
+                                    .showing = around_.showing ? *around_.showing : Showing::kScene}),
+            .list = frame.commit.sent};
 }
 
 bool FrameMaker::ready(TimePoint now) {

@@ -54,13 +54,13 @@ public:
     /// whatever is left.
     [[nodiscard]] bool ready(TimePoint now);
 
-    struct Made {
-        FrameResult result;
-        FrameContent content;
-        View view;
-    };
     /// `now`: of the steady clock, for what people do; nothing that is recorded depends on it.
-    [[nodiscard]] Made make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies, TimePoint now);
+    [[nodiscard]] FrameResult make(FrameNumber number, std::vector<Edit> edits, const std::vector<Reply>& replies,
+                                   TimePoint now);
+    /// Of the frame that was made last.
+    [[nodiscard]] const View& view() const { return lastView_; }
+    /// What hosts are told of that frame.
+    [[nodiscard]] message::Begin begin(FrameNumber number, const FrameResult& frame) const;
 
 private:
     [[nodiscard]] Expected<void> sceneIsThere();

@@ -125,6 +125,32 @@ TEST_F(Architecture, ARequestsNameStandsInFourFilesAtMost) {
     }
 }
 
+// What a new reader reads first. A shape more is a reason more, or another one less.
+TEST_F(Architecture, TheWayOfAnEditHasTwentyShapesAtMostAndEachIsWhereItIsSaidToBe) {
+    constexpr int kMostLines = 60, kMostShapes = 20;
+    const std::string readme = std::string(kRoot) + "/server/sim/EDIT.md";
+    std::ifstream in(readme);
+    ASSERT_TRUE(in) << readme << " is missing";
+    const std::regex row("\\| (\\d+) \\| `(\\w+)` \\| `([^`]+)` \\| \\S.*\\|");
+    std::set<std::string> seen;
+    int lines = 0, shapes = 0;
+    for (std::string line; std::getline(in, line); ++lines) {
+        std::smatch match;
+        if (!std::regex_match(line, match, row)) continue;
+        const std::string name = match[2], path = match[3];
+        EXPECT_EQ(std::stoi(match[1]), ++shapes) << line;
+        EXPECT_TRUE(seen.insert(path + name).second) << name << " is named twice";
+        std::ifstream file(std::string(kRoot) + "/" + path);
+        ASSERT_TRUE(file) << path << " is missing";
+        const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+        EXPECT_TRUE(std::regex_search(text, std::regex("\\b(struct " + name + " (final )?[:{]|using " + name + " =)")))
+            << path << " defines no " << name;
+    }
+    EXPECT_GT(shapes, 0) << "the table was not found";
+    EXPECT_LE(shapes, kMostShapes);
+    EXPECT_LE(lines, kMostLines);
+}
+
 TEST_F(Architecture, NoTwoFilesDefineOneName) {
     EXPECT_EQ(report(checkNamesAreUnique(product)), "");
 }

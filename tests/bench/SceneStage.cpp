@@ -38,7 +38,7 @@ double SceneStage::edit(const EditKind& kind, std::size_t turn, bool second) {
     FrameResult frame = simulation_.step(false, std::move(edits));
     if (frame.commit.list) view_.update(scene(), frame.commit.list.get());
     const double taken = threadSeconds() - begin;
-    must(frame.outcomes[0].result.has_value() && frame.outcomes[0].stopped.empty() && frame.commit.list);
+    must(frame.outcomes[0].result.has_value() && frame.outcomes[0].result->stopped.empty() && frame.commit.list);
     frames_.push_back(std::move(frame.commit));
     return taken;
 }

@@ -121,7 +121,7 @@ private:
         }
     }
     void beginFrame() {
-        FrameContent content{.frame = session_.nextFrame(), .payload = {}};
+        message::Begin begin{.frame = session_.nextFrame(), .payload = {}};
         CommittedList list;
         if (in_.below(3) > 0) {
             sequence_ = sequence_.next();
@@ -129,9 +129,9 @@ private:
             list.stateHash = StateHash(sequence_.value);
         }
         list.sequence = sequence_;
-        content.list = share(std::move(list));
+        begin.list = share(std::move(list));
         frameOpen_ = true;
-        keep(session_.beginFrame(content, now_));
+        keep(session_.beginFrame(begin, now_));
     }
     void keep(const ServerActions& actions) {
         for (const ServerAction& action : actions) {

@@ -141,13 +141,13 @@ void Owner::maybeBegin() {
     if (config_.session.sync.lateFrame == LateFramePolicy::kWait)
         for (const auto& [host, told] : toldToShow_)
             if (members_.contains(host) && toProve_[host] == 0) violated("begins a frame before " + host + " has said that it shows the last one");
-    FrameContent content = *std::exchange(prepared_, std::nullopt);
-    content.frame = session_.nextFrame();
-    if (content.frame.value != released_) violated("a frame begins that does not follow the last one released");
+    message::Begin begin = *std::exchange(prepared_, std::nullopt);
+    begin.frame = session_.nextFrame();
+    if (begin.frame.value != released_) violated("a frame begins that does not follow the last one released");
     nextBegin_ = now() + config_.frameInterval;
-    frame_ = Frame{.number = content.frame, .stateHash = content.list->stateHash, .begun = now(), .open = true};
+    frame_ = Frame{.number = begin.frame, .stateHash = begin.list->stateHash, .begun = now(), .open = true};
     sayingAt_ = now();
-    carryOut(session_.beginFrame(content, now()));
+    carryOut(session_.beginFrame(begin, now()));
     // The next list is committed some time before its frame begins, as a pipelined frame loop does.
     timeline_.after(random_.between(0ms, config_.frameInterval), [this] {
         if (!prepared_ && now() >= stalledUntil_ && !finished_) prepare();
@@ -168,7 +168,7 @@ void Owner::prepare() {
     }
     committed.sequence = scene_.sequence;
     committed.stateHash = scene_.hash;
-    prepared_ = FrameContent{.list = share(std::move(committed))};
+    prepared_ = message::Begin{.list = share(std::move(committed))};
 }
 
 void Owner::announceBlobs() {

@@ -127,7 +127,7 @@ private:
     std::map<ConnectionId, std::string> hostOf_;
 
     ModelScene scene_;  ///< committed; may be ahead of the frames that have begun
-    std::optional<FrameContent> prepared_;
+    std::optional<message::Begin> prepared_;
     TimePoint nextBegin_{};
     std::map<BlobId, Blob> blobs_;
     std::map<std::uint64_t, std::vector<BlobInfo>> announced_;

@@ -131,6 +131,8 @@ public:
 
     /// A step is partly taken back or done again: `nextPart` is to be applied, then `partDone` called.
     [[nodiscard]] bool underWay() const { return moving_.has_value(); }
+    /// It is being taken back, not done again.
+    [[nodiscard]] bool takesBack() const { return moving_ && moving_->forth; }
     /// What the step under way has made or makes; none: an empty range.
     [[nodiscard]] IdRange idsUnderWay() const { return moving_ ? moving_->rest.made : IdRange(); }
     [[nodiscard]] ChangeListPtr nextPart() const { return moving_ ? moving_->rest.lists.back().list : nullptr; }

@@ -9,8 +9,8 @@
 
 namespace tessera::edit_deeds {
 
-inline ServerActions propose(Desk& desk, const Asker& asker, const request::ProposeChanges& wish, TimePoint now) {
-    return desk.proposals.propose(asker, {wish.list, wish.blobs, wish.gesture}, now);
+inline ServerActions propose(Desk& desk, const Asker& asker, const Proposal& proposal, TimePoint now) {
+    return desk.proposals.propose(asker, proposal, now);
 }
 
 inline ServerActions step(Desk& desk, const Asker& asker, Edit::Kind kind, TimePoint now) {
@@ -27,7 +27,7 @@ inline ServerActions redo(Desk& desk, const Asker& asker, const request::RedoSte
 
 inline ServerActions move(Desk& desk, const Asker& asker, const request::MoveNode& wish, TimePoint now) {
     const Gesture gesture{asker.connection.value, wish.gesture};
-    return desk.edits.enter({.asker = asker, .edit = {.gesture = gesture, .move = MoveWish{wish.node, wish.move}}}, {},
+    return desk.edits.enter({.asker = asker, .edit = {.gesture = gesture, .move = wish.move, .node = wish.node}}, {},
                             now);
 }
 

@@ -9,34 +9,32 @@ namespace tessera {
 
 namespace {
 
-answer::Committed committedAnswer(const OpenEdits::Open& open, const EditOutcome& outcome, Sequence sequence) {
-    answer::Committed committed{
-        .sequence = sequence, .stopped = outcome.stopped, .removed = open.removed, .created = open.created};
+ApplicationAnswer committedAnswer(const OpenEdits::Open& open, answer::Committed committed) {
+    committed.removed = open.removed;
+    committed.created = open.created;
     if (open.parts.size() > 1) {  // ids in a row
-        const auto& first = outcome.ids.front();
-        committed.ids.emplace_back(open.copy, ObjectId(first.second.value + (open.copy.value - first.first.value)));
-        return committed;
+        const auto [placeholder, first] = committed.ids.front();
+        committed.ids.front() = {open.copy, ObjectId(first.value + (open.copy.value - placeholder.value))};
+    } else if (open.copy) {
+        std::erase_if(committed.ids, [&](const auto& pair) { return pair.first != open.copy; });
     }
-    for (const auto& pair : outcome.ids)
-        if (!open.copy || pair.first == open.copy) committed.ids.push_back(pair);
     return committed;
 }
 
-answer::Loaded loadedAnswer(const OpenEdits::Open& open, const EditOutcome& outcome) {
+ApplicationAnswer loadedAnswer(const OpenEdits::Open& open, const answer::Committed& committed) {
     answer::Loaded loaded = open.loaded;
-    const auto given = std::ranges::find(outcome.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
-    if (given != outcome.ids.end())
+    const auto given = std::ranges::find(committed.ids, loaded.node, &std::pair<ObjectId, ObjectId>::first);
+    if (given != committed.ids.end())
         loaded.node = given->second;
-    else if (!outcome.ids.empty())  // of parts: ids in a row
+    else if (!committed.ids.empty())  // of parts: ids in a row
         loaded.node =
-            ObjectId(outcome.ids.front().second.value + (loaded.node.value - outcome.ids.front().first.value));
+            ObjectId(committed.ids.front().second.value + (loaded.node.value - committed.ids.front().first.value));
     return loaded;
 }
 
-Expected<ApplicationAnswer> outcomeOf(const OpenEdits::Open& open, const EditOutcome& outcome, Sequence sequence) {
-    if (!outcome.result) return tl::unexpected(outcome.result.error());
-    if (open.isLoad) return ApplicationAnswer(loadedAnswer(open, outcome));
-    return ApplicationAnswer(committedAnswer(open, outcome, sequence));
+Expected<ApplicationAnswer> answerOf(const OpenEdits::Open& open, Expected<answer::Committed> result) {
+    if (!result) return tl::unexpected(std::move(result.error()));
+    return open.isLoad ? loadedAnswer(open, *result) : committedAnswer(open, std::move(*result));
 }
 
 }  // namespace
@@ -168,15 +166,15 @@ void OpenEdits::drop(std::vector<ChangeList> parts) {
     std::ranges::move(parts, std::back_inserter(dropped_));
 }
 
-ServerActions OpenEdits::committed(const FrameResult& frame) {
+ServerActions OpenEdits::committed(std::vector<EditOutcome> outcomes) {
     ServerActions actions;
-    for (const EditOutcome& outcome : frame.outcomes) {
+    for (EditOutcome& outcome : outcomes) {
         const auto found = open_.find(outcome.ticket);
         if (found == open_.end() || outcome.underWay) continue;
         Open& open = found->second;
         const bool morePartsFollow = open.nextPart < open.parts.size();
         if (morePartsFollow && outcome.result) continue;
-        append(actions, tell(open, outcomeOf(open, outcome, frame.commit.sent->sequence)));
+        append(actions, tell(open, answerOf(open, std::move(outcome.result))));
         if (morePartsFollow) {
             std::erase(loading_, outcome.ticket);
             drop(std::move(open.parts));

@@ -26,6 +26,7 @@ public:
         std::uint64_t removed = 0;  ///< objects that it takes away, for its answer
         std::uint64_t created = 0;  ///< objects that it makes, for its answer
         ObjectId copy = {};         ///< the placeholder whose id its answer tells; none: those of all placeholders
+        Proposal proposal = {};     ///< whose arrays are being put together
         std::size_t bytes = 0;      ///< of the proposal, or that a copy holds once it is made
         bool isCopy = false;        ///< one that is made beside the frames
         std::uint64_t upload = 0;   ///< whose room it takes (Uploads::handedOver); 0: none
@@ -71,7 +72,7 @@ public:
     /// Parts that nobody wants: freed some at a time.
     void drop(std::vector<ChangeList> parts);
     /// What has become of the edits of a frame.
-    [[nodiscard]] ServerActions committed(const FrameResult& frame);
+    [[nodiscard]] ServerActions committed(std::vector<EditOutcome> outcomes);
 
 private:
     using Opens = std::map<std::uint64_t, Open>;  ///< by ticket

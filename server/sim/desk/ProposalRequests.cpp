@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-ServerActions ProposalRequests::propose(const Asker& asker, ProposedList proposal, TimePoint now) {
+ServerActions ProposalRequests::propose(const Asker& asker, Proposal proposal, TimePoint now) {
     const Expected<Uploads::Closed> upload =
         around_.uploads ? around_.uploads->close(asker.connection) : Uploads::Closed();
     if (!upload) return answerTo(around_.session, asker, failWith("proposal", upload.error()));
@@ -19,11 +19,12 @@ ServerActions ProposalRequests::propose(const Asker& asker, ProposedList proposa
                          .edit = {.ticket = ticket, .gesture = {asker.connection.value, proposal.gesture}},
                          .bytes = bytes});
     if (upload->upload == 0) return enter(ticket, proposal, now);
-    awaiting_[upload->upload] = {ticket, std::move(proposal)};
+    awaiting_[upload->upload] = ticket;
+    edits_.find(ticket)->proposal = std::move(proposal);
     return {};
 }
 
-ServerActions ProposalRequests::enter(std::uint64_t ticket, const ProposedList& proposal, TimePoint now) {
+ServerActions ProposalRequests::enter(std::uint64_t ticket, const Proposal& proposal, TimePoint now) {
     Expected<ChangeList> list = listFrom(proposal);
     if (!list) return edits_.refuse(ticket, list.error());
     std::vector<Blob> named = blobsOf(*list);
@@ -31,7 +32,7 @@ ServerActions ProposalRequests::enter(std::uint64_t ticket, const ProposedList& 
     return edits_.queue(ticket, std::move(named), now);
 }
 
-Expected<ChangeList> ProposalRequests::listFrom(const ProposedList& proposal) {
+Expected<ChangeList> ProposalRequests::listFrom(const Proposal& proposal) {
     std::size_t bytes = 0;
     for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();
     if (bytes > limits_.maxInlineArrayBytes)
@@ -58,7 +59,7 @@ void ProposalRequests::uploading(const server_action::UploadReceived& received) 
 
 ServerActions ProposalRequests::uploaded(UploadFinished finished, TimePoint now) {
     const auto awaiting = awaiting_.extract(finished.upload);
-    const std::uint64_t ticket = awaiting ? awaiting.mapped().ticket : 0;
+    const std::uint64_t ticket = awaiting ? awaiting.mapped() : 0;
     OpenEdits::Open* const open = awaiting ? edits_.find(ticket) : nullptr;
     if (!open) {
         around_.uploads->handedOver(finished.upload);
@@ -69,7 +70,7 @@ ServerActions ProposalRequests::uploaded(UploadFinished finished, TimePoint now)
     if (!finished.blobs) return edits_.refuse(ticket, failWith("proposal", finished.blobs.error()).value());
     // Findable until the list holds them.
     for (Blob& blob : *finished.blobs) blob = around_.blobs.add(std::move(blob));
-    ServerActions actions = enter(ticket, awaiting.mapped().proposal, now);
+    ServerActions actions = enter(ticket, std::exchange(open->proposal, {}), now);
     around_.uploads->letGo(std::move(*finished.blobs));
     return actions;
 }

@@ -3,18 +3,10 @@
 
 #include <cstdint>
 #include <map>
-#include <vector>
 
 #include "server/sim/desk/OpenEdits.h"
 
 namespace tessera {
-
-/// A list of changes as it comes: encoded (ChangeCodec), with the small arrays that it names.
-struct ProposedList {
-    ByteSlice list;
-    std::vector<ByteSlice> blobs;
-    std::uint64_t gesture = 0;  ///< those of one gesture of one application are one step of undo; 0: none
-};
 
 /// A proposal whose arrays came before it waits for the thread that puts them together (Uploads); then its list is
 /// decoded and is an edit. Frame thread only.
@@ -23,7 +15,7 @@ public:
     ProposalRequests(const DeskSurroundings& around, const DeskLimits& limits, OpenEdits& edits)
         : around_(around), limits_(limits), edits_(edits) {}
 
-    [[nodiscard]] ServerActions propose(const Asker& asker, ProposedList proposal, TimePoint now);
+    [[nodiscard]] ServerActions propose(const Asker& asker, Proposal proposal, TimePoint now);
     /// What has come for an application's next proposal is of no use.
     void dropArrays(ConnectionId connection);
     /// Arrays of an application's next proposal. Costs the same however large they are.
@@ -32,17 +24,13 @@ public:
 
 private:
     /// The arrays of its list are here.
-    [[nodiscard]] ServerActions enter(std::uint64_t ticket, const ProposedList& proposal, TimePoint now);
-    [[nodiscard]] Expected<ChangeList> listFrom(const ProposedList& proposal);
+    [[nodiscard]] ServerActions enter(std::uint64_t ticket, const Proposal& proposal, TimePoint now);
+    [[nodiscard]] Expected<ChangeList> listFrom(const Proposal& proposal);
 
-    struct Awaiting {
-        std::uint64_t ticket = 0;
-        ProposedList proposal;
-    };
     const DeskSurroundings& around_;
     const DeskLimits& limits_;
     OpenEdits& edits_;
-    std::map<std::uint64_t, Awaiting> awaiting_;  ///< those whose arrays are being put together, by upload
+    std::map<std::uint64_t, std::uint64_t> awaiting_;  ///< tickets whose arrays are being put together, by upload
 };
 
 }  // namespace tessera

@@ -52,7 +52,7 @@ std::vector<Edit> RequestDesk::takeEdits() {
 
 ServerActions RequestDesk::committed(FrameResult frame, FrameNumber number,
                                      std::span<const std::uint64_t> openQuestions) {
-    ServerActions actions = desk_.edits.committed(frame);
+    ServerActions actions = desk_.edits.committed(std::move(frame.outcomes));
     desk_.copies.goOn();
     if (desk_.around.uploads) desk_.around.uploads->letGo(std::move(frame.unneeded));
     append(actions, desk_.news.committed(std::move(frame.collision), number, openQuestions));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -172,7 +173,7 @@ AnimationWishes Animations::advance(const Aspect& scene, double seconds) {
             const KeyTrack track = KeyTrack::ofSound(frames, target.info());
             const std::vector<double> numbers = track.at(shown);
             if (isPoseOf(track)) {
-                AnimatedTransform& transform = wishes.transforms[frames.target];
+                AnimatedTransform& transform = wishes.transforms.add(frames.target).value;
                 wish(transform, track, numbers);
                 if (transform.animations.empty() || transform.animations.back() != id) transform.animations.push_back(id);
                 continue;
@@ -217,11 +218,11 @@ bool Animations::drives(const ChangeList& list) const {
 void Animations::want(ActorStage& stage) {
     AnimationWishes wanted = advance(stage.scene(), stage.seconds);
     steps_ = std::move(wanted.steps);
-    for (auto& [id, transform] : wanted.transforms) {
-        const auto [wish, fresh] = stage.wishes.try_emplace(id);
-        if (fresh) wish->second.pose = poseOf(*stage.scene().get<Transform>(id));
-        transform.overlay(wish->second.pose);
-        wish->second.actors.insert(wish->second.actors.end(), transform.animations.begin(), transform.animations.end());
+    for (const auto& [id, transform] : wanted.transforms.ascending()) {
+        const auto [wish, isNew] = stage.wishes.add(id);
+        if (isNew) wish.pose = poseOf(*stage.scene().get<Transform>(id));
+        transform.overlay(wish.pose);
+        wish.actors.insert(wish.actors.end(), transform.animations.begin(), transform.animations.end());
     }
     if (wanted.values.empty()) return;
     ChangeListBuilder all;

@@ -1,7 +1,6 @@
 /// Key frames of any fields: what each playing animation wants to be in the next frame.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -49,9 +48,9 @@ void addTo(ChangeListBuilder& builder, const AnimatedValue& value);
 
 /// What a frame of all that play wants.
 struct AnimationWishes {
-    std::vector<AnimationStep> steps;                  ///< by ascending id
-    std::map<ObjectId, AnimatedTransform> transforms;  ///< they go through the collision pipeline
-    std::vector<AnimatedValue> values;                 ///< of everything else, in the order of objects and fields
+    std::vector<AnimationStep> steps;    ///< by ascending id
+    ById<AnimatedTransform> transforms;  ///< they go through the collision pipeline
+    std::vector<AnimatedValue> values;   ///< of everything else, in the order of objects and fields
 };
 
 /// The animations of a scene, followed through its lists. Not thread-safe.

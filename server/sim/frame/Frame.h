@@ -9,17 +9,12 @@
 #include <vector>
 
 #include "common/math/NodeMove.h"
+#include "common/request/EditRequests.h"
 #include "server/collision/pipeline/StepResult.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/commit/EditHistory.h"
 
 namespace tessera {
-
-/// A way that somebody wants a node to go: worked out when the edit is made, from where the edits before it lead.
-struct MoveWish {
-    ObjectId node;
-    NodeMove move;
-};
 
 /// A change that somebody wants.
 struct Edit {
@@ -36,7 +31,10 @@ struct Edit {
     Kind kind = Kind::kChange;
     bool undoable = true;  ///< what the server itself does is not
     Gesture gesture = {};  ///< edits in a row of one gesture are taken back as one
-    std::optional<MoveWish> move = {};  ///< of kChange: instead of a list
+    /// Of kChange, instead of a list: the way that a node is to go, worked out when the edit is made, from where the
+    /// edits before it lead.
+    std::optional<NodeMove> move = {};
+    ObjectId node = {};         ///< that moves
     std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
 };
 
@@ -45,12 +43,11 @@ struct Edit {
     return kind == Edit::Kind::kUndo || kind == Edit::Kind::kRedo;
 }
 
+/// What has become of an edit, as its application is told.
 struct EditOutcome {
     std::uint64_t ticket = 0;
-    Expected<void> result;
-    std::vector<std::pair<ObjectId, ObjectId>> ids;  ///< placeholder, id; of a last part the first, which the others follow
-    std::vector<ObjectId> stopped;                   ///< transforms of this edit that did not get all the way
-    bool underWay = false;                           ///< it takes several frames; its outcome follows
+    Expected<answer::Committed> result = {};  ///< `ids`: of a last part the first pair, which the others follow
+    bool underWay = false;                    ///< it takes several frames; its outcome follows
 };
 
 struct FrameResult {

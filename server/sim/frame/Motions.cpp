@@ -60,7 +60,7 @@ void Motions::setPlaying(ObjectId id, Known& known, bool playing, ObjectId targe
 }
 
 std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) const {
-    std::map<ObjectId, MotionStep> byTarget;
+    ById<MotionStep> byTarget;
     for (const auto& [id, sound] : playing_) {
         if (!sound) continue;
         const Motion& motion = *scene.get<Motion>(id);
@@ -68,11 +68,11 @@ std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) co
         const std::span<const double> keys = motion.keys.as<double>();
         double time = motion.time + seconds;
         if (motion.mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
-        byTarget[motion.target] = {
+        byTarget.add(motion.target).value = {
             .motion = id, .target = motion.target, .time = time, .pose = poseAt(keys, motion.mode, time)};
     }
     std::vector<MotionStep> steps;
-    for (auto& [target, step] : byTarget) steps.push_back(step);
+    for (const auto& [target, step] : byTarget.ascending()) steps.push_back(step);
     std::ranges::sort(steps, {}, &MotionStep::motion);
     return steps;
 }
@@ -86,7 +86,7 @@ void Motions::want(ActorStage& stage) {
     wanted_ = advance(stage.scene(), stage.seconds);
     std::ranges::sort(wanted_, {}, &MotionStep::target);
     for (const MotionStep& step : wanted_)
-        stage.wishes[step.target] = {.pose = step.pose, .actors = {step.motion}, .whole = true};
+        stage.wishes.add(step.target).value = {.pose = step.pose, .actors = {step.motion}, .whole = true};
 }
 
 void Motions::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const {

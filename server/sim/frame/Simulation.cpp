@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
-#include <set>
 #include <unordered_set>
 #include <utility>
 
@@ -81,21 +80,22 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     for (std::size_t i = 0; i < edits.size(); ++i) result.outcomes.push_back(applyEdit(std::move(edits[i]), i, wishes));
 
     // An edit may have destroyed what a motion or an earlier edit wanted to move.
-    std::erase_if(wishes, [&](const auto& wish) { return !scene().get<Transform>(wish.first); });
+    wishes.eraseIf([&](ObjectId id) { return !scene().get<Transform>(id); });
     std::vector<TentativeTransform> tentative;
-    for (const auto& [id, wish] : wishes)
+    tentative.reserve(wishes.size());
+    for (const auto& [id, wish] : wishes.ascending())
         tentative.push_back({.transform = id,
                              .translation = wish.pose.translation,
                              .rotation = wish.pose.rotation,
                              .scale = wish.pose.scale,
-                             .source = static_cast<int>(wish.ofAnEdit() ? wish.edit + 1 : 0)});
+                             .source = static_cast<int>(wish.ofAnEdit() ? wish.edit() + 1 : 0)});
     const auto begin = std::chrono::steady_clock::now();
     result.collision = pipeline_.step(scene(), tentative, replies, seconds);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     const auto tellHand = [&](ObjectId id) {
-        const auto wish = wishes.find(id);
-        if (wish == wishes.end() || !wish->second.ofAnEdit()) return;
-        for (const auto& [edit, from] : wish->second.ways) result.outcomes[edit].stopped.push_back(id);
+        const Wish* wish = wishes.find(id);
+        if (!wish) return;
+        for (const auto& [edit, from] : wish->ways) result.outcomes[edit].result->stopped.push_back(id);
     };
     for (const ObjectId id : result.collision.stopped) tellHand(id);
     // Where a reply has decided, a hand has not got its way either.
@@ -107,6 +107,8 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     closeSteps(wishes);
     actors_.settle(stage, result.collision);
     result.commit = committer_.closeFrame();
+    for (EditOutcome& outcome : result.outcomes)
+        if (outcome.result) outcome.result->sequence = result.commit.sent->sequence;
     result.history = history_.happened();
     result.notes = std::exchange(textNotes_, {});
     return result;
@@ -115,52 +117,48 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
 EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) {
     if (edit.kind == Edit::Kind::kPart || edit.kind == Edit::Kind::kLastPart) return applyPart(std::move(edit));
     if (isStep(edit.kind)) return applyStep(edit, wishes);
-    EditOutcome outcome{.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}};
-    const bool addsUp = edit.move && edit.move->move.relative;
+    const auto refused = [&](Error why) {
+        return EditOutcome{.ticket = edit.ticket, .result = tl::unexpected(std::move(why))};
+    };
+    const bool addsUp = edit.move && edit.move->relative;
     if (edit.move) {
-        Expected<ChangeList> list = listOf(*edit.move, wishes);
-        if (!list) {
-            outcome.result = tl::unexpected(list.error());
-            return outcome;
-        }
+        Expected<ChangeList> list = listOf(edit.node, *edit.move, wishes);
+        if (!list) return refused(std::move(list.error()));
         edit.list = std::move(*list);
     }
-    outcome.result = checkHidden(edit);
+    Expected<void> sound = checkHidden(edit);
     // What the server says itself nobody takes back.
-    if (edit.undoable && outcome.result) outcome.result = checkServersFields(scene(), edit.list);
-    if (edit.undoable && outcome.result) outcome.result = serversNodes_.check(scene(), edit.list);
-    if (outcome.result)
-        outcome.result =
+    if (edit.undoable && sound) sound = checkServersFields(scene(), edit.list);
+    if (edit.undoable && sound) sound = serversNodes_.check(scene(), edit.list);
+    if (sound)
+        sound =
             actors_.receive(scene(), edit.list,
                             {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer});
-    if (outcome.result) outcome.result = setTexts(edit.list, scene(), typesetter_, textNotes_);
-    if (!outcome.result) return outcome;
+    if (sound) sound = setTexts(edit.list, scene(), typesetter_, textNotes_);
+    if (!sound) return refused(std::move(sound.error()));
     ChangeList list = std::move(edit.list);
     const std::vector<Actor::Driver> drivers = actors_.drivers(list);
-    const std::vector<std::pair<ObjectId, Pose>> poses = takeTransforms(list, wishes);
+    const std::vector<ById<Pose>::Row> poses = takeTransforms(list, wishes);
     std::vector<ObjectId> moved;
     for (const auto& [id, pose] : poses) {
         moved.push_back(id);
         if (pose.sound()) continue;
-        outcome.result = fail(
-            ErrorCode::kBadInput,
-            fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised", id.value));
-        return outcome;
+        return refused({ErrorCode::kBadInput,
+                        fmt::format("the transform wanted for #{} is not finite, or its rotation cannot be normalised",
+                                    id.value)});
     }
     pause(drivers, list);
 
-    OpenStep step{.edit = index, .inverse = {}, .before = {}, .gesture = edit.gesture};
+    EditOutcome outcome{.ticket = edit.ticket};
+    OpenStep step{.edit = index, .inverse = {}, .moves = {}, .gesture = edit.gesture};
     if (edit.undoable) step.overlaps = pipeline_.overlaps(scene(), moved);
     if (!list.empty()) {
         ServersHand hand = this->hand();
         const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, list, Actor::ListOf::kEdit);
         Expected<Committer::Applied> applied =
             committer_.apply(std::move(list), edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
-        if (!applied) {
-            outcome.result = tl::unexpected(applied.error());
-            return outcome;
-        }
-        outcome.ids = std::move(applied->ids);
+        if (!applied) return refused(std::move(applied.error()));
+        outcome.result->ids = std::move(applied->ids);
         step.inverse = std::move(applied->inverse);
         sceneChanged(applied->list.get());
         follow(afterwards);
@@ -169,19 +167,22 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     for (const auto& [id, pose] : poses) {
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
-        Wish& wish = wishes[id];
-        if (!addsUp || !wish.ofAnEdit()) wish.ways.clear();
+        Wish& wish = wishes.add(id).value;
+        if (!addsUp) wish.ways.clear();
         wish.ways.emplace_back(index, wish.ways.empty() ? poseOf(*now) : wish.pose);
-        wish = {.pose = pose, .edit = index, .ways = std::move(wish.ways)};
-        step.before.emplace_back(id, poseOf(*now));
+        wish = {.pose = pose, .ways = std::move(wish.ways)};
+        step.moves.push_back(id);
     }
     if (edit.undoable) openSteps_.push_back(std::move(step));
     return outcome;
 }
 
 EditOutcome Simulation::applyPart(Edit edit) {
-    EditOutcome outcome{.ticket = edit.ticket, .result = beginParts(edit), .ids = {}, .stopped = {}};
-    if (!outcome.result) return outcome;
+    EditOutcome outcome{.ticket = edit.ticket};
+    if (Expected<void> begun = beginParts(edit); !begun) {
+        outcome.result = tl::unexpected(std::move(begun.error()));
+        return outcome;
+    }
     Expected<void> wanted =
         actors_.receive(scene(), edit.list,
                         {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer,
@@ -201,7 +202,7 @@ EditOutcome Simulation::applyPart(Edit edit) {
     const auto brings = [&](const Placement& placement) { return placement.parent && !arriving_->ids.contains(placement.parent); };
     arriving_->seen = arriving_->seen || std::ranges::any_of(applied->list->placements, brings);
     if (edit.kind == Edit::Kind::kPart) return outcome;
-    outcome.ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
+    outcome.result->ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
     edit.undoable ? history_.partsWhole() : history_.partsKept();
     arriving_.reset();
     return outcome;
@@ -266,8 +267,8 @@ void Simulation::pause(std::span<const Actor::Driver> drivers, ChangeList& list)
     for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
 }
 
-std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) const {
-    std::map<ObjectId, Pose> wanted;
+std::vector<ById<Pose>::Row> Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) const {
+    ById<Pose> wanted;
     for (FieldColumn& column : list.columns) {
         if (!isPoseField(column) || column.kind() != FieldKind::kDouble) continue;
         const std::size_t width = column.field == fieldId<&Transform::rotation> ? 4 : 3;
@@ -285,21 +286,23 @@ std::vector<std::pair<ObjectId, Pose>> Simulation::takeTransforms(ChangeList& li
                 continue;
             }
             // Fields that this edit does not write keep what an earlier one wants.
-            setPart(wanted.try_emplace(id, poseFor(wishes, id, *now)).first->second, column, row);
+            const auto [pose, isNew] = wanted.add(id);
+            if (isNew) pose = poseFor(wishes, id, *now);
+            setPart(pose, column, row);
         }
         column = std::move(rest);
     }
     std::erase_if(list.columns, [](const FieldColumn& column) { return isPoseField(column) && column.ids.empty(); });
-    return {wanted.begin(), wanted.end()};
+    return wanted.take();
 }
 
 Pose Simulation::poseFor(const Wishes& wishes, ObjectId id, const Transform& now) {
-    const auto earlier = wishes.find(id);
-    return earlier != wishes.end() && !earlier->second.whole ? earlier->second.pose : poseOf(now);
+    const Wish* earlier = wishes.find(id);
+    return earlier && !earlier->whole ? earlier->pose : poseOf(now);
 }
 
-Expected<ChangeList> Simulation::listOf(const MoveWish& move, const Wishes& wishes) const {
-    const Expected<ObjectId> movable = movableNode(scene(), move.node);
+Expected<ChangeList> Simulation::listOf(ObjectId node, const NodeMove& move, const Wishes& wishes) const {
+    const Expected<ObjectId> movable = movableNode(scene(), node);
     if (!movable) return tl::unexpected(movable.error());
     const ObjectId core = scene().get<Node>(*movable)->core;
     Transform present = *scene().get<Transform>(core);
@@ -307,10 +310,10 @@ Expected<ChangeList> Simulation::listOf(const MoveWish& move, const Wishes& wish
     present.translation = pose.translation;
     present.rotation = pose.rotation;
     present.scale = pose.scale;
-    return moveList(core, present, move.move);
+    return moveList(core, present, move);
 }
 
-void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
+void Simulation::commitPoses(Wishes& wishes, const StepResult& step) {
     ChangeListBuilder builder;
     for (const TentativeTransform& accepted : step.accepted) {
         const Transform* now = scene().get<Transform>(accepted.transform);
@@ -326,7 +329,7 @@ void Simulation::commitPoses(const Wishes& wishes, const StepResult& step) {
         if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
     }
     WishOutcome outcome;
-    for (const auto& [id, wish] : wishes)
+    for (const auto& [id, wish] : wishes.ascending())
         (std::ranges::binary_search(step.stopped, id) ? outcome.stopped : outcome.granted)
             .insert(wish.actors.begin(), wish.actors.end());
     actors_.hear(scene(), outcome, builder);

@@ -1,7 +1,6 @@
 /// One frame of the authority: motions and edits in, collision response, one committed list out.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -121,9 +120,9 @@ public:
 private:
     /// An edit that may be taken back, until collisions have said what remains of it.
     struct OpenStep {
-        std::size_t edit = 0;                           ///< its index
-        ChangeList inverse;                             ///< of all but the Transforms that it wants to move
-        std::vector<std::pair<ObjectId, Pose>> before;  ///< where those stood
+        std::size_t edit = 0;         ///< its index
+        ChangeList inverse;           ///< of all but the Transforms that it wants to move
+        std::vector<ObjectId> moves;  ///< those, ascending
         Gesture gesture;
         Overlaps overlaps = {};  ///< of what it moves, in the scene before it
     };
@@ -147,7 +146,7 @@ private:
     };
     [[nodiscard]] std::optional<Way> wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;
     /// The list of an edit that moves something by so much, or to a place, with the edits before it.
-    [[nodiscard]] Expected<ChangeList> listOf(const MoveWish& move, const Wishes& wishes) const;
+    [[nodiscard]] Expected<ChangeList> listOf(ObjectId node, const NodeMove& move, const Wishes& wishes) const;
     /// Where a Transform stands for the next edit of the frame. What earlier *edits* want counts; a motion's wish is overruled as a whole, because
     /// the motion is paused.
     [[nodiscard]] static Pose poseFor(const Wishes& wishes, ObjectId id, const Transform& now);
@@ -163,9 +162,9 @@ private:
     [[nodiscard]] Expected<void> checkStep() const;
     /// Refuses what names anything that is on its way.
     [[nodiscard]] Expected<void> checkHidden(const Edit& edit) const;
-    /// Takes the values of existing Transforms out of the list and makes wishes of them.
-    [[nodiscard]] std::vector<std::pair<ObjectId, Pose>> takeTransforms(ChangeList& list, const Wishes& wishes) const;
-    void commitPoses(const Wishes& wishes, const StepResult& step);
+    /// Takes the values of existing Transforms out of the list: where it wants them, by ascending id.
+    [[nodiscard]] std::vector<ById<Pose>::Row> takeTransforms(ChangeList& list, const Wishes& wishes) const;
+    void commitPoses(Wishes& wishes, const StepResult& step);
     /// Pauses, in `list`, who drives what is taken in hand, unless the list itself says something of them.
     static void pause(std::span<const Actor::Driver> drivers, ChangeList& list);
     void follow(std::span<const Actor::Afterwards> afterwards);
@@ -183,11 +182,6 @@ private:
         IdRange ids;
         bool seen = false;  ///< some of it
     };
-    /// A step under way that somebody waits for.
-    struct Awaited {
-        EditOutcome outcome;
-        bool undo = false;
-    };
     /// Parts that nobody goes on with go again, once no other step is under way.
     void takeOrphansAway();
 
@@ -196,7 +190,7 @@ private:
     EditHistory history_;
     std::vector<OpenStep> openSteps_;  ///< of this frame
     std::optional<Arriving> arriving_;
-    std::optional<Awaited> awaited_;
+    std::optional<EditOutcome> awaited_;  ///< of the step under way, where somebody waits for it
     std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ServersNodes serversNodes_;

@@ -1,6 +1,5 @@
 /// What becomes a step of the history, and how steps are taken back and done again.
 #include <algorithm>
-#include <map>
 #include <set>
 #include <unordered_set>
 #include <utility>
@@ -63,12 +62,15 @@ std::vector<ObjectId> movedBy(const Aspect& scene, const ChangeList& list) {
 }
 
 /// Gives Transforms of the scene the values that a list says.
-void takePoses(const Aspect& scene, const ChangeList& list, std::map<ObjectId, Pose>& poses) {
+void takePoses(const Aspect& scene, const ChangeList& list, ById<Pose>& poses) {
     for (const FieldColumn& column : list.columns) {
         if (!isPoseField(column)) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
-            if (const Transform* now = scene.get<Transform>(column.ids[row]))
-                setPart(poses.try_emplace(column.ids[row], poseOf(*now)).first->second, column, row);
+            if (const Transform* now = scene.get<Transform>(column.ids[row])) {
+                const auto [pose, isNew] = poses.add(column.ids[row]);
+                if (isNew) pose = poseOf(*now);
+                setPart(pose, column, row);
+            }
     }
 }
 
@@ -109,11 +111,14 @@ bool isCarried(const Aspect& scene, ObjectId node, std::span<const ObjectId> tra
 }  // namespace
 
 EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
-    EditOutcome outcome{.ticket = edit.ticket, .result = checkStep(), .ids = {}, .stopped = {}};
-    if (!outcome.result) return outcome;
+    EditOutcome outcome{.ticket = edit.ticket};
+    if (Expected<void> free = checkStep(); !free) {
+        outcome.result = tl::unexpected(std::move(free.error()));
+        return outcome;
+    }
     const bool undo = edit.kind == Edit::Kind::kUndo;
     // How far an edit of this frame gets is not known yet, nor what its step is.
-    if (std::ranges::any_of(openSteps_, [](const OpenStep& step) { return !step.before.empty(); })) {
+    if (std::ranges::any_of(openSteps_, [](const OpenStep& step) { return !step.moves.empty(); })) {
         outcome.result = fail(ErrorCode::kRefused, "something is being moved in this very frame; try again in the next one");
         return outcome;
     }
@@ -153,13 +158,13 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
         }
     othersSceneChanged(applied->list.get());
     follow(afterwards);
-    for (const ObjectId id : moved) wishes.erase(id);
+    wishes.eraseIf([&](ObjectId id) { return std::ranges::binary_search(moved, id); });
     if (undo)
         history_.undone(std::move(applied->inverse), std::move(now));
     else
         history_.redone(std::move(applied->inverse), std::move(now));
     if (undo ? hidesMore() : history_.underWay()) {
-        awaited_ = Awaited{.outcome = outcome, .undo = undo};
+        awaited_ = outcome;
         outcome.underWay = true;
     }
     return outcome;
@@ -176,12 +181,13 @@ tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::v
 /// Whose wish for a Transform has counted: of several edits of a frame the last one's. Those whose ways add up have one each where it got all the way;
 /// where it did not, nobody can say how far each of them got.
 std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
-    const auto found = wishes.find(transform);
+    const Wish* found = wishes.find(transform);
     const Transform* core = scene().get<Transform>(transform);
-    if (found == wishes.end() || !found->second.ofAnEdit() || !core) return std::nullopt;
-    const Wish& wish = found->second;
+    if (!found || !found->ofAnEdit() || !core) return std::nullopt;
+    const Wish& wish = *found;
     const Pose now = poseOf(*core);
-    if (!same(now, wish.pose)) return wish.edit == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
+    if (!same(now, wish.pose))
+        return wish.edit() == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
     const auto way = std::ranges::find(wish.ways, step.edit, [](const auto& one) { return one.first; });
     if (way == wish.ways.end()) return std::nullopt;
     return Way{way->second, std::next(way) == wish.ways.end() ? now : std::next(way)->second};
@@ -189,7 +195,7 @@ std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId 
 
 ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
     ChangeListBuilder back;
-    for (const auto& [id, before] : step.before)
+    for (const ObjectId id : step.moves)
         if (const std::optional<Way> way = wayOf(step, id, wishes)) addPose(back, id, way->to, way->from);
     ChangeList poseBack = back.take();
     // The inverse speaks of none of these objects' fields itself: they were taken out before the list was applied.
@@ -202,7 +208,7 @@ void Simulation::closeSteps(const Wishes& wishes) {
     std::vector<CollisionPipeline::PosedTransforms> later;  // where those of the frame that are still to be closed lead, the newest first
     for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
         CollisionPipeline::PosedTransforms& before = later.emplace_back();
-        for (const auto& [id, pose] : step->before)
+        for (const ObjectId id : step->moves)
             if (const std::optional<Way> way = wayOf(*step, id, wishes)) before.emplace_back(id, way->from);
     }
     addOverlapsAmong(steps, later);
@@ -231,13 +237,13 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
     if (above.empty()) return true;
     std::vector<CollisionPipeline::PosedTransforms> back(later.begin(), later.end());
     for (const EditHistory::Above& step : above) {
-        std::map<ObjectId, Pose> poses;
+        ById<Pose> poses;
         for (auto list = step.lists.rbegin(); list != step.lists.rend(); ++list) takePoses(scene(), **list, poses);
-        back.emplace_back(poses.begin(), poses.end());
+        back.push_back(poses.take());
     }
-    std::map<ObjectId, Pose> poses;
+    ById<Pose> poses;
     takePoses(scene(), inverse, poses);
-    back.emplace_back(poses.begin(), poses.end());
+    back.push_back(poses.take());
     if (std::ranges::all_of(back, &CollisionPipeline::PosedTransforms::empty)) return true;
     const std::vector<Overlaps> after = pipeline_.overlapsAfter(scene(), back, CollisionPipeline::Against::kEverything);
     for (std::size_t i = 0; i < above.size(); ++i)
@@ -280,16 +286,14 @@ std::optional<EditOutcome> Simulation::goOn() {
         history_.partDone(std::move(applied->inverse));
         sceneChanged(applied->list.get());
     } else {
-        if (awaited_) awaited_->outcome.result = tl::unexpected(applied.error());
+        if (awaited_) awaited_->result = tl::unexpected(applied.error());
         history_.partRefused();
     }
     const bool ends = !history_.underWay();
     if (ends) takeOrphansAway();
-    const bool hidden = awaited_ && awaited_->undo && awaited_->outcome.result && !hidesMore();
-    if (!awaited_ || !(ends || hidden)) return std::nullopt;
-    EditOutcome outcome = std::move(awaited_->outcome);
-    awaited_.reset();
-    return outcome;
+    const bool hidden = awaited_ && history_.takesBack() && awaited_->result && !hidesMore();
+    if (!(ends || hidden)) return std::nullopt;
+    return std::exchange(awaited_, std::nullopt);
 }
 
 /// A list that hides names first what hangs in the scene; those that take away come later, and name what hangs nowhere.

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <utility>
 #include <vector>
 
-#include "common/change/Value.h"
 #include "common/math/Pose.h"
+#include "server/sim/frame/ById.h"
 
 namespace tessera {
 
@@ -16,12 +15,12 @@ struct Wish {
     std::vector<ObjectId> actors = {};  ///< motions and animations that want it, or a part of it
     bool whole =
         false;  ///< one of them wants all of it: an edit of a part takes the rest from where the Transform stands
-    std::size_t edit = 0;  ///< index of the edit that wants it
-    /// The edits of this frame whose ways lead there one after the other, `edit` the last, and where each begins.
+    /// The edits of this frame (by index) whose ways lead there one after the other, and where each begins.
     std::vector<std::pair<std::size_t, Pose>> ways = {};
 
-    [[nodiscard]] bool ofAnEdit() const { return actors.empty(); }
+    [[nodiscard]] bool ofAnEdit() const { return !ways.empty(); }
+    [[nodiscard]] std::size_t edit() const { return ways.back().first; }  ///< of an edit's: the last
 };
-using Wishes = std::map<ObjectId, Wish>;  ///< by Transform
+using Wishes = ById<Wish>;  ///< of Transforms
 
 }  // namespace tessera

@@ -134,14 +134,14 @@ Journal::~Journal() {
 
 void Journal::started(const CommittedFrame& scene) {
     takeNumbers(scene);
-    hand({FrameItem{.frame = {.start = true,
-                              .frame = {},
-                              .sequence = scene.sent->sequence,
-                              .stateHash = scene.sent->stateHash,
-                              .list = scene.list,
-                              .history = {},
-                              .display = {}},
-                    .sent = scene.sent}});
+    hand({journal::Frame{.start = true,
+                         .frame = {},
+                         .sequence = scene.sent->sequence,
+                         .stateHash = scene.sent->stateHash,
+                         .list = scene.list,
+                         .history = {},
+                         .display = {},
+                         .sent = scene.sent}});
 }
 
 void Journal::frameDone(FrameNumber frame, const FrameResult& result, const ContactDisplay& display) {
@@ -151,21 +151,21 @@ void Journal::frameDone(FrameNumber frame, const FrameResult& result, const Cont
     }
     if (!result.commit.list && result.history.empty()) return;
     takeNumbers(result.commit);
-    FrameItem item{.frame = {.start = false,
-                             .frame = frame,
-                             .sequence = result.commit.sent->sequence,
-                             .stateHash = result.commit.sent->stateHash,
-                             .list = result.commit.list,
-                             .history = result.history,
-                             .display = {}},
-                   .sent = result.commit.sent};
+    journal::Frame item{.start = false,
+                        .frame = frame,
+                        .sequence = result.commit.sent->sequence,
+                        .stateHash = result.commit.sent->stateHash,
+                        .list = result.commit.list,
+                        .history = result.history,
+                        .display = {},
+                        .sent = result.commit.sent};
     if (displayVersion_ != display.version()) {
         displayVersion_ = display.version();
-        item.frame.display = display.ids();
+        item.display = display.ids();
     }
     std::uint64_t bytes = item.sent->encoded.size();
-    if (item.frame.list) bytes += memoryOf(*item.frame.list);
-    for (const HistoryEvent& event : item.frame.history)
+    if (item.list) bytes += memoryOf(*item.list);
+    for (const HistoryEvent& event : item.history)
         if (event.inverse) bytes += memoryWithoutArrays(*event.inverse);  // what it leads back to was in the scene
     hand({std::move(item), bytes});
 }
@@ -267,9 +267,9 @@ void Journal::write(const Item& item) {
     endWhereItWasTakenAway();
     if (ended_) return;
     if (error_.exchange(0) != 0) log_.info(fmt::format("{}: the journal is written again", folder()));
-    if (const auto* frame = std::get_if<FrameItem>(&item.what)) {
-        sequence_ = frame->frame.sequence;
-        stateHash_ = frame->frame.stateHash;
+    if (const auto* frame = std::get_if<journal::Frame>(&item.what)) {
+        sequence_ = frame->sequence;
+        stateHash_ = frame->stateHash;
     }
     if (const auto* raised = std::get_if<journal::Raised>(&item.what)) writtenEpoch_ = raised->epoch;
     if (!unsynced_) unsyncedSince_ = Clock::now();
@@ -281,16 +281,16 @@ void Journal::write(const Item& item) {
 }
 
 int Journal::append(const Item& item) {
-    const auto* frame = std::get_if<FrameItem>(&item.what);
+    const auto* frame = std::get_if<journal::Frame>(&item.what);
     if (const auto* view = std::get_if<journal::View>(&item.what)) return file_.append(encodeJournal(*view));
     if (const auto* frames = std::get_if<journal::Frames>(&item.what)) return file_.append(encodeJournal(*frames));
     if (const auto* numbers = std::get_if<journal::Numbers>(&item.what)) return file_.append(encodeJournal(*numbers));
     if (const auto* raised = std::get_if<journal::Raised>(&item.what)) return file_.append(encodeJournal(*raised));
-    if (frame->frame.list)
-        if (const int error = arrays_.append(file_, *frame->frame.list)) return error;
-    for (const HistoryEvent& event : frame->frame.history)
+    if (frame->list)
+        if (const int error = arrays_.append(file_, *frame->list)) return error;
+    for (const HistoryEvent& event : frame->history)
         if (const int error = event.inverse ? arrays_.append(file_, *event.inverse) : 0) return error;
-    return file_.append(encodeFrameRecord(frame->frame, frame->sent->encoded));
+    return file_.append(encodeJournal(*frame));
 }
 
 void Journal::syncIfDue(bool now) {

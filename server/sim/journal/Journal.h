@@ -79,12 +79,8 @@ public:
     [[nodiscard]] std::uint64_t writtenBytes() const { return writtenBytes_; }
 
 private:
-    struct FrameItem {
-        journal::Frame frame;
-        CommittedListPtr sent;
-    };
     struct Item {
-        std::variant<FrameItem, journal::View, journal::Frames, journal::Numbers, journal::Raised> what;
+        std::variant<journal::Frame, journal::View, journal::Frames, journal::Numbers, journal::Raised> what;
         std::uint64_t bytes = 0;  ///< that it keeps in memory
     };
 

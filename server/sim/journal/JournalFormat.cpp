@@ -134,7 +134,31 @@ RecordContent encode(const journal::Array& array) {
     return {.kind = kindOf<journal::Array>(), .content = array.blob};
 }
 RecordContent encode(const journal::Frame& frame) {
-    return encodeFrameRecord(frame, frame.list ? encodeChangeList(*frame.list) : Bytes());
+    wire::Frame head;
+    head.set_start(frame.start);
+    head.set_frame(frame.frame.value);
+    head.set_sequence(frame.sequence.value);
+    head.set_state_hash(frame.stateHash.value);
+    head.set_display(frame.display.has_value());
+    const std::vector<std::uint64_t> display = numbersOf(frame.display.value_or(std::vector<ObjectId>()));
+    std::vector<EventRecord> events;
+    std::vector<Bytes> lists;
+    std::vector<std::uint64_t> overlaps;
+    for (const HistoryEvent& event : frame.history) {
+        events.push_back({static_cast<std::uint64_t>(event.kind), event.gesture.by, event.gesture.id, event.made.first,
+                          event.made.count});
+        lists.push_back(event.inverse ? encodeChangeList(*event.inverse) : Bytes());
+        overlaps.push_back(event.overlaps.size());
+        appendPairs(event.overlaps, overlaps);
+    }
+    head.set_overlaps(
+        std::ranges::any_of(frame.history, [](const HistoryEvent& event) { return !event.overlaps.empty(); }));
+    const ByteSlice list =
+        frame.sent ? frame.sent->encoded : ByteSlice(frame.list ? encodeChangeList(*frame.list) : Bytes());
+    std::vector<ByteSpan> parts{list, recordBytes(display), recordBytes(events)};
+    parts.insert(parts.end(), lists.begin(), lists.end());
+    if (head.overlaps()) parts.push_back(recordBytes(overlaps));
+    return contentOf<journal::Frame>(head, parts);
 }
 RecordContent encode(const journal::Frames& frames) {
     wire::Frames head;
@@ -344,31 +368,6 @@ Expected<JournalRecord> stateFrom(ByteSpan bytes, const Reading& how) {
 
 std::string_view nameOfJournalKind(std::uint64_t kind) {
     return kind < kKindNames.size() ? kKindNames[kind] : "unknown";
-}
-
-RecordContent encodeFrameRecord(const journal::Frame& frame, ByteSpan encodedList) {
-    wire::Frame head;
-    head.set_start(frame.start);
-    head.set_frame(frame.frame.value);
-    head.set_sequence(frame.sequence.value);
-    head.set_state_hash(frame.stateHash.value);
-    head.set_display(frame.display.has_value());
-    const std::vector<std::uint64_t> display = numbersOf(frame.display.value_or(std::vector<ObjectId>()));
-    std::vector<EventRecord> events;
-    std::vector<Bytes> lists;
-    std::vector<std::uint64_t> overlaps;
-    for (const HistoryEvent& event : frame.history) {
-        events.push_back({static_cast<std::uint64_t>(event.kind), event.gesture.by, event.gesture.id, event.made.first,
-                          event.made.count});
-        lists.push_back(event.inverse ? encodeChangeList(*event.inverse) : Bytes());
-        overlaps.push_back(event.overlaps.size());
-        appendPairs(event.overlaps, overlaps);
-    }
-    head.set_overlaps(std::ranges::any_of(frame.history, [](const HistoryEvent& event) { return !event.overlaps.empty(); }));
-    std::vector<ByteSpan> parts{encodedList, recordBytes(display), recordBytes(events)};
-    parts.insert(parts.end(), lists.begin(), lists.end());
-    if (head.overlaps()) parts.push_back(recordBytes(overlaps));
-    return contentOf<journal::Frame>(head, parts);
 }
 
 RecordContent encodeJournal(const JournalRecord& record) {

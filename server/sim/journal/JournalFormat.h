@@ -75,6 +75,8 @@ struct Frame {
     ChangeListPtr list;  ///< null: only the history changed
     std::vector<HistoryEvent> history;
     std::optional<std::vector<ObjectId>> display;  ///< ContactDisplay::ids, where they have changed
+    CommittedListPtr sent =
+        nullptr;  ///< of one that is to be written: has the bytes of `list`. Null: they are made anew
 };
 /// Frames before this one may have been shown.
 struct Frames {
@@ -115,9 +117,6 @@ using JournalRecord = std::variant<journal::Opening, journal::Array, journal::Fr
 
 [[nodiscard]] std::string_view nameOfJournalKind(std::uint64_t kind);
 
-/// A frame's record with its list as it was sent: bytes are made once.
-[[nodiscard]] RecordContent encodeFrameRecord(const journal::Frame& frame, ByteSpan encodedList);
-/// `journal::Frame` with its list encoded here.
 [[nodiscard]] RecordContent encodeJournal(const JournalRecord& record);
 
 /// Never crashes whatever the bytes are; takes no memory out of proportion to them. Arrays that lists name are looked for in

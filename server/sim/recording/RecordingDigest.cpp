@@ -44,7 +44,10 @@ public:
     }
 
     void add(const EditOutcome& o) {
-        const auto& [ticket, result, ids, stopped, underWay] = o;
+        const auto& [ticket, result, underWay] = o;
+        // (What is in the answer beside these the desk says, and the frame, whose sequence stands in the digest.)
+        static const answer::Committed kNothing;
+        const auto& [sequence, ids, stopped, removed, created] = result ? *result : kNothing;
         addAll(ticket, result ? std::uint64_t{0} : 1 + static_cast<std::uint64_t>(result.error().code),
                std::uint64_t{ids.size()});
         for (const auto& [placeholder, id] : ids) addAll(placeholder, id);

@@ -89,26 +89,25 @@ Expected<Reply> unpack(const ReplyRecord& record) {
     return Reply{.question = record[0], .decision = static_cast<Reply::Decision>(record[1]), .pose = poseFrom(std::span(record).subspan(2))};
 }
 
-MoveRecord pack(std::size_t edit, const MoveWish& wish) {
-    const NodeMove& move = wish.move;
+MoveRecord pack(std::size_t edit, ObjectId node, const NodeMove& move) {
     const std::uint64_t flags = (move.relative ? MoveRecord::kRelative : 0) | (move.translation ? MoveRecord::kTranslation : 0) |
                                 (move.rotation ? MoveRecord::kRotation : 0) | (move.scale ? MoveRecord::kScale : 0);
     const Pose pose;
     return {.edit = edit,
-            .node = wish.node.value,
+            .node = node.value,
             .flags = flags,
             .pose = pack(Pose{.translation = move.translation.value_or(pose.translation),
                               .rotation = move.rotation.value_or(pose.rotation),
                               .scale = move.scale.value_or(pose.scale)})};
 }
 
-MoveWish unpack(const MoveRecord& record) {
+NodeMove unpack(const MoveRecord& record) {
     const Pose pose = poseFrom(record.pose);
-    MoveWish wish{.node = ObjectId(record.node), .move = {.relative = (record.flags & MoveRecord::kRelative) != 0}};
-    if ((record.flags & MoveRecord::kTranslation) != 0) wish.move.translation = pose.translation;
-    if ((record.flags & MoveRecord::kRotation) != 0) wish.move.rotation = pose.rotation;
-    if ((record.flags & MoveRecord::kScale) != 0) wish.move.scale = pose.scale;
-    return wish;
+    NodeMove move{.relative = (record.flags & MoveRecord::kRelative) != 0};
+    if ((record.flags & MoveRecord::kTranslation) != 0) move.translation = pose.translation;
+    if ((record.flags & MoveRecord::kRotation) != 0) move.rotation = pose.rotation;
+    if ((record.flags & MoveRecord::kScale) != 0) move.scale = pose.scale;
+    return move;
 }
 
 Expected<ChangeList> listFrom(ByteSpan bytes, const BlobStore& arrays) {
@@ -175,6 +174,7 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
     for (const MoveRecord& move : *moves) {
         if (move.edit >= inputs.edits.size() || (move.flags & ~MoveRecord::kAll) != 0) return malformed("a move is of no edit, or of a kind that is none");
         inputs.edits[move.edit].move = unpack(move);
+        inputs.edits[move.edit].node = ObjectId(move.node);
     }
     for (const ReplyRecord& packed : *replies) {
         const Expected<Reply> reply = unpack(packed);
@@ -243,8 +243,8 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
     std::vector<MoveRecord> moves;
     std::vector<Bytes> lists;
     for (const Edit& edit : edits) {
-        const auto& [ticket, list, kind, undoable, gesture, move, objects] = edit;
-        if (move) moves.push_back(pack(editRecords.size(), *move));
+        const auto& [ticket, list, kind, undoable, gesture, move, node, objects] = edit;
+        if (move) moves.push_back(pack(editRecords.size(), node, *move));
         editRecords.push_back({.ticket = ticket,
                                .kind = static_cast<std::uint64_t>(kind),
                                .flags = undoable ? EditRecord::kUndoable : 0,

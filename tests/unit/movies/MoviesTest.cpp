@@ -44,7 +44,7 @@ public:
         setAllFields(list, movie, Object::of(said));
         const EditOutcome outcome = frame(list.take());
         EXPECT_TRUE(outcome.result) << outcome.result.error().message;
-        return outcome.ids.size() == 2 ? outcome.ids[1].second : ObjectId{};
+        return outcome.result && outcome.result->ids.size() == 2 ? outcome.result->ids[1].second : ObjectId{};
     }
     /// One frame, with an edit of a person's where there is one.
     EditOutcome frame(ChangeList edit = {}, Edit::Kind kind = Edit::Kind::kChange) {
@@ -59,7 +59,7 @@ public:
         return asked ? result.outcomes.back() : EditOutcome();
     }
     template <auto kMember, typename T>
-    Expected<void> set(ObjectId id, const T& value) {
+    Expected<answer::Committed> set(ObjectId id, const T& value) {
         ChangeListBuilder list;
         setField<kMember>(list, id, value);
         return frame(list.take()).result;
@@ -222,7 +222,7 @@ TEST_F(MoviesTest, WhatCannotBeShownSaysWhyAndTheLastPictureStays) {
 TEST_F(MoviesTest, TwoFilmsDoNotWriteOneImage) {
     const std::string path = film("a.mkv", {});
     const ObjectId first = cinema_.add(path), second = cinema_.add(path);
-    const Expected<void> refused = cinema_.set<&Movie::image>(second, cinema_.movie(first).image);
+    const Expected<answer::Committed> refused = cinema_.set<&Movie::image>(second, cinema_.movie(first).image);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("writes it already"), std::string::npos) << refused.error().message;
     ChangeListBuilder swapped;

@@ -27,11 +27,12 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     BlobStore arrays;
     for (const Blob& blob : blobsOf(list)) arrays.add(blob);
     const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000001234});
-    const std::vector<Edit> edits{{.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
-                                  {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
-                                  {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000},
-                                  {.ticket = 4, .move = MoveWish{ObjectId(9), {.translation = Vec3d(nan, -0.0, 1), .relative = true}}},
-                                  {.ticket = 5, .move = MoveWish{ObjectId(10), {.rotation = Quatd(1, 2, 3, 4), .scale = Vec3d(5, 6, 7)}}}};
+    const std::vector<Edit> edits{
+        {.ticket = ~std::uint64_t{0}, .list = list, .undoable = false, .gesture = {7, 8}},
+        {.ticket = 2, .list = list, .kind = Edit::Kind::kRedo, .undoable = true},
+        {.ticket = 3, .list = list, .kind = Edit::Kind::kLastPart, .objects = 70'000},
+        {.ticket = 4, .move = NodeMove{.translation = Vec3d(nan, -0.0, 1), .relative = true}, .node = ObjectId(9)},
+        {.ticket = 5, .move = NodeMove{.rotation = Quatd(1, 2, 3, 4), .scale = Vec3d(5, 6, 7)}, .node = ObjectId(10)}};
     const std::vector<Reply> replies{{.question = 17,
                                       .decision = Reply::Decision::kMove,
                                       .pose = {.translation = Vec3d(nan, -0.0, 1e-308),
@@ -43,14 +44,14 @@ TEST(RecordingFormat, KeepsInputsToTheLastBit) {
     ASSERT_EQ(back.edits.size(), 5u);
     EXPECT_FALSE(back.edits[2].move);
     ASSERT_TRUE(back.edits[3].move && back.edits[4].move);
-    const MoveWish &by = *back.edits[3].move, &to = *back.edits[4].move;
-    EXPECT_EQ(by.node, ObjectId(9));
-    EXPECT_EQ(std::bit_cast<std::uint64_t>(by.move.translation->x()), std::bit_cast<std::uint64_t>(nan));
-    EXPECT_TRUE(by.move.relative && !by.move.rotation && !by.move.scale);
-    EXPECT_EQ(to.node, ObjectId(10));
-    EXPECT_TRUE(!to.move.relative && !to.move.translation);
-    EXPECT_EQ(to.move.rotation->coeffs(), Quatd(1, 2, 3, 4).coeffs());
-    EXPECT_EQ(*to.move.scale, Vec3d(5, 6, 7));
+    const NodeMove &by = *back.edits[3].move, &to = *back.edits[4].move;
+    EXPECT_EQ(back.edits[3].node, ObjectId(9));
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(by.translation->x()), std::bit_cast<std::uint64_t>(nan));
+    EXPECT_TRUE(by.relative && !by.rotation && !by.scale);
+    EXPECT_EQ(back.edits[4].node, ObjectId(10));
+    EXPECT_TRUE(!to.relative && !to.translation);
+    EXPECT_EQ(to.rotation->coeffs(), Quatd(1, 2, 3, 4).coeffs());
+    EXPECT_EQ(*to.scale, Vec3d(5, 6, 7));
     EXPECT_EQ(back.edits[0].ticket, ~std::uint64_t{0});
     EXPECT_EQ(back.edits[0].list, list);
     EXPECT_EQ(back.edits[0].kind, Edit::Kind::kChange);
@@ -111,7 +112,7 @@ TEST(FrameDigest, SeesEveryMember) {
     const auto filled = [] {
         FrameResult frame;
         frame.outcomes.push_back(
-            {.ticket = 1, .result = {}, .ids = {{ObjectId{1}, ObjectId{2}}}, .stopped = {ObjectId{3}}});
+            {.ticket = 1, .result = answer::Committed{.ids = {{ObjectId{1}, ObjectId{2}}}, .stopped = {ObjectId{3}}}});
         frame.collision.accepted.push_back({.transform = ObjectId{4}});
         frame.collision.velocities.push_back({.core = ObjectId{5}});
         frame.collision.stopped = {ObjectId{6}};
@@ -124,8 +125,8 @@ TEST(FrameDigest, SeesEveryMember) {
     };
     const std::vector<std::pair<const char*, std::function<void(FrameResult&)>>> changes{
         {"outcomes of edits", [](FrameResult& f) { f.outcomes[0].result = fail(ErrorCode::kRefused, "no"); }},
-        {"outcomes of edits", [](FrameResult& f) { f.outcomes[0].ids[0].second = ObjectId{99}; }},
-        {"outcomes of edits", [](FrameResult& f) { f.outcomes[0].stopped.clear(); }},
+        {"outcomes of edits", [](FrameResult& f) { f.outcomes[0].result->ids[0].second = ObjectId{99}; }},
+        {"outcomes of edits", [](FrameResult& f) { f.outcomes[0].result->stopped.clear(); }},
         {"accepted transforms", [](FrameResult& f) { f.collision.accepted[0].rotation.w() = 0.5; }},
         {"velocities", [](FrameResult& f) { f.collision.velocities[0].spin.z() = 1e-300; }},
         {"stopped transforms", [](FrameResult& f) { f.collision.stopped.push_back(ObjectId{7}); }},

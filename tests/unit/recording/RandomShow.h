@@ -135,8 +135,10 @@ public:
                     return o.ticket == parts_.front().ticket && !o.result;
                 }))
                 parts_.clear();
-            shownInParts_ += static_cast<std::uint64_t>(std::ranges::count_if(
-                result.outcomes, [](const EditOutcome& o) { return o.ids.size() == 1 && o.ids[0].first.value == kFirstPlaceholder; }));
+            shownInParts_ +=
+                static_cast<std::uint64_t>(std::ranges::count_if(result.outcomes, [](const EditOutcome& o) {
+                    return o.result && o.result->ids.size() == 1 && o.result->ids[0].first.value == kFirstPlaceholder;
+                }));
             contacts_ += result.collision.contacts.size();
             refused_ += static_cast<std::uint64_t>(
                 std::ranges::count_if(result.outcomes, [](const EditOutcome& o) { return !o.result; }));
@@ -216,9 +218,10 @@ private:
                             toValue(Vec3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)));
                 break;
             case 5:  // by so much, or to a place; some of no Transform, some by numbers that are none
-                edit.move = MoveWish{someOf(oneInTwo(random_) ? typeOf<Node>() : typeOf<Motion>()), {.translation = somePlace(), .relative = below(random_, 4) != 0}};
-                if (below(random_, 8) == 0) edit.move->move.scale = Vec3d(1, std::numeric_limits<double>::infinity(), 1);
-                if (oneInTwo(random_)) edit.move->move.rotation = Quatd(1, between(random_, -1, 1), 0, 0);
+                edit.node = someOf(oneInTwo(random_) ? typeOf<Node>() : typeOf<Motion>());
+                edit.move = NodeMove{.translation = somePlace(), .relative = below(random_, 4) != 0};
+                if (below(random_, 8) == 0) edit.move->scale = Vec3d(1, std::numeric_limits<double>::infinity(), 1);
+                if (oneInTwo(random_)) edit.move->rotation = Quatd(1, between(random_, -1, 1), 0, 0);
                 return edit;
             default:
                 for (int i = 0; i < 3; ++i)

@@ -87,7 +87,7 @@ public:
         ASSERT_TRUE(loaded) << loaded.error().message;
     }
     FrameResult frame(std::vector<Edit> edits = {}) {
-        return maker_.make(FrameNumber(frames_++), std::move(edits), {}, {}).result;
+        return maker_.make(FrameNumber(frames_++), std::move(edits), {}, {});
     }
 
     [[nodiscard]] static ObjectId real(ObjectId placeholder) {

@@ -240,7 +240,7 @@ TEST(Animations, UnsoundKeyFramesAreRefusedWhenTheSceneIsEdited) {
         ChangeListBuilder builder;
         edit(builder);
         const StateHash before = simulation.scene().stateHash();
-        const Expected<void> result = simulation.step(true, one(builder.take())).outcomes.front().result;
+        const Expected<answer::Committed> result = simulation.step(true, one(builder.take())).outcomes.front().result;
         ASSERT_FALSE(result) << words;
         EXPECT_NE(result.error().message.find(words), std::string::npos) << result.error().message;
         EXPECT_NE(result.error().message.find("KeyFrames #"), std::string::npos) << result.error().message;
@@ -410,9 +410,9 @@ TEST(Animations, FollowedThroughAnyHistoryTheyWantWhatALookAtAllSays) {
             const auto plays = [&](ObjectId id) { return committer.scene().get<Animation>(id)->playing; };
             ASSERT_EQ(followed.playingCount(), static_cast<std::size_t>(std::ranges::count_if(animations, plays)));
             if (std::ranges::all_of(animations, plays)) {
-                const AnimationWishes wishes = copy.advance(committer.scene(), 0.25);
+                AnimationWishes wishes = copy.advance(committer.scene(), 0.25);
                 for (const AnimationStep& s : wishes.steps) now.steps.emplace_back(s.animation, s.time);
-                for (const auto& [id, transform] : wishes.transforms) put(now, id, transform);
+                for (const auto& [id, transform] : wishes.transforms.ascending()) put(now, id, transform);
                 ASSERT_EQ(now, byLooking(committer.scene())) << "step " << step;
                 steps += now.steps.size();
                 poses += now.poses.size();

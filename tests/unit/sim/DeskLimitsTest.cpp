@@ -110,7 +110,7 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
         for (const Edit& edit : desk.takeEdits())
             if (edit.ticket == copies[0].ticket) ticket = edit.ticket;
     ASSERT_NE(ticket, 0u);
-    result.outcomes.push_back({.ticket = ticket, .result = {}, .ids = {{kRootNode, kRootNode}}, .stopped = {}});
+    result.outcomes.push_back({.ticket = ticket, .result = answer::Committed{.ids = {{kRootNode, kRootNode}}}});
     (void)desk.committed(std::move(result), FrameNumber(1), {});
     EXPECT_EQ(copies.size(), 2u);
 }

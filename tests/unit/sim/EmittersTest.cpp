@@ -54,7 +54,7 @@ struct FountainShow {
                  .log = log.log,
                  .journal = journal}) {}
     FrameResult frame(std::vector<Edit> edits = {}) {
-        FrameResult result = maker.make(FrameNumber(next++), std::move(edits), {}, {}).result;
+        FrameResult result = maker.make(FrameNumber(next++), std::move(edits), {}, {});
         for (const EditOutcome& outcome : result.outcomes)
             EXPECT_TRUE(outcome.result) << outcome.result.error().message;
         return result;

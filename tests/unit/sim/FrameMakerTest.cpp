@@ -25,10 +25,10 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     made.node("box", kRootNode, box);
     std::vector<Edit> edits(1);
     edits[0].list = made.builder.take();
-    const FrameMaker::Made first = maker.make(FrameNumber(0), std::move(edits), {}, {});
-    ASSERT_TRUE(first.result.outcomes[0].result) << first.result.outcomes[0].result.error().message;
+    const FrameResult first = maker.make(FrameNumber(0), std::move(edits), {}, {});
+    ASSERT_TRUE(first.outcomes[0].result) << first.outcomes[0].result.error().message;
     ObjectId geometry;
-    for (const auto& [placeholder, id] : first.result.outcomes[0].ids)
+    for (const auto& [placeholder, id] : first.outcomes[0].result->ids)
         if (placeholder == box) geometry = id;
 
     Blob whole = makeBox({2, 2, 2}).toArrays().positions;
@@ -42,8 +42,8 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     edits[0].list = both.take();
     BlobId result;
     {
-        const FrameMaker::Made second = maker.make(FrameNumber(1), std::move(edits), {}, {});
-        ASSERT_TRUE(second.result.outcomes[0].result) << second.result.outcomes[0].result.error().message;
+        const FrameResult second = maker.make(FrameNumber(1), std::move(edits), {}, {});
+        ASSERT_TRUE(second.outcomes[0].result) << second.outcomes[0].result.error().message;
         result = simulation.scene().get<Geometry>(geometry)->positions.id();
     }
     ASSERT_NE(result, name);

@@ -47,7 +47,7 @@ public:
             coming.erase(coming.begin());
         }
         const FrameResult result = simulation.step(false, std::move(edits));
-        EditOutcome mine{.ticket = 0, .result = {}, .ids = {}, .stopped = {}};
+        EditOutcome mine{.ticket = 0};
         for (const EditOutcome& outcome : result.outcomes) {
             if (outcome.ticket == kMine) mine = outcome;
             if (outcome.ticket == InlineLoading::kTicket) {
@@ -106,7 +106,8 @@ public:
         const ObjectId node = make.node("inline", parent, id);
         const EditOutcome outcome = edit(make.builder.take());
         EXPECT_TRUE(outcome.result) << outcome.result.error().message;
-        for (const auto& [placeholder, made] : outcome.ids)
+        if (!outcome.result) return {};
+        for (const auto& [placeholder, made] : outcome.result->ids)
             if (placeholder == node) return made;
         return {};
     }

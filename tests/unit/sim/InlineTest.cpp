@@ -251,7 +251,9 @@ TEST(Inlines, ContentThatWasThereBeforeCountsWhereItStands) {
     }
     const EditOutcome made = before.edit(make.builder.take());
     ASSERT_TRUE(made.result) << made.result.error().message;
-    const auto idOf = [&](ObjectId placeholder) { return std::ranges::find(made.ids, placeholder, &std::pair<ObjectId, ObjectId>::first)->second; };
+    const auto idOf = [&](ObjectId placeholder) {
+        return std::ranges::find(made.result->ids, placeholder, &std::pair<ObjectId, ObjectId>::first)->second;
+    };
     const ObjectId hereNode = idOf(here), thereNode = idOf(there);
     const auto half = [&](InlineStage& stage) {
         const ObjectId more = stage.place(Inline{.file = "more"}, hereNode);

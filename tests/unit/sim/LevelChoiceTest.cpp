@@ -334,23 +334,23 @@ TEST(LevelChoice, AFrameWritesItAndUndoDoesNot) {
     ASSERT_TRUE(view.set(simulation.scene(), stand));
     (void)maker.make(FrameNumber(0), std::move(edits), {}, {});
     const ObjectId node = simulation.scene().get<Node>(kRootNode)->children[0];
-    const FrameMaker::Made chosen = maker.make(FrameNumber(1), {}, {}, {});
-    ASSERT_TRUE(chosen.result.commit.list);
+    const FrameResult chosen = maker.make(FrameNumber(1), {}, {}, {});
+    ASSERT_TRUE(chosen.commit.list);
     EXPECT_EQ(levelOf(*simulation.scene().get<Node>(node), 0), 0u) << "it has no children";
     EXPECT_EQ(static_cast<std::uint64_t>(simulation.scene().get<Node>(node)->levels), 0x0101010101010101u);
-    EXPECT_FALSE(maker.make(FrameNumber(2), {}, {}, {}).result.commit.list);
+    EXPECT_FALSE(maker.make(FrameNumber(2), {}, {}, {}).commit.list);
     std::vector<Edit> undo(1);
     undo[0].kind = Edit::Kind::kUndo;
-    ASSERT_TRUE(maker.make(FrameNumber(3), std::move(undo), {}, {}).result.outcomes[0].result);
+    ASSERT_TRUE(maker.make(FrameNumber(3), std::move(undo), {}, {}).outcomes[0].result);
     EXPECT_FALSE(simulation.scene().get<Node>(node)) << "the one step was the node's coming";
     std::vector<Edit> bad(1);
     test::ListMaker wrong;
     setField<&DistanceLOD::ranges>(wrong.builder, wrong.create<DistanceLOD>(), rangesOf({2, 1}));
     bad[0].list = wrong.builder.take();
-    const FrameMaker::Made refused = maker.make(FrameNumber(4), std::move(bad), {}, {});
-    ASSERT_FALSE(refused.result.outcomes[0].result);
-    EXPECT_NE(refused.result.outcomes[0].result.error().message.find("range 1 is 1 after 2"), std::string::npos)
-        << refused.result.outcomes[0].result.error().message;
+    const FrameResult refused = maker.make(FrameNumber(4), std::move(bad), {}, {});
+    ASSERT_FALSE(refused.outcomes[0].result);
+    EXPECT_NE(refused.outcomes[0].result.error().message.find("range 1 is 1 after 2"), std::string::npos)
+        << refused.outcomes[0].result.error().message;
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ using test::placeOf;
 using test::transformAt;
 
 Edit moveBy(std::uint64_t ticket, ObjectId node, const Vec3d& by, Gesture gesture = {}) {
-    return {.ticket = ticket, .gesture = gesture, .move = MoveWish{node, {.translation = by, .relative = true}}};
+    return {.ticket = ticket, .gesture = gesture, .move = NodeMove{.translation = by, .relative = true}, .node = node};
 }
 
 struct Yard {
@@ -33,7 +33,7 @@ struct Yard {
     [[nodiscard]] double x() const { return placeOf(simulation.scene(), "/crane").x(); }
     [[nodiscard]] std::size_t undo() const { return simulation.history().undoDepth(); }
     FrameResult step(std::vector<Edit> edits) { return simulation.step(false, std::move(edits)); }
-    Expected<void> go(Edit::Kind kind) { return step(one(kind)).outcomes.front().result; }
+    Expected<answer::Committed> go(Edit::Kind kind) { return step(one(kind)).outcomes.front().result; }
 
     Simulation simulation;
     ObjectId crane, hook, place;
@@ -48,7 +48,7 @@ TEST(Moves, OfAFrameAddUpAndEachIsTakenBackByItself) {
     ASSERT_EQ(frame.outcomes.size(), 5u);
     for (const EditOutcome& outcome : frame.outcomes) {
         EXPECT_TRUE(outcome.result);
-        EXPECT_TRUE(outcome.stopped.empty());
+        EXPECT_TRUE(outcome.result->stopped.empty());
     }
     const std::vector<double> ways{0, 0.5, 1, 1.5, 2, 1.75};
     EXPECT_EQ(yard.x(), ways.back());
@@ -69,7 +69,8 @@ TEST(Moves, ThatTheWallStopsAreStoppedTogether) {
     std::vector<Edit> edits;
     for (std::uint64_t i = 1; i <= 4; ++i) edits.push_back(moveBy(i, yard.crane, Vec3d(1, 0, 0)));
     const FrameResult frame = yard.step(std::move(edits));
-    for (const EditOutcome& outcome : frame.outcomes) EXPECT_EQ(outcome.stopped, std::vector{yard.place}) << outcome.ticket;
+    for (const EditOutcome& outcome : frame.outcomes)
+        EXPECT_EQ(outcome.result->stopped, std::vector{yard.place}) << outcome.ticket;
     EXPECT_LT(yard.x(), 3);
     EXPECT_GT(yard.x(), 2.9);
     EXPECT_EQ(yard.undo(), 1u);
@@ -82,7 +83,7 @@ TEST(Moves, GoOnFromWhereAnEditOfTheSameFrameLeadsAndAPlaceOverrulesThem) {
     std::vector<Edit> edits = one(moveBy(1, yard.crane, Vec3d(0.5, 0, 0)));
     edits.push_back({.ticket = 2, .list = moveTo(yard.place, Vec3d(1, 0, 0))});
     edits.push_back(moveBy(3, yard.crane, Vec3d(0.5, 0, 0)));
-    edits.push_back({.ticket = 4, .move = MoveWish{yard.crane, {.scale = Vec3d(2, 2, 2), .relative = true}}});
+    edits.push_back({.ticket = 4, .move = NodeMove{.scale = Vec3d(2, 2, 2), .relative = true}, .node = yard.crane});
     (void)yard.step(std::move(edits));
     EXPECT_EQ(yard.x(), 1.5);
     ASSERT_EQ(yard.undo(), 3u) << "the first has been overruled";
@@ -95,7 +96,7 @@ TEST(Moves, GoOnFromWhereAnEditOfTheSameFrameLeadsAndAPlaceOverrulesThem) {
     EXPECT_EQ(yard.x(), 0);
 
     edits = one(moveBy(1, yard.crane, Vec3d(0.5, 0, 0)));
-    edits.push_back({.ticket = 2, .move = MoveWish{yard.crane, {.translation = Vec3d(1, 0, 0)}}});
+    edits.push_back({.ticket = 2, .move = NodeMove{.translation = Vec3d(1, 0, 0)}, .node = yard.crane});
     (void)yard.step(std::move(edits));
     EXPECT_EQ(yard.x(), 1);
     ASSERT_EQ(yard.undo(), 1u);
@@ -132,8 +133,8 @@ TEST(Moves, OfWhatCannotBeMovedAreRefusedInWordsAndTheOthersGoOn) {
     Yard yard;
     std::vector<Edit> edits = one(moveBy(1, ObjectId(4711), Vec3d::Ones()));
     edits.push_back(moveBy(2, findNode(yard.simulation.scene(), "/interest").value(), Vec3d::Ones()));
-    edits.push_back({.ticket = 3, .move = MoveWish{yard.crane, {.scale = Vec3d(1, 0, 1), .relative = true}}});
-    edits.push_back({.ticket = 4, .move = MoveWish{yard.crane, {}}});
+    edits.push_back({.ticket = 3, .move = NodeMove{.scale = Vec3d(1, 0, 1), .relative = true}, .node = yard.crane});
+    edits.push_back({.ticket = 4, .move = NodeMove{}, .node = yard.crane});
     edits.push_back(moveBy(5, yard.crane, Vec3d(1, 0, 0)));
     const FrameResult frame = yard.step(std::move(edits));
     const std::vector<std::string> words{"there is no node #4711", "/interest cannot be moved", "a scale of zero", "a move needs"};
@@ -178,13 +179,15 @@ TEST(Moves, OfAnyHistoryAreTheirSum) {
                 const Vec3d by(static_cast<double>(below(random, 5)) - 2, static_cast<double>(below(random, 3)) - 1, 0);
                 // A place overrules what was before it in the frame: only where nothing was.
                 const bool place = oneIn(random, 5) && !placed[which] &&
-                                   std::ranges::none_of(edits, [&](const Edit& edit) { return edit.move && edit.move->node == nodes[which]; });
+                                   std::ranges::none_of(
+                                       edits, [&](const Edit& edit) { return edit.move && edit.node == nodes[which]; });
                 placed[which] = placed[which] || place;
                 const State from = expected;
                 if (place) {
                     expected[which] = by;
-                    oneIn(random, 2) ? edits.push_back({.ticket = k, .list = moveTo(cores[which], by)})
-                                     : edits.push_back({.ticket = k, .move = MoveWish{nodes[which], {.translation = by}}});
+                    oneIn(random, 2)
+                        ? edits.push_back({.ticket = k, .list = moveTo(cores[which], by)})
+                        : edits.push_back({.ticket = k, .move = NodeMove{.translation = by}, .node = nodes[which]});
                 } else {
                     expected[which] += by;
                     edits.push_back(moveBy(k, nodes[which], by));

@@ -26,12 +26,6 @@ protected:
         const auto replies = server.sent<message::Reply>(application);
         return replies.empty() ? std::nullopt : std::optional(replies[0].error);
     }
-    static FrameResult frameOf(std::vector<EditOutcome> outcomes) {
-        FrameResult frame;
-        frame.commit.sent = std::make_shared<CommittedList>();
-        frame.outcomes = std::move(outcomes);
-        return frame;
-    }
 
     std::optional<Error> trouble;
     DeskSurroundings around = withTrouble();
@@ -53,10 +47,10 @@ TEST_F(OpenEditsBook, AnEditIsTakenOnceAndToldOnce) {
     EXPECT_TRUE(edits.takeEdits().empty());
     const std::uint64_t ticket = taken[0].ticket;
     ASSERT_TRUE(edits.find(ticket));
-    EXPECT_FALSE(told(edits.committed(frameOf({{.ticket = ticket, .underWay = true}})))) << "it takes several frames";
-    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket}}))), "");
+    EXPECT_FALSE(told(edits.committed({{.ticket = ticket, .underWay = true}}))) << "it takes several frames";
+    EXPECT_EQ(told(edits.committed({{.ticket = ticket}})), "");
     EXPECT_FALSE(edits.find(ticket));
-    EXPECT_FALSE(told(edits.committed(frameOf({{.ticket = ticket}}))));
+    EXPECT_FALSE(told(edits.committed({{.ticket = ticket}})));
     EXPECT_EQ(edits.countOf(application).edits, 0u);
 }
 
@@ -67,7 +61,7 @@ TEST_F(OpenEditsBook, WhatIsRefusedIsToldWhyAndIsOpenNoMore) {
     EXPECT_TRUE(edits.takeEdits().empty());
     (void)edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now);
     const std::uint64_t ticket = edits.takeEdits().at(0).ticket;
-    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}}))), "no");
+    EXPECT_EQ(told(edits.committed({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}})), "no");
     EXPECT_EQ(edits.countOf(application).edits, 0u);
 }
 
@@ -88,7 +82,7 @@ TEST_F(OpenEditsBook, PartsComeOneAFrameAndOneEditBehindTheOther) {
             ASSERT_EQ(frame.size(), 1u);
             EXPECT_EQ(frame[0].ticket, ticket);
             EXPECT_EQ(frame[0].kind, part < 2 ? Edit::Kind::kPart : Edit::Kind::kLastPart);
-            const auto answer = told(edits.committed(frameOf({{.ticket = ticket}})));
+            const auto answer = told(edits.committed({{.ticket = ticket}}));
             EXPECT_EQ(answer.has_value(), part == 2) << "with the last part";
         }
     std::vector<Edit> step{{.kind = Edit::Kind::kUndo}};
@@ -104,7 +98,7 @@ TEST_F(OpenEditsBook, APartThatIsRefusedTakesTheOthersWithIt) {
     std::vector<Edit> frame = edits.takeEdits();
     edits.takePart(frame);
     ASSERT_EQ(frame.size(), 1u);
-    EXPECT_EQ(told(edits.committed(frameOf({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}}))), "no");
+    EXPECT_EQ(told(edits.committed({{.ticket = ticket, .result = fail(ErrorCode::kRefused, "no")}})), "no");
     frame = edits.takeEdits();
     edits.takePart(frame);
     EXPECT_TRUE(frame.empty());

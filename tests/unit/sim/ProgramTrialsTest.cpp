@@ -150,7 +150,7 @@ TEST(ProgramVerdicts, NobodyButTheServerSaysThem) {
         return result;
     };
     const FrameResult made = edit(creating({.surface = "mine", .verdict = SurfaceProgram::kGood, .problem = "none"}, ObjectId(kFirstPlaceholder)));
-    const ObjectId id = made.outcomes[0].ids.at(0).second;
+    const ObjectId id = made.outcomes[0].result->ids.at(0).second;
     const auto program = [&]() -> const SurfaceProgram& { return *simulation.scene().get<SurfaceProgram>(id); };
     EXPECT_EQ(program().verdict, SurfaceProgram::kUntried);
     EXPECT_EQ(program().problem, "");

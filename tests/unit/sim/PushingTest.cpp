@@ -50,12 +50,12 @@ TEST(Pushing, AgainstWhatOneStandsAtIsNoWayAndNoStep) {
         PushedBox show(Vec3d::Constant(unit), place + Vec3d(3 * unit, 0, 0), Vec3d(unit, 4 * unit, 4 * unit), response, place);
         const Vec3d way = Vec3d(1, anyBetween(random, -0.4, 0.4), anyBetween(random, -0.4, 0.4)) * unit;
         const Quatd turned = oneIn(random, 2) ? Quatd::Identity() : Quatd(Eigen::AngleAxisd(anyBetween(random, -0.3, 0.3), Vec3d::UnitX()));
-        ASSERT_EQ(show.push(show.at() + anyBetween(random, 4, 40) * way, turned).outcomes.front().stopped.size(), 1u);
+        ASSERT_EQ(show.push(show.at() + anyBetween(random, 4, 40) * way, turned).outcomes.front().result->stopped.size(), 1u);
         const StateHash there = show.simulation.scene().stateHash();
         const Quatd now = show.simulation.scene().get<Transform>(show.core)->rotation;
         for (int i = 0; i < 10; ++i) {
             const FrameResult again = show.push(show.at() + std::pow(10, anyBetween(random, -3, 4)) * way, now);
-            ASSERT_EQ(again.outcomes.front().stopped.size(), 1u);
+            ASSERT_EQ(again.outcomes.front().result->stopped.size(), 1u);
             ASSERT_EQ(show.simulation.scene().stateHash(), there) << "push " << i;
             ASSERT_EQ(show.simulation.history().undoDepth(), 1u);
         }
@@ -68,7 +68,7 @@ TEST(Pushing, StopsAsNearHoweverLongTheWayIs) {
             for (const Vec3d& slope : {Vec3d(1, 0, 0), Vec3d(1, 0.05, -0.1)}) {
                 PushedBox show(Vec3d::Ones(), Vec3d(4, 0, 0), Vec3d(1, 4, 4), response);
                 const FrameResult frame = show.push(slope * std::pow(10.0, power));
-                ASSERT_EQ(frame.outcomes.front().stopped.size(), 1u) << "1e" << power;
+                ASSERT_EQ(frame.outcomes.front().result->stopped.size(), 1u) << "1e" << power;
                 const double gap = 3 - show.at().x(), tolerance = 1e-4 * std::sqrt(3.0);
                 // Slid along the wall and past its end, it is behind it as soon as one digit of its direction says so.
                 if (show.at().tail<2>().cwiseAbs().maxCoeff() > 2.5) continue;
@@ -84,7 +84,7 @@ TEST(Pushing, PassesWhatIsBesideAVeryLongWay) {
     for (int power = 6; power <= 30; ++power) {
         PushedBox show(Vec3d::Ones(), Vec3d(4, 1.001, 0), Vec3d::Ones(), Interest::kStop);
         const Vec3d to(std::pow(10.0, power), 0, 0);
-        EXPECT_TRUE(show.push(to).outcomes.front().stopped.empty()) << "1e" << power;
+        EXPECT_TRUE(show.push(to).outcomes.front().result->stopped.empty()) << "1e" << power;
         EXPECT_EQ(show.at(), to);
     }
 }
@@ -93,7 +93,7 @@ TEST(Pushing, StopsAsNearWhereItTurnsOnAVeryLongWay) {
     for (int power = 6; power <= 30; ++power) {
         PushedBox show(Vec3d::Ones(), Vec3d(4, 0, 0), Vec3d(1, 4, 4), Interest::kStop);
         const FrameResult frame = show.push(Vec3d(std::pow(10.0, power), 0, 0), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitX())));
-        ASSERT_EQ(frame.outcomes.front().stopped.size(), 1u);
+        ASSERT_EQ(frame.outcomes.front().result->stopped.size(), 1u);
         const double gap = 3 - show.at().x();
         ASSERT_GT(gap, 0) << "1e" << power;
         ASSERT_LE(gap, 1e-4 * std::sqrt(3.0)) << "1e" << power;

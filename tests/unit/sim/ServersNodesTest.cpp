@@ -40,7 +40,7 @@ struct Bench {
     }
     [[nodiscard]] const Aspect& scene() const { return simulation.scene(); }
     [[nodiscard]] ObjectId at(const std::string& path) const { return findNode(scene(), path).value(); }
-    Expected<void> edit(ChangeList list) { return simulation.step(false, one(std::move(list))).outcomes.front().result; }
+    Expected<answer::Committed> edit(ChangeList list) { return simulation.step(false, one(std::move(list))).outcomes.front().result; }
     /// Nodes, cores and materials of the handles.
     [[nodiscard]] std::vector<ObjectId> ours() const {
         std::vector<ObjectId> all;
@@ -58,7 +58,7 @@ struct Bench {
     /// Refused because it is the server's, with nothing changed.
     void expectRefused(const std::string& what, ChangeList list) {
         const StateHash before = scene().stateHash();
-        const Expected<void> result = edit(std::move(list));
+        const Expected<answer::Committed> result = edit(std::move(list));
         ASSERT_FALSE(result) << what;
         EXPECT_NE(result.error().message.find("of the handles of /hands/hand"), std::string::npos) << what << ": " << result.error().message;
         EXPECT_EQ(result.error().code, ErrorCode::kRefused) << what;
@@ -122,7 +122,7 @@ TEST(ServersNodes, NothingIsPutBelowThemAndNoneIsMovedOrTakenAway) {
     ListMaker make;
     make.node("loaded", bench.top);
     part.list = make.builder.take();
-    const Expected<void> loaded = bench.simulation.step(false, one(std::move(part))).outcomes.front().result;
+    const Expected<answer::Committed> loaded = bench.simulation.step(false, one(std::move(part))).outcomes.front().result;
     ASSERT_FALSE(loaded);
     EXPECT_NE(loaded.error().message.find("of the handles of /hands/hand"), std::string::npos) << loaded.error().message;
     bench.expectHandlesFollow();
@@ -253,7 +253,7 @@ TEST(ServersNodes, NobodyElseSaysThatANodeIsTheServers) {
         ListMaker make;
         const ObjectId node = fresh ? make.node("mine", kRootNode) : bench.at("/free");
         setField<&Node::ofServer>(make.builder, node, true);
-        const Expected<void> result = bench.edit(make.builder.take());
+        const Expected<answer::Committed> result = bench.edit(make.builder.take());
         ASSERT_FALSE(result);
         EXPECT_NE(result.error().message.find("the server alone says"), std::string::npos) << result.error().message;
     }

@@ -64,7 +64,7 @@ TEST(Simulation, WhatAPersonMovesObeysTheSameStop) {
     const FrameResult frame =
         simulation.step(false, one(moveTo(transformAt(simulation.scene(), "/crane"), Vec3d(20, 0, 0))));
     ASSERT_TRUE(frame.outcomes.front().result);
-    EXPECT_EQ(frame.outcomes.front().stopped, std::vector{transformAt(simulation.scene(), "/crane")});
+    EXPECT_EQ(frame.outcomes.front().result->stopped, std::vector{transformAt(simulation.scene(), "/crane")});
     EXPECT_LE(placeOf(simulation.scene(), "/crane").x(), 3.0);
     EXPECT_GT(placeOf(simulation.scene(), "/crane").x(), 2.9);
 }
@@ -175,9 +175,9 @@ TEST(Simulation, AProposalsPlaceholdersBecomeIdsThatItLearns) {
     make.node("lamp", kRootNode, make.transform(Vec3d(1, 2, 3)));
     const FrameResult frame = simulation.step(false, one(make.builder.take()));
     ASSERT_TRUE(frame.outcomes.front().result);
-    ASSERT_EQ(frame.outcomes.front().ids.size(), 2u);
+    ASSERT_EQ(frame.outcomes.front().result->ids.size(), 2u);
     EXPECT_EQ(placeOf(simulation.scene(), "/lamp"), Vec3d(1, 2, 3));
-    EXPECT_EQ(findNode(simulation.scene(), "/lamp").value(), frame.outcomes.front().ids[1].second);
+    EXPECT_EQ(findNode(simulation.scene(), "/lamp").value(), frame.outcomes.front().result->ids[1].second);
 }
 
 TEST(Simulation, AProposalMayNotChooseItsIds) {

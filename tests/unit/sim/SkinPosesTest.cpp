@@ -148,7 +148,7 @@ TEST(SkinPoses, JointsThatAreNotAsManyAsThePoseAreRefusedByName) {
     (void)simulation.step(true, {});
     ChangeListBuilder fewer;
     setField<&Skin::joints>(fewer, realId(figure.skin), RefList{realId(figure.joints[0])});
-    const Expected<void> result = simulation.step(false, one(fewer.take())).outcomes.front().result;
+    const Expected<answer::Committed> result = simulation.step(false, one(fewer.take())).outcomes.front().result;
     ASSERT_FALSE(result);
     EXPECT_NE(result.error().message.find("joints"), std::string::npos) << result.error().message;
     EXPECT_NE(result.error().message.find("Skin #"), std::string::npos) << result.error().message;

@@ -75,7 +75,7 @@ TEST(UndoPlaces, AfterAWayOutOfAnOverlapUndoLeadsBackIntoIt) {
     for (int i = 0; i < 3; ++i) {
         const EditOutcome back = show.goBack();
         ASSERT_TRUE(back.result) << back.result.error().message;
-        EXPECT_TRUE(back.stopped.empty());
+        EXPECT_TRUE(back.result->stopped.empty());
         ASSERT_EQ(show.hash(), show.first);
         ASSERT_TRUE(show.goForth().result);
         ASSERT_EQ(show.hash(), out);
@@ -84,7 +84,7 @@ TEST(UndoPlaces, AfterAWayOutOfAnOverlapUndoLeadsBackIntoIt) {
 
 TEST(UndoPlaces, UndoGoesThroughWhatIsInBetween) {
     Boxes show({Vec3d::Zero(), Vec3d(10, 0, 0)});
-    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).stopped.empty());
+    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).result->stopped.empty());
     show.standByItself("/b", Vec3d(-2.5, 0, 0));
     ASSERT_TRUE(show.goBack().result);
     EXPECT_EQ(show.at("/a"), Vec3d::Zero());
@@ -92,7 +92,7 @@ TEST(UndoPlaces, UndoGoesThroughWhatIsInBetween) {
 
 TEST(UndoPlaces, WhatStandsThereNowIsNamedAndTheStepStays) {
     Boxes show({Vec3d::Zero(), Vec3d(10, 0, 0)});
-    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).stopped.empty());
+    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).result->stopped.empty());
     show.standByItself("/b", Vec3d(0.5, 0, 0));
     const StateHash before = show.hash();
     for (int i = 0; i < 2; ++i) {
@@ -172,13 +172,13 @@ TEST(UndoPlaces, WhatComesBackWithItsNodesIsThere) {
 
 TEST(UndoPlaces, AMotionOfTheSameFrameIsTriedAgainstWhatWasPutBack) {
     Boxes show({Vec3d::Zero(), Vec3d(3, 0, 0)});
-    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).stopped.empty());
+    ASSERT_TRUE(show.move("/a", Vec3d(-5, 0, 0)).result->stopped.empty());
     std::vector<Edit> edits = one(Edit::Kind::kUndo);
     edits.push_back({.ticket = 2, .list = moveTo(show.core("/b"), Vec3d::Zero())});
     const FrameResult frame = show.simulation.step(false, std::move(edits));
     ASSERT_TRUE(frame.outcomes[0].result);
     EXPECT_EQ(show.at("/a"), Vec3d::Zero());
-    EXPECT_EQ(frame.outcomes[1].stopped, std::vector{show.core("/b")});
+    EXPECT_EQ(frame.outcomes[1].result->stopped, std::vector{show.core("/b")});
     EXPECT_GT(show.at("/b").x(), 1);
 }
 
@@ -203,7 +203,8 @@ TEST(UndoPlaces, TwoEditsOfAFrameThatChangePlacesAreTakenBackOneByOne) {
         edits.push_back({.ticket = 1, .list = moveTo(show.core("/a"), Vec3d(0, 5, 0))});
         edits.push_back({.ticket = 2, .list = moveTo(show.core("/b"), Vec3d(0.2, 0, 0))});
         if (turned) std::swap(edits[0], edits[1]);
-        for (const EditOutcome& outcome : show.simulation.step(false, std::move(edits)).outcomes) ASSERT_TRUE(outcome.stopped.empty());
+        for (const EditOutcome& outcome : show.simulation.step(false, std::move(edits)).outcomes)
+            ASSERT_TRUE(outcome.result->stopped.empty());
         const StateHash there = show.hash();
         for (int i = 0; i < 2; ++i) {
             const EditOutcome back = show.goBack();
@@ -301,7 +302,10 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                     const double far = oneIn(random, 4) ? 1e4 : 3;
                     NodeMove move{.translation = Vec3d(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1)), .relative = true};
                     if (oneIn(random, 6)) move.rotation = Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY()));
-                    edits.push_back({.ticket = k, .gesture = gesture, .move = MoveWish{children[below(random, std::min<std::size_t>(children.size(), 2))], move}});
+                    edits.push_back({.ticket = k,
+                                     .gesture = gesture,
+                                     .move = move,
+                                     .node = children[below(random, std::min<std::size_t>(children.size(), 2))]});
                     continue;
                 }
                 test::ListMaker make;
@@ -337,7 +341,7 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
             while (show.undo() > 0) {
                 const EditOutcome back = show.goBack();
                 ASSERT_TRUE(back.result) << back.result.error().message << ", " << show.undo() << " steps are left";
-                ASSERT_TRUE(back.stopped.empty());
+                ASSERT_TRUE(back.result->stopped.empty());
             }
             ASSERT_EQ(show.hash(), show.first);
             while (show.redo() > 0) {

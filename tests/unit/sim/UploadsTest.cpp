@@ -315,7 +315,7 @@ TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) 
     ASSERT_EQ(edits.size(), 2u);
     FrameResult result;
     result.commit.sent = listAt(Sequence(6));
-    for (const Edit& edit : edits) result.outcomes.push_back({.ticket = edit.ticket, .result = {}, .ids = {}, .stopped = {}});
+    for (const Edit& edit : edits) result.outcomes.push_back({.ticket = edit.ticket});
     (void)desk.committed(std::move(result), FrameNumber(1), {});
     EXPECT_EQ(uploadAndPropose(application, 8), "") << "what is in the scene needs no room here";
     EXPECT_EQ(everywhere().size(), 1u);
