@@ -174,7 +174,8 @@ Expected<Answer> run(Application& application, const verb::Play& wanted) {
         return fail(ErrorCode::kNotFound,
                     fmt::format("{} is no animation; see animations for those there are", wanted.node));
     if (wanted.speed && !fields.speed)
-        return fail(ErrorCode::kRefused, fmt::format("{} is a {}, which has no speed", wanted.node, findType(type)->name));
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{} is a {}, which has no speed", wanted.node, findType(type)->name));
     ChangeListBuilder edits;
     std::string said;
     const auto set = [&](const FieldEntry& field, const auto& value) {
