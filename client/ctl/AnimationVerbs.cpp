@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "common/animation/KeyTrack.h"
 #include "common/cores/Motion.h"
 #include "common/cores/Movie.h"
+#include "common/cores/ParticleEmitter.h"
 
 namespace tessera {
 namespace {
@@ -18,6 +20,26 @@ namespace {
 std::string wordFor(const Object& player, std::string_view field) {
     const FieldEntry& entry = *findField(player.info(), field);
     return wordOfNumber(entry, std::get<std::int64_t>(entry.load(player))).value_or("?");
+}
+
+/// What plays by itself, as `animations` lists it.
+constexpr std::array kPlayTypes = {typeOf<Animation>(), typeOf<Motion>(), typeOf<Movie>(), typeOf<ParticleEmitter>()};
+
+/// Their fields have the same names; what has no `speed` has none.
+struct PlayFields {
+    const FieldEntry *playing = nullptr, *time = nullptr, *speed = nullptr;
+    explicit operator bool() const { return playing; }
+};
+PlayFields playFieldsOf(ObjectType type) {
+    if (std::ranges::find(kPlayTypes, type) == kPlayTypes.end()) return {};
+    const TypeInfo& info = *findType(type);
+    return {findField(info, "playing"), findField(info, "time"), findField(info, "speed")};
+}
+
+double numberIn(const FieldEntry& field, const Object& core) {
+    double number = 0;
+    FieldShape<double>::store(number, field.load(core));
+    return number;
 }
 
 struct PlayerLine {
@@ -33,30 +55,25 @@ struct PlayerLine {
     std::string problem = {};           ///< of a film
 };
 
-/// Nothing of other objects.
+/// Nothing of what does not play.
 std::optional<PlayerLine> lineOf(const Object& core) {
-    PlayerLine line;
+    const PlayFields fields = playFieldsOf(typeOf(core));
+    if (!fields) return std::nullopt;
+    PlayerLine line{.kind = std::string(core.info().name), .mode = "-"};
+    line.playing = std::get<bool>(fields.playing->load(core));
+    line.time = numberIn(*fields.time, core);
+    if (fields.speed) line.speed = numberIn(*fields.speed, core);
     if (const auto* animation = core.as<Animation>()) {
         line.channels = animation->channels.size();
         line.tracks = animation->channels;
-        line.time = animation->time;
-        line.speed = animation->speed;
-        line.playing = animation->playing;
         line.toAndFro = animation->mode == Animation::kPingPong;
     } else if (const auto* motion = core.as<Motion>()) {
-        line.time = motion->time;
-        line.playing = motion->playing;
         line.keys = motion->keys.sizeBytes() / (11 * sizeof(double));
     } else if (const auto* movie = core.as<Movie>()) {
-        line.time = movie->time;
-        line.speed = movie->speed;
-        line.playing = movie->playing;
         line.problem = movie->problem;
-    } else {
-        return std::nullopt;
     }
-    line.kind = core.info().name;
-    line.mode = wordFor(core, "mode");
+    // A stream of particles has no end: its mode says how it looks.
+    if (!core.is<ParticleEmitter>()) line.mode = wordFor(core, "mode");
     return line;
 }
 
@@ -114,7 +131,7 @@ std::string soughtText(const Sought& sought, double seconds) {
 
 Expected<Answer> run(Application& application, const verb::Animations&) {
     std::vector<PlayerLine> lines;
-    for (const ObjectType type : {typeOf<Animation>(), typeOf<Motion>(), typeOf<Movie>()}) {
+    for (const ObjectType type : kPlayTypes) {
         const Expected<SceneExcerpt> told = application.fetchTree({.coreType = type});
         if (!told) return tl::unexpected(told.error());
         for (const TreeNode& node : told->nodes()) {
@@ -152,29 +169,30 @@ Expected<Answer> run(Application& application, const verb::Play& wanted) {
     const Expected<ObjectInfo> node = application.describeNode(wanted.node);
     if (!node) return tl::unexpected(node.error());
     const ObjectType type = node->core ? node->coreType : ObjectType{};
-    const bool motion = type == typeOf<Motion>();
-    if (!motion && type != typeOf<Animation>() && type != typeOf<Movie>())
-        return fail(ErrorCode::kNotFound, fmt::format("{} is no animation; see animations for those there are", wanted.node));
-    if (wanted.speed && motion) return fail(ErrorCode::kRefused, fmt::format("{} is a Motion, which has no speed", wanted.node));
+    const PlayFields fields = playFieldsOf(type);
+    if (!fields)
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("{} is no animation; see animations for those there are", wanted.node));
+    if (wanted.speed && !fields.speed)
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{} is a {}, which has no speed", wanted.node, findType(type)->name));
     ChangeListBuilder edits;
     std::string said;
-    const auto set = [&]<auto kOfAnimation, auto kOfMotion, auto kOfMovie>(const auto& value) {
-        if (motion) setField<kOfMotion>(edits, node->core, value);
-        else if (type == typeOf<Movie>()) setField<kOfMovie>(edits, node->core, value);
-        else setField<kOfAnimation>(edits, node->core, value);
+    const auto set = [&](const FieldEntry& field, const auto& value) {
+        edits.set(node->core, type, field.id, toValue(value));
     };
     if (wanted.playing) {
-        set.template operator()<&Animation::playing, &Motion::playing, &Movie::playing>(*wanted.playing);
+        set(*fields.playing, *wanted.playing);
         said = *wanted.playing ? "plays" : "stands";
     }
     std::optional<Sought> sought;
     if (wanted.time) {
         sought = soughtTime(application, *node, *wanted.time);
-        set.template operator()<&Animation::time, &Motion::time, &Movie::time>(sought->time);
+        set(*fields.time, sought->time);
         said = soughtText(*sought, *wanted.time);
     }
     if (wanted.speed) {
-        type == typeOf<Movie>() ? setField<&Movie::speed>(edits, node->core, *wanted.speed) : setField<&Animation::speed>(edits, node->core, *wanted.speed);
+        set(*fields.speed, *wanted.speed);
         said = fmt::format("has the speed {:g}", *wanted.speed);
     }
     const Expected<answer::Committed> committed = application.propose(edits.take());

@@ -6,9 +6,10 @@
 
 namespace tessera {
 
-/// All animations, motions and films that stand in the tree: where, how many channels and keys, mode, time, speed, whether each plays, or why it cannot.
+/// All animations, motions, films and streams of particles that stand in the tree: where, how many channels and keys,
+/// mode, time, speed, whether each plays, or why it cannot.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Animations&);
-/// Edits of fields, as `set` makes them. Of a node that bears an Animation or a Movie (or, but for its speed, a Motion).
+/// Edits of fields, as `set` makes them, of a node that bears one of these. A Motion has no speed.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Play& wanted);
 
 }  // namespace tessera

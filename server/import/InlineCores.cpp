@@ -1,4 +1,4 @@
-// Inlines and ProxyGroups of scene text: what names another file and does not read it yet.
+#include "server/import/InlineCores.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,6 @@
 #include "common/cores/ProxyGroup.h"
 #include "common/drawable/Drawable.h"
 #include "server/import/AssetFolders.h"
-#include "server/import/SceneAssembly.h"
 #include "server/import/TableCores.h"
 
 namespace tessera {
@@ -39,23 +38,28 @@ Expected<T> readNamed(const google::protobuf::Message& message, const LoadedFile
 
 }  // namespace
 
-Expected<ObjectId> SceneAssembly::inlineCore(LoadedFile& file, const proto::scene::Node& node) {
+Expected<ObjectId> makeInline(SceneDraft& draft, const ImportedFiles& files, const LoadedFile& file,
+                              const proto::scene::Node& node) {
     // What is below it is the other file's, and goes with that.
-    if (node.node_size() != 0) return fail(ErrorCode::kBadInput, "what its file holds comes below it; put other nodes beside it");
+    if (node.node_size() != 0)
+        return fail(ErrorCode::kBadInput, "what its file holds comes below it; put other nodes beside it");
+    const auto tell = [&](const auto& core, const char* what) {
+        if (!core.problem.empty()) draft.note(fmt::format("{}: {}: {}", file.label, what, core.problem));
+        draft.noteNamed(file, core.file);
+    };
     if (node.has_inline_()) {
-        const Expected<Inline> core = readNamed<Inline>(node.inline_(), file, importing_);
+        const Expected<Inline> core = readNamed<Inline>(node.inline_(), file, files.underWay());
         if (!core) return tl::unexpected(core.error());
-        if (!core->problem.empty()) note(fmt::format("{}: an Inline: {}", file.label, core->problem));
-        noteNamed(file, core->file);
-        return create(*core);
+        tell(*core, "an Inline");
+        return draft.create(*core);
     }
-    ++result_.geometries;  // its box is drawn
-    const Expected<ProxyGroup> core = readNamed<ProxyGroup>(node.proxy_group(), file, importing_);
+    const Expected<ProxyGroup> core = readNamed<ProxyGroup>(node.proxy_group(), file, files.underWay());
     if (!core) return tl::unexpected(core.error());
-    if (!core->problem.empty()) note(fmt::format("{}: a ProxyGroup: {}", file.label, core->problem));
-    noteNamed(file, core->file);
-    if (const Expected<void> sound = drawableOf(Object::of(*core)).check(); !sound) return tl::unexpected(sound.error());
-    return create(*core);
+    tell(*core, "a ProxyGroup");
+    if (const Expected<void> sound = drawableOf(Object::of(*core)).check(); !sound)
+        return tl::unexpected(sound.error());
+    draft.countDrawable(0);  // its box is drawn
+    return draft.create(*core);
 }
 
 }  // namespace tessera

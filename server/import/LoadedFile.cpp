@@ -69,6 +69,17 @@ tl::unexpected<Error> failInFile(const std::string& label, const Error& error) {
     return fail(error.code, label + (hasPlace ? ":" : ": ") + error.message);
 }
 
+std::string placeText(const std::string& label, const proto::scene::Place& at) {
+    return at.line() > 0 ? fmt::format("{}:{}:{}", label, at.line(), at.column()) : label;
+}
+
+proto::scene::Place placeOf(const proto::scene::Node& node) {
+    proto::scene::Place place;
+    place.set_line(static_cast<std::uint32_t>(node.at() >> 32));
+    place.set_column(static_cast<std::uint32_t>(node.at()));
+    return place;
+}
+
 Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
                                                const ImportOptions& options, ImportedScene& result) {
     const std::string extension = lowerCaseExtension(path);
@@ -139,6 +150,23 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
     if (!checked) return failWith(fmt::format("mesh '{}'", readName(name, "")), checked.error());
     checkedMeshes.emplace(name, geometry);
     return geometry;
+}
+
+bool LoadedFile::isFilm(const std::string& name) {
+    if (!films) {
+        films.emplace();
+        std::vector<const proto::scene::Node*> open;
+        for (const proto::scene::Node& node : content.node()) open.push_back(&node);
+        for (const proto::scene::Definition& definition : content.definition())
+            for (const proto::scene::Node& node : definition.node()) open.push_back(&node);
+        while (!open.empty()) {
+            const proto::scene::Node& node = *open.back();
+            open.pop_back();
+            if (node.has_movie()) films->insert(node.movie().image());
+            for (const proto::scene::Node& child : node.node()) open.push_back(&child);
+        }
+    }
+    return films->contains(name);
 }
 
 Expected<Vec3f> readColor(const proto::scene::Color& message) {

@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "common/base/Blob.h"
@@ -34,27 +33,15 @@ struct LoadedFile {
     std::map<std::string, const proto::scene::Image*> images;
     std::map<std::string, const proto::scene::Definition*> definitions;
 
-    // Cores already created for this file.
-    struct GeometryCore {
-        ObjectId id;
-        std::uint64_t triangles = 0;
-    };
-    /// By mesh, material, and what is painted over it.
-    std::map<std::tuple<std::string, std::string, ObjectId>, GeometryCore> geometryCores;
-    /// Of surfaces by control points: by all that the file says of them, material, and what is painted over it.
-    std::map<std::tuple<Hash128, std::string, ObjectId>, GeometryCore> surfaceCores;
     std::map<std::string, Geometry> checkedMeshes;
-    std::map<std::string, ObjectId> materialCores, imageCores;
-    std::map<const proto::scene::Movie*, ObjectId> movieCores;  ///< where it is placed again, the same film plays
-    /// Nodes that come of it, and of each definition; nothing: not counted yet.
-    std::optional<std::size_t> nodesInAll;
-    std::map<std::string, std::size_t> nodesOfDefinition;
     std::optional<std::set<std::string>> films;  ///< names of images that Movies write, once somebody has asked
 
     /// The array with this number, counted from 1; 0: an empty handle.
     [[nodiscard]] Expected<Blob> blob(std::uint32_t number) const;
     /// A mesh, checked, without its material.
     [[nodiscard]] Expected<Geometry> mesh(const std::string& name);
+    /// Whether a Movie of the file writes the image of that name.
+    [[nodiscard]] bool isFilm(const std::string& name);
 };
 
 /// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`. What there is to say goes into `result`: notes, faults.
@@ -64,6 +51,11 @@ struct LoadedFile {
 
 /// "label: message", or "label:line:column: message" where the message begins with a place.
 [[nodiscard]] tl::unexpected<Error> failInFile(const std::string& label, const Error& error);
+
+/// "label:line:column", or the label alone where nobody said.
+[[nodiscard]] std::string placeText(const std::string& label, const proto::scene::Place& at);
+/// Of the node itself.
+[[nodiscard]] proto::scene::Place placeOf(const proto::scene::Node& node);
 
 // Plain-form values, checked: every number finite, every rotation a rotation.
 [[nodiscard]] Expected<Quatd> readRotation(const proto::scene::Rotation& message);

@@ -3,19 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
+#include <array>
 #include <vector>
 
 #include "common/drawable/Drawable.h"
+#include "server/import/MessageArrays.h"
 #include "server/import/TableCores.h"
 
 namespace tessera {
 namespace {
 
 using google::protobuf::RepeatedField;
-
-Blob blobOfDoubles(const std::vector<double>& values) { return values.empty() ? Blob() : Blob::of(std::span<const double>(values)); }
-Blob blobOfNumbers(const std::vector<std::uint32_t>& values) { return values.empty() ? Blob() : Blob::of(std::span<const std::uint32_t>(values)); }
 
 /// What is said, or knots from 0 to 1 that are evenly spaced, the ends degree + 1 times. Nothing where that many points are none.
 std::vector<double> knotsOr(const RepeatedField<double>& said, std::int64_t degree, std::size_t count) {
@@ -41,16 +39,16 @@ Expected<NurbsSurfaceCore> readNurbsSurface(const proto::scene::NurbsSurface& me
     if (points % alongU != 0) return fail(ErrorCode::kBadInput, fmt::format("{} control points are no rows of {}", points, alongU));
     if (message.count_u() != 0 && !message.knot_u().empty() && static_cast<std::int64_t>(message.count_u()) != knotted)
         return fail(ErrorCode::kBadInput, fmt::format("its knot_u are for {} control points along u, not for {}", knotted, message.count_u()));
-    core->knotsU = blobOfDoubles(knotsOr(message.knot_u(), core->degreeU, alongU));
-    core->knotsV = blobOfDoubles(knotsOr(message.knot_v(), core->degreeV, points / alongU));
+    core->knotsU = blobOfNumbers(knotsOr(message.knot_u(), core->degreeU, alongU));
+    core->knotsV = blobOfNumbers(knotsOr(message.knot_v(), core->degreeV, points / alongU));
     std::vector<double> numbers;
     for (const proto::scene::Vector& p : message.point()) numbers.insert(numbers.end(), {p.x(), p.y(), p.z()});
-    core->points = blobOfDoubles(numbers);
-    core->weights = blobOfDoubles({message.weight().begin(), message.weight().end()});
+    core->points = blobOfNumbers(numbers);
+    core->weights = blobOfNumbers(message.weight());
     if (message.has_begin_u() || message.has_end_u() || message.has_begin_v() || message.has_end_v()) {
         if (!(message.has_begin_u() && message.has_end_u() && message.has_begin_v() && message.has_end_v()))
             return fail(ErrorCode::kBadInput, "of begin_u, end_u, begin_v and end_v some are missing");
-        core->range = blobOfDoubles({message.begin_u(), message.end_u(), message.begin_v(), message.end_v()});
+        core->range = blobOfNumbers(std::array{message.begin_u(), message.end_u(), message.begin_v(), message.end_v()});
     }
     std::vector<std::uint32_t> loops, curves;
     std::vector<double> curveKnots, curvePoints, curveRanges;
@@ -75,9 +73,9 @@ Expected<NurbsSurfaceCore> readNurbsSurface(const proto::scene::NurbsSurface& me
     }
     core->loops = blobOfNumbers(loops);
     core->curves = blobOfNumbers(curves);
-    core->curveKnots = blobOfDoubles(curveKnots);
-    core->curvePoints = blobOfDoubles(curvePoints);
-    core->curveRanges = blobOfDoubles(curveRanges);
+    core->curveKnots = blobOfNumbers(curveKnots);
+    core->curvePoints = blobOfNumbers(curvePoints);
+    core->curveRanges = blobOfNumbers(curveRanges);
     if (Expected<void> good = Drawable(*findDrawable(NurbsSurfaceCore::kType), &*core).check(); !good) return tl::unexpected(good.error());
     return core;
 }

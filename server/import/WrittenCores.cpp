@@ -1,4 +1,4 @@
-// Cores that an author writes in the words of the table of types: `core { … }`.
+#include "server/import/WrittenCores.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include "common/drawable/Drawable.h"
 #include "common/scenefile/SavedReader.h"
 #include "common/scenefile/SceneSchema.h"
-#include "server/import/SceneAssembly.h"
 
 namespace tessera {
 namespace {
@@ -43,32 +42,30 @@ std::string savedAlone(const std::string& core, std::uint64_t at) {
 
 }  // namespace
 
-Expected<ObjectId> SceneAssembly::writtenCore(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
-    const std::string& name = node.material().empty() ? spot.material : node.material();
-    ObjectId material = spot.paint;
-    if (!material && !name.empty()) {
-        const Expected<ObjectId> made = materialCore(file, name);
-        if (!made) return tl::unexpected(made.error());
-        material = *made;
-    }
+Expected<ObjectId> makeWritten(SceneDraft& draft, MaterialCores& materials, LoadedFile& file,
+                               const proto::scene::Node& node, const Coating& paint) {
+    const Expected<ObjectId> material = materials.worn(file, node.material(), paint);
+    if (!material) return material;
+    const ObjectId id = draft.nextId();
     SavedOptions options;
-    options.firstId = nextId_;
-    options.look = [&](ObjectId id, const TypeInfo& type, void* object) -> Expected<void> {
-        if (id == options.parent) return {};
+    options.firstId = id.value;
+    options.look = [&](ObjectId seen, const TypeInfo& type, void* object) -> Expected<void> {
+        if (seen == options.parent) return {};
         const Drawable drawable = drawableOf(Object(type, object));
         if (!drawable) return {};
         if (Expected<void> sound = drawable.check(); !sound) return sound;
-        if (const FieldEntry* field = findField(type, "material")) field->store(object, material);
-        ++drawn_;
-        ++result_.geometries;
+        if (const FieldEntry* field = findField(type, "material")) field->store(object, *material);
+        draft.countDrawable(0);
+        draft.countDrawn(0);
         return {};
     };
-    const Expected<SavedScene> made = readSaved(asBytes(savedAlone(node.core(), node.at())), {}, options, builder_);
+    const Expected<SavedScene> made = readSaved(asBytes(savedAlone(node.core(), node.at())), {}, options, draft.list());
     if (!made) return tl::unexpected(made.error());
     if (made->created != 1) return fail(ErrorCode::kBadInput, "its core has no type that this version knows");
-    for (const std::string& what : made->mended) noteMended(file, what);
-    ++result_.cores;
-    return ObjectId(std::exchange(nextId_, nextId_ + 1));
+    for (const std::string& what : made->mended) draft.noteMended(file, what);
+    ++draft.scene().cores;
+    draft.took(1);
+    return id;
 }
 
 }  // namespace tessera

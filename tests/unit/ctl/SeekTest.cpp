@@ -1,8 +1,9 @@
-// Where a seek leads that goes beyond an end.
+// Where a seek leads that goes beyond an end; streams of particles, which have none.
 #include <gtest/gtest.h>
 
 #include "client/ctl/Verbs.h"
 #include "common/cores/Animation.h"
+#include "common/cores/ParticleEmitter.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -81,6 +82,50 @@ TEST_F(Seek, OfWhatGoesToAndFroSaysWhenItIsOnItsWayBack) {
     EXPECT_NE(listed.find("plays, on its way back"), std::string::npos) << listed;
     EXPECT_EQ(nlohmann::json::parse(runCtl({"--server", server.address(), "--json", "animations"}).out)["animations"][0]["shown"], 3);
     EXPECT_EQ(seek(server, "9").out.rfind("/hall/walk is at 1 s: 9 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "9").out;
+}
+
+/// /hall/fountain plays, with no end.
+class SeekStream : public testing::Test {
+protected:
+    SeekStream() {
+        constexpr ObjectId kFountain{20}, kEmitter{21};
+        ChangeListBuilder edits;
+        edits.create(kFountain, typeOf<Node>());
+        edits.create(kEmitter, typeOf<ParticleEmitter>());
+        edits.place(kFountain, test::kHall);
+        setField<&Node::name>(edits, kFountain, std::string("fountain"));
+        setField<&Node::core>(edits, kFountain, kEmitter);
+        setField<&ParticleEmitter::mode>(edits, kEmitter, ParticleEmitter::kQuads);
+        server_.commit(edits.take());
+    }
+    CtlOutcome say(std::vector<std::string> words) {
+        words.insert(words.begin(), {"--server", server_.address(), "--timeout", "5"});
+        return runCtl(words);
+    }
+    nlohmann::json listed() { return nlohmann::json::parse(say({"--json", "animations"}).out)["animations"][0]; }
+
+    ScriptedServer server_;
+};
+
+TEST_F(SeekStream, AStreamOfParticlesPlaysStandsAndGoesToATimeAsAnimationsDo) {
+    EXPECT_EQ(listed()["kind"], "ParticleEmitter");
+    EXPECT_EQ(listed()["mode"], "-") << "how it looks is no way to play";
+    EXPECT_EQ(say({"pause", "/hall/fountain"}).out.rfind("/hall/fountain stands (change", 0), 0u);
+    EXPECT_EQ(listed()["playing"], false);
+    EXPECT_EQ(say({"seek", "/hall/fountain", "12.5"}).out.rfind("/hall/fountain is at 12.5 s (change", 0), 0u);
+    EXPECT_EQ(listed()["time"], 12.5);
+    EXPECT_TRUE(listed()["length"].is_null()) << "it has no end";
+    EXPECT_EQ(say({"speed", "/hall/fountain", "2"}).out.rfind("/hall/fountain has the speed 2 (change", 0), 0u);
+    EXPECT_EQ(listed()["speed"], 2);
+    EXPECT_EQ(say({"play", "/hall/fountain"}).out.rfind("/hall/fountain plays (change", 0), 0u);
+    EXPECT_EQ(listed()["playing"], true);
+}
+
+TEST_F(SeekStream, WhatIsBeforeTheBeginningOfAStreamIsRefusedInWords) {
+    const CtlOutcome refused = say({"seek", "/hall/fountain", "-1"});
+    EXPECT_NE(refused.exitCode, 0);
+    EXPECT_NE(refused.err.find("time"), std::string::npos) << refused.err;
+    EXPECT_EQ(listed()["time"], 0);
 }
 
 }  // namespace

@@ -1,18 +1,24 @@
 /// Who acts on the scene beside people: the order of the table's rows says who wins, and READMEs say the same order.
 #include "server/sim/frame/Actors.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include "common/cores/Animation.h"
 #include "common/cores/DistanceLOD.h"
+#include "common/cores/Image.h"
 #include "common/cores/Inline.h"
 #include "common/cores/Manipulator.h"
+#include "common/cores/Movie.h"
 #include "common/cores/ParticleEmitter.h"
 #include "common/cores/Skin.h"
 #include "server/sim/FrameMaker.h"
@@ -41,6 +47,11 @@ std::string paragraphAt(const std::string& page, const std::string& begin) {
     return std::regex_replace(text, std::regex("\\s+"), " ");
 }
 
+/// Of any Movie, whatever file it names: twelve pictures a second.
+Expected<FileHandle> galleryFilm(const std::string&) {
+    return FileHandle(::open(TESSERA_SOURCE_DIR "/deploy/scenes/gallery/film.avi", O_RDONLY | O_CLOEXEC));
+}
+
 /// A server's frames, with all who act, and a scene on which two want the same.
 class Contest {
 public:
@@ -48,7 +59,7 @@ public:
         : view_(wall, ""),
           report_(wall, ""),
           log_("test"),
-          outside(wall, drags_, {}),
+          outside(wall, drags_, galleryFilm),
           maker_({.simulation = simulation, .view = view_, .blobs = blobs_, .report = report_, .log = log_}) {
         simulation.actWith(outside);
     }
@@ -88,6 +99,14 @@ public:
     }
     FrameResult frame(std::vector<Edit> edits = {}) {
         return maker_.make(FrameNumber(frames_++), std::move(edits), {}, {});
+    }
+    /// Frames, at the pace of a wall, until something holds; false: not within 20 s.
+    bool until(const std::function<bool()>& holds) {
+        for (int i = 0; i < 4000 && !holds(); ++i) {
+            frame();
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        return holds();
     }
 
     [[nodiscard]] static ObjectId real(ObjectId placeholder) {
@@ -219,6 +238,32 @@ TEST(Actors, OfAnimationAndEmittersTheLaterRowSaysTheStreamsTime) {
     contest.frame(test::one(hand.take()));
     EXPECT_EQ(contest.at<ParticleEmitter>(core).time,
               contest.later("emitters", "people") == "people" ? 7 : 7 + kSecondsPerFrame);
+}
+
+TEST(Actors, OfAnimationAndFilmsTheLaterRowSaysTheFilmsTime) {
+    Contest contest;
+    const ObjectId image = contest.make.create<Image>();
+    const std::vector<std::uint8_t> black = {0, 0, 0, 255};
+    setField<&Image::pixels>(contest.make.builder, image, Blob::of(std::span<const std::uint8_t>(black)));
+    setField<&Image::widthPx>(contest.make.builder, image, std::int64_t{1});
+    setField<&Image::heightPx>(contest.make.builder, image, std::int64_t{1});
+    const ObjectId film = contest.make.create<Movie>();
+    setField<&Movie::file>(contest.make.builder, film, std::string("film.avi"));
+    setField<&Movie::image>(contest.make.builder, film, image);
+    contest.make.node("film", kRootNode, film);
+    contest.animate(film, "time", {5000});
+    contest.begin();
+    contest.frame();
+    EXPECT_EQ(contest.at<Movie>(film).time, 5000) << "the film says nothing before it shows a picture";
+    ASSERT_TRUE(contest.until([&] { return contest.at<Image>(image).widthPx > 1; })) << contest.at<Movie>(film).problem;
+    contest.frame();
+    const bool films = contest.later("animations", "films") == "films";
+    EXPECT_EQ(contest.at<Movie>(film).time < 100, films) << "of a film that goes round, within its length";
+
+    ChangeListBuilder hand;
+    setField<&Movie::time>(hand, Contest::real(film), 7000.0);
+    contest.frame(test::one(hand.take()));
+    EXPECT_EQ(contest.at<Movie>(film).time == 7000, contest.later("films", "people") == "people");
 }
 
 TEST(Actors, OfAnimationAndLevelsTheLaterRowChoosesTheLevel) {
