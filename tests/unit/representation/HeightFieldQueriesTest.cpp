@@ -309,6 +309,20 @@ TEST(HeightFieldQueries, RaysMeetWhatTheyMeetInTheTree) {
     EXPECT_GT(hits, 500);
     Random random(1);
     const Land land = anyLand(random);
+    int fromAfar = 0;
+    for (const double far : {1e3, 1e6, 1e9})
+        for (int i = 0; i < 60; ++i) {
+            const Vec3d at = land.mesh.positions()[random() % land.mesh.vertexCount()] + bodies::inCube(random, 0.3);
+            Ray ray{at + far * bodies::inCube(random, 1), Vec3d::Zero()};
+            ray.direction = at - ray.origin;
+            const std::optional<RayHit> is = castRay(land.field, ray, 2), was = castRay(land.tree, ray, 2);
+            ASSERT_EQ(is.has_value(), was.has_value()) << far << " away, ray " << i;
+            if (!is) continue;
+            ++fromAfar;
+            EXPECT_NEAR(is->t, was->t, 1e-15) << far << " away, ray " << i;
+            EXPECT_EQ(is->face, was->face) << far << " away, ray " << i;
+        }
+    EXPECT_GT(fromAfar, 40);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_FALSE(castRay(land.field, {Vec3d(nan, 0, 0), Vec3d::UnitX()}, 1));
     EXPECT_FALSE(castRay(land.field, {Vec3d::Zero(), Vec3d::Zero()}, 1));
