@@ -322,12 +322,4 @@ Vec3d EnvironmentLight::radiance(const Vec3d& direction) const {
     return reflected(0, texel(at.x()), texel(at.y()));
 }
 
-Vec3d EnvironmentLight::diffuse(const Vec3d& n) const {
-    const std::array<double, 9> basis = {1, n.y(), n.z(), n.x(), n.x() * n.y(), n.y() * n.z(), 3 * n.z() * n.z() - 1,
-                                         n.x() * n.z(), n.x() * n.x() - n.y() * n.y()};
-    Vec3d sum = Vec3d::Zero();
-    for (std::size_t i = 0; i < 9; ++i) sum += basis[i] * harmonics_[i].cast<double>();
-    return sum.cwiseMax(0.0);
-}
-
 }  // namespace tessera

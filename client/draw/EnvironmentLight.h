@@ -47,14 +47,12 @@ public:
 
     /// Radiance, for a direction of unit length: the nearest texel's of the sharp map.
     [[nodiscard]] Vec3d radiance(const Vec3d& direction) const;
-    /// What a white surface with this normal reflects, from the expansion: E / pi.
-    [[nodiscard]] Vec3d diffuse(const Vec3d& normal) const;
     /// A level's texel, counted without borders.
     [[nodiscard]] Vec3d reflected(int level, int x, int y) const;
     [[nodiscard]] static Vec3d directionOf(int level, int x, int y);
 
-    /// Nine coefficients such that what is diffusely reflected is their sum times 1, y, z, x, xy, yz, 3z² - 1, xz, x² - y²
-    /// (Ramamoorthi and Hanrahan 2001).
+    /// Nine coefficients such that what a white surface with the normal (x, y, z) reflects, E / pi, is their sum times
+    /// 1, y, z, x, xy, yz, 3z² - 1, xz, x² - y² (Ramamoorthi and Hanrahan 2001).
     [[nodiscard]] const std::array<Vec3f, 9>& harmonics() const { return harmonics_; }
     /// RGBA, kAtlasWidth × kAtlasHeight.
     [[nodiscard]] const std::vector<float>& atlas() const { return atlas_; }

@@ -64,7 +64,6 @@ public:
     [[nodiscard]] std::size_t residentBytes() const;
     /// Given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
-    [[nodiscard]] std::size_t meshCount() const { return meshes_.size(); }
 
 private:
     /// In one of the buffers, with what was left free before it.

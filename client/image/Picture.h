@@ -52,7 +52,6 @@ public:
 
     /// With the part's upper left corner at (xPx, yPx) of what is not shrunk; it must lie on the sheet.
     void paste(const Picture& part, int xPx, int yPx);
-    [[nodiscard]] int shrunkBy() const { return shrunkBy_; }
     [[nodiscard]] Picture take() &&;
 
 private:

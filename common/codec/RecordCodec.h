@@ -148,10 +148,6 @@ private:
     const char* fault_ = nullptr;
 };
 
-template <HasMembers R>
-[[nodiscard]] Bytes packRecords(std::span<const R> records) {
-    return std::move(RecordWriter(records).bytes());
-}
 /// At most `most`, counted before memory is taken (kLimit). kBadInput: a broken record, one that says what cannot be,
 /// texts that are not as long as the records say. Of their members' bounds asks `findFault`.
 template <HasMembers R>

@@ -42,12 +42,6 @@ public:
                fmt::format("a text of {} bytes; at most {} are allowed", value.size(), maxTextBytes_));
         return {};
     }
-    template <typename Enum>
-    Enum enumeration(std::uint32_t value, Enum last) {
-        if (value <= static_cast<std::uint32_t>(last)) return static_cast<Enum>(value);
-        refuse(ErrorCode::kBadInput, fmt::format("it holds the unknown value {}", value));
-        return {};
-    }
     /// A part where it lies: it keeps the whole message.
     [[nodiscard]] ByteSlice bytes(std::size_t part) const { return whole_.slice(parts_[part]); }
     template <typename Record>
@@ -62,8 +56,6 @@ protected:
         refuse(values.error().code, values.error().message);
         return {};
     }
-    /// As if all parts were empty.
-    void dropParts() { parts_.assign(parts_.size(), {}); }
 
 private:
     ByteSlice whole_;

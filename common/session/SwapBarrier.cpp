@@ -238,11 +238,6 @@ std::vector<std::string> SwapBarrier::waitingFor() const {
     return names;
 }
 
-bool SwapBarrier::owesShown(const std::string& host) const {
-    const auto it = members_.find(host);
-    return it != members_.end() && it->second.toShow;
-}
-
 bool SwapBarrier::contains(const std::string& host) const {
     const auto it = members_.find(host);
     return it != members_.end() && !it->second.dropped;

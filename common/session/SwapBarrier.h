@@ -92,8 +92,6 @@ public:
     [[nodiscard]] FrameNumber nextFrame() const { return next_; }
     /// Who has not drawn the open frame yet: always known, and reported.
     [[nodiscard]] std::vector<std::string> waitingFor() const;
-    /// Whether this host was told to show a frame and has not said that it does.
-    [[nodiscard]] bool owesShown(const std::string& host) const;
     /// Dropped hosts are not in the barrier.
     [[nodiscard]] bool contains(const std::string& host) const;
     /// How many frames this host has still to draw and show before the others wait for it. Zero also where it is not in the barrier.

@@ -38,12 +38,6 @@ void addSample(std::span<const float> positions, std::size_t step, std::array<st
 
 }  // namespace
 
-bool liesFlat(std::span<const float> positions) {
-    std::array<std::vector<float>, 3> axes;
-    addSample(positions, positions.size() / 3 / kLookedAt + 1, axes);
-    return areFlat(axes);
-}
-
 bool isFlatCloud(const LoadedFile& file) {
     std::vector<std::span<const float>> parts;
     std::size_t points = 0;

@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/architecture/Functions.h"
 #include "tests/architecture/Rules.h"
 
 namespace tessera::architecture {
@@ -149,6 +150,23 @@ TEST_F(Architecture, TheWayOfAnEditHasTwentyShapesAtMostAndEachIsWhereItIsSaidTo
     EXPECT_GT(shapes, 0) << "the table was not found";
     EXPECT_LE(shapes, kMostShapes);
     EXPECT_LE(lines, kMostLines);
+}
+
+// What only tests call is no feature.
+TEST_F(Architecture, ProductCodeCallsEachFunctionOfItsHeaders) {
+    const std::string listFile = "tests/architecture/uncalled.txt";
+    std::ifstream in(std::string(kRoot) + "/" + listFile);
+    ASSERT_TRUE(in) << listFile << " is missing";
+    Findings findings;
+    const std::vector<Uncalled> known =
+        parseUncalled(std::string(std::istreambuf_iterator<char>(in), {}), listFile, findings);
+    EXPECT_EQ(report(findings), "");
+    std::size_t functions = 0;
+    for (const SourceFile& file : product)
+        if (file.path.ends_with(".h")) functions += functionsOf(file).size();
+    EXPECT_GT(functions, 3000u) << "they were not found";
+    const std::vector<SourceFile> all = readTree(kRoot, {"common", "server", "client", "deploy"});
+    EXPECT_EQ(report(checkFunctionsAreCalled(all, known, listFile)), "");
 }
 
 TEST_F(Architecture, NoTwoFilesDefineOneName) {

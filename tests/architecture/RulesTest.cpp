@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/architecture/Functions.h"
 #include "tests/architecture/Rules.h"
 
 namespace tessera::architecture {
@@ -208,6 +209,97 @@ TEST_F(Rules, FindTwoClassesOfOneName) {
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "server/Table.h:2: tessera::Table is defined in common/base/Table.h too\n");
     write("common/base/Table.h", "namespace tessera::base {\nstruct Table {};\n}\n");
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "");
+}
+
+/// What checkFunctionsAreCalled says, with the lines of a list.
+class CalledFunctions : public Rules {
+protected:
+    [[nodiscard]] std::string uncalled(const std::string& list = "") const {
+        Findings findings;
+        const std::vector<Uncalled> known = parseUncalled(list, "uncalled.txt", findings);
+        EXPECT_EQ(report(findings), "");
+        return report(checkFunctionsAreCalled(tree(), known, "uncalled.txt"));
+    }
+};
+
+TEST_F(CalledFunctions, FindOneThatNobodyCalls) {
+    write("common/base/Thing.h",
+          "namespace tessera {\n[[nodiscard]] int used(int x);\nint forgotten(int x);\nclass Thing {\npublic:\n"
+          "    Thing();\n    ~Thing();\n    Thing& operator=(const Thing&) = delete;\n"
+          "    [[nodiscard]] int size() const { return size_; }\n    void clear();\n"
+          "private:\n    int size_ = 0;\n    std::function<void(int)> told_;\n};\n}\n");
+    write("common/base/Thing.cpp",
+          "namespace tessera {\n// forgotten(clear)\nThing::Thing() : size_{used(1)} {}\nThing::~Thing() { clear(); }\n"
+          "int used(int x) { return x; }\nint forgotten(int x) { return x > 0 ? forgotten(x - 1) : x; }\n"
+          "void Thing::clear() { size_ = 0; }\n}\n");
+    EXPECT_EQ(uncalled(),
+              "common/base/Thing.h:3: no product code calls forgotten\n"
+              "common/base/Thing.h:9: no product code calls size\n");
+    write("server/main.cpp", "int main() { return forgotten(Thing().size()); }\n");
+    EXPECT_EQ(uncalled(), "");
+}
+
+TEST_F(CalledFunctions, FindAChainThatBeginsNowhere) {
+    write("common/base/Chain.h", "int first();\nint second();\ninline int third() { return 3; }\n");
+    write("common/base/Chain.cpp",
+          "int first() { return second(); }\nnamespace {\nint hidden() { return third(); }\n}\n"
+          "int second() { return hidden(); }\n");
+    const std::string all =
+        "common/base/Chain.h:1: no product code calls first\n"
+        "common/base/Chain.h:2: no product code calls second\n"
+        "common/base/Chain.h:3: no product code calls third\n";
+    EXPECT_EQ(uncalled(), all);
+    EXPECT_EQ(uncalled("common/base/Chain.h first: users of the library call it\n"), "") << "and what it calls";
+    write("server/main.cpp", "const int table[] = {first()};\n");
+    EXPECT_EQ(uncalled(), "");
+}
+
+TEST_F(CalledFunctions, LetWhatOverridesToItsBase) {
+    write("common/base/Reader.h",
+          "struct Reader {\n    virtual ~Reader() = default;\n    virtual int read() = 0;\n    virtual int skip() = "
+          "0;\n};\n"
+          "struct FileReader final : Reader, std::streambuf {\n    int read() override;\n    int skip() override;\n"
+          "    int underflow() override { return helper(); }\n    int helper();\n};\n");
+    EXPECT_EQ(uncalled(),
+              "common/base/Reader.h:3: no product code calls read\n"
+              "common/base/Reader.h:4: no product code calls skip\n")
+        << "what the standard library calls is called, and what that calls";
+    write("server/main.cpp", "int main() { Reader& reader = open(); return reader.read() + reader.skip(); }\n");
+    EXPECT_EQ(uncalled(), "");
+}
+
+TEST_F(CalledFunctions, DoNotTakeOtherThingsForFunctions) {
+    write("common/base/Others.h",
+          "#define DO(X) X(a) {\nTESSERA_WORD(Others)\nstruct Values {\n    int a = f(1), b{g(2)};\n    int "
+          "(*pointer)(int);\n"
+          "    std::function<int(double)> callable;\n    enum class Kind { kOne = h(1) };\n    alignas(64) char "
+          "room[sizeof(int)];\n"
+          "    explicit(true) Values(int a) : a{a}, b(a) {}\n    std::array<int, 3> list{1, 2, 3};\n};\nusing Function "
+          "= int(int);\n"
+          "inline constexpr auto kLambda = [](int x) { return x; };\nstatic_assert(sizeof(Values) > 4);\n");
+    EXPECT_EQ(uncalled(), "");
+}
+
+TEST_F(CalledFunctions, TakeAllOfOneNameForOne) {
+    write("common/base/Both.h", "int both(int x);\nint both(double x);\nstruct Other { int both() const; };\n");
+    EXPECT_EQ(uncalled(),
+              "common/base/Both.h:1: no product code calls both\n"
+              "common/base/Both.h:2: no product code calls both\n"
+              "common/base/Both.h:3: no product code calls both\n");
+    write("server/main.cpp", "int main() { return both(1); }\n");
+    EXPECT_EQ(uncalled(), "");
+}
+
+TEST_F(CalledFunctions, HaveAListThatSpeaksOfWhatIsThere) {
+    write("common/base/Listed.h", "int listed();\nint called();\n");
+    write("server/main.cpp", "int main() { return called(); }\n");
+    EXPECT_EQ(uncalled("# why\n\ncommon/base/Listed.h listed: users of the library call it\n"), "");
+    EXPECT_EQ(
+        uncalled("common/base/Listed.h listed: so\ncommon/base/Listed.h called: so\ncommon/base/Box.h gone: so\n"),
+        "uncalled.txt:2: called is called: it needs no line\nuncalled.txt:3: common/base/Box.h declares no gone\n");
+    Findings findings;
+    (void)parseUncalled("common/base/Listed.h listed\n", "uncalled.txt", findings);
+    EXPECT_EQ(report(findings), "uncalled.txt:1: a line is FILE NAME: REASON\n");
 }
 
 }  // namespace

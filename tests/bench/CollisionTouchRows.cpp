@@ -20,14 +20,13 @@ void touchRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions& o
     };
 
     if (options.wants("any")) {
-        const auto times = raceInTurns(
-            count, options.passes,
-            {[&](std::size_t i) {
-                 QueryWork work;
-                 ours[i] = anyTouching(a, b, pair.poses[i], work) == Touch::kYes;
-             },
-             [&](std::size_t i) { theirs[i] = fcl.obb.any(pair.poses[i]); },
-             [&](std::size_t i) { theirs[i] = fcl.obbRss.any(pair.poses[i]); }});
+        const auto times = raceInTurns(count, options.passes,
+                                       {[&](std::size_t i) {
+                                            QueryWork work;
+                                            ours[i] = firstTouching(a, b, pair.poses[i], work).touch == Touch::kYes;
+                                        },
+                                        [&](std::size_t i) { theirs[i] = fcl.obb.any(pair.poses[i]); },
+                                        [&](std::size_t i) { theirs[i] = fcl.obbRss.any(pair.poses[i]); }});
         agree("any");
         std::size_t hits = 0;
         for (const std::size_t hit : theirs) hits += hit;

@@ -48,7 +48,7 @@ void volumeRows(const BenchPair& pair, const BenchOptions& options, CollisionTab
     };
     add("any", raceInTurns(count, options.passes, contenders([](const Trees& t, const Affine3d& a_T_b) {
                                QueryWork work;
-                               return static_cast<std::size_t>(anyTouching(t.a, t.b, a_T_b, work));
+                               return static_cast<std::size_t>(firstTouching(t.a, t.b, a_T_b, work).touch);
                            })));
     add("all", raceInTurns(count, options.passes, contenders([](const Trees& t, const Affine3d& a_T_b) {
                                QueryWork work;

@@ -27,6 +27,7 @@
 #include "tests/support/MadeModels.h"
 #include "tests/support/Models.h"
 #include "tests/support/PoseGenerator.h"
+#include "tests/unit/spherical_bezier/FacesOfPatches.h"
 
 namespace tessera {
 namespace {
@@ -173,7 +174,7 @@ std::vector<Contestant> contestants(const Sequence& s) {
                        [=, &s](std::size_t f) { (void)(a->refit(s.a[f]) && b->refit(s.b[f])); },
                        [=, &s](std::size_t f) {
                            QueryWork work;
-                           return anyTouching(*a, *b, s.poses[f].a_T_b.matrix(), work) == Touch::kYes;
+                           return firstTouching(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
                        }, {}, {}});
     }
     for (const unsigned levels : {1U, 2U}) {
@@ -183,7 +184,7 @@ std::vector<Contestant> contestants(const Sequence& s) {
                        [=, &s](std::size_t f) { (void)(a->move(s.a[f]) && b->move(s.b[f])); },
                        [=, &s](std::size_t f) {
                            QueryWork work;
-                           return firstTouching(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
+                           return patches::firstTouching(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
                        }, {}, {}});
     }
     for (const auto& [kind, name] : {std::pair{DeformingFclVolume::kObb, "FCL OBB"}, std::pair{DeformingFclVolume::kObbRss, "FCL OBBRSS"},

@@ -137,7 +137,8 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
                                     },
                                     [&](std::size_t i) {
                                         QueryWork work;
-                                        treeTouches[i] = anyTouching(a.tree, b.tree, poses[i].a_T_b.matrix(), work);
+                                        treeTouches[i] =
+                                            firstTouching(a.tree, b.tree, poses[i].a_T_b.matrix(), work).touch;
                                     },
                                     [&](std::size_t i) {
                                         QueryWork work;
@@ -210,7 +211,8 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
                 TriangleMesh ma = meshOfFrame(a.grid, deformation(i)), mb = meshOfFrame(b.grid, deformation(i));
                 theirTime[i] = std::min(theirTime[i], timer.seconds([&] {
                     const TriangleTree ta(std::move(ma)), tb(std::move(mb));
-                    theirs[i] = distance ? distanceBetween(ta, tb, a_T_b, work, {.tolerance = kTolerance}).distance : anyTouching(ta, tb, a_T_b, work) == Touch::kYes;
+                    theirs[i] = distance ? distanceBetween(ta, tb, a_T_b, work, {.tolerance = kTolerance}).distance
+                                         : firstTouching(ta, tb, a_T_b, work).touch == Touch::kYes;
                 }));
                 if (distance && std::abs(ours[i] - theirs[i]) > 3 * off) table.complain(fmt::format("{}, frame {}: distance {} and {}", title, i, ours[i], theirs[i]));
             }

@@ -123,7 +123,7 @@ public:
     void frame(const Motion& motion, std::size_t f) override {
         const std::vector<Box>& boxes = motion.frames[f];
         if (motion.everybody()) {
-            finder_->moveAll(boxes);
+            finder_->move(everyItem(boxes.size()), boxes);
         } else {
             for (const std::uint32_t item : motion.movers) finder_->move(item, boxes[item]);
         }
@@ -132,6 +132,12 @@ public:
     Pairs found(const std::vector<Box>&) override { return {found_.begin(), found_.end()}; }
 
 private:
+    [[nodiscard]] std::span<const std::uint32_t> everyItem(std::size_t count) {
+        while (items_.size() < count) items_.push_back(static_cast<std::uint32_t>(items_.size()));
+        return {items_.data(), count};
+    }
+
+    std::vector<std::uint32_t> items_;
     Workers workers_;
     std::unique_ptr<NeighbourFinder> finder_;
     std::span<const NeighbourPair> found_;

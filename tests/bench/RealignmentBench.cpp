@@ -18,10 +18,10 @@
 #include <string>
 #include <vector>
 
-#include "server/collision/volume/PolytopeSupport.h"
 #include "server/collision/volume/Realignment.h"
 #include "server/collision/volume/SupportProfile.h"
 #include "tests/unit/volume/Clusters.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {

@@ -224,6 +224,8 @@ ROWS = {
     "tessera-collide A --query ray --poses RAYS": file("tests/commands/made boxes $T && cd $T && echo '0.5 0.4 9 0 0 -1' >rays.txt && tessera-collide A.obj --query ray --poses rays.txt", says="at t = 8"),
     "tessera-collide --as-a spherical-bezier": file(
         "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query all --as-a spherical-bezier --as-b spherical-bezier"),
+    "tessera-collide --as-a bezier": file(
+        "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query any --as-a bezier && tessera-collide A.obj A.obj --poses poses.txt --query distance --as-a bezier --as-b subdivision", says="at least"),
     "tessera-collide A.obj --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
     "tessera-collide A --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
     # Of a script its first line.

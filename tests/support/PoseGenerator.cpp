@@ -64,7 +64,7 @@ std::string_view name(Closeness closeness) {
 PoseOracle ownOracle(const TriangleTree& a, const TriangleTree& b) {
     return {[&](const Affine3d& a_T_b) {
                 QueryWork work;
-                return anyTouching(a, b, a_T_b, work) == Touch::kYes;
+                return firstTouching(a, b, a_T_b, work).touch == Touch::kYes;
             },
             [&](const Affine3d& a_T_b) {
                 QueryWork work;

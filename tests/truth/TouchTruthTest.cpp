@@ -40,7 +40,7 @@ TEST_P(LargePairs, MeetWhereCgalSaysInEveryPose) {
         const std::vector<FacePair> truth = cgal::intersectingPairs(*a, *b, a_T_b);
         QueryWork work;
         ASSERT_EQ(allTouching(pair.a, pair.b, a_T_b, work).pairs, truth);
-        ASSERT_EQ(anyTouching(pair.a, pair.b, a_T_b, work), truth.empty() ? Touch::kNo : Touch::kYes);
+        ASSERT_EQ(firstTouching(pair.a, pair.b, a_T_b, work).touch, truth.empty() ? Touch::kNo : Touch::kYes);
         EXPECT_EQ(pair.fcl.any(a_T_b), !truth.empty()) << "FCL differs from CGAL";
         EXPECT_EQ(pair.fcl.all(a_T_b), truth.size()) << "FCL differs from CGAL";
         const auto k = static_cast<std::size_t>(poses[i].closeness);
@@ -108,7 +108,7 @@ TEST_P(EveryVolume, MeetsWhereCgalSaysInEveryPose) {
             QueryWork work;
             const auto kind = static_cast<int>(treeA.options().volume);
             ASSERT_EQ(allTouching(treeA, treeB, a_T_b, work).pairs, truth) << "volume kind " << kind;
-            ASSERT_EQ(anyTouching(treeA, treeB, a_T_b, work), truth.empty() ? Touch::kNo : Touch::kYes)
+            ASSERT_EQ(firstTouching(treeA, treeB, a_T_b, work).touch, truth.empty() ? Touch::kNo : Touch::kYes)
                 << "volume kind " << kind;
         }
         ASSERT_NO_FATAL_FAILURE(checkContacts(pair, a_T_b, truth));

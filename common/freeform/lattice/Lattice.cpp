@@ -214,26 +214,6 @@ Box Lattice::support(std::size_t control) const {
     return out;
 }
 
-std::vector<PointRange> Lattice::pointsMovedBy(std::span<const std::size_t> controls, std::span<const float> positions) const {
-    std::vector<Box> supports;
-    for (const std::size_t control : controls) {
-        Box box = support(control);
-        box.lower.array() -= kOnFace;
-        box.upper.array() += kOnFace;
-        supports.push_back(box);
-    }
-    std::vector<PointRange> ranges;
-    for (std::size_t i = 0; 3 * i + 2 < positions.size(); ++i) {
-        const Vec3d p = parameters(Vec3d(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]));
-        if (std::none_of(supports.begin(), supports.end(), [&](const Box& box) { return box.contains(p); })) continue;
-        if (!ranges.empty() && ranges.back().end == i)
-            ranges.back().end = i + 1;
-        else
-            ranges.push_back({i, i + 1});
-    }
-    return ranges;
-}
-
 Vec3d deformedNormal(const Mat3d& j, const Vec3d& normal) {
     // The cofactors are the inverse transpose times the determinant, and there where that is 0, too.
     const double size = j.cwiseAbs().maxCoeff(), length = normal.cwiseAbs().maxCoeff();

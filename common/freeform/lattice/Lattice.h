@@ -36,12 +36,6 @@ struct LatticeAxis {
     unsigned points = 4;  ///< at least degree + 1
 };
 
-/// Points `first` to `end` - 1 of an array.
-struct PointRange {
-    std::size_t first = 0, end = 0;
-    bool operator==(const PointRange&) const = default;
-};
-
 /// Any number of threads may evaluate it, none while control points are set.
 class Lattice {
 public:
@@ -84,8 +78,6 @@ public:
     [[nodiscard]] Box bounds(const Box& box) const;
     /// The part of the volume that this control point moves, in parameters: all of it for Bernstein's polynomials.
     [[nodiscard]] Box support(std::size_t control) const;
-    /// Which of these positions (xyz each) may move where these control points do: ranges in ascending order with gaps between.
-    [[nodiscard]] std::vector<PointRange> pointsMovedBy(std::span<const std::size_t> controls, std::span<const float> positions) const;
 
 private:
     struct Basis;

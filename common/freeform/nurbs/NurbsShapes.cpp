@@ -42,13 +42,4 @@ Expected<NurbsSurface> coneSurface(double lowerRadius, double upperRadius, doubl
     return revolved({.knots = {.degree = 1, .knots = {0, 0, 1, 1}}, .points = {{lowerRadius, 0, 1}, {upperRadius, height, 1}}}, std::move(loops));
 }
 
-Expected<NurbsSurface> planeSurface(const ParameterRectangle& r, std::vector<TrimLoop> loops) {
-    NurbsDefinition d{.u = {.degree = 1, .knots = {r.u.lower, r.u.lower, r.u.upper, r.u.upper}},
-                      .v = {.degree = 1, .knots = {r.v.lower, r.v.lower, r.v.upper, r.v.upper}},
-                      .points = {}, .rangeU = {}, .rangeV = {}, .loops = std::move(loops)};
-    for (const double y : {r.v.lower, r.v.upper})
-        for (const double x : {r.u.lower, r.u.upper}) d.points.emplace_back(x, y, 0, 1);
-    return NurbsSurface::make(std::move(d));
-}
-
 }  // namespace tessera

@@ -18,8 +18,7 @@ namespace tessera {
 /// From y = 0 at v = 0 to y = height at v = 1, without lids.
 [[nodiscard]] Expected<NurbsSurface> cylinderSurface(double radius, double height, std::vector<TrimLoop> loops = {});
 /// A cylinder whose upper radius is another one; 0: a cone.
-[[nodiscard]] Expected<NurbsSurface> coneSurface(double lowerRadius, double upperRadius, double height, std::vector<TrimLoop> loops = {});
-/// z = 0, its x and y the parameters, normal +z.
-[[nodiscard]] Expected<NurbsSurface> planeSurface(const ParameterRectangle& rectangle, std::vector<TrimLoop> loops = {});
+[[nodiscard]] Expected<NurbsSurface> coneSurface(double lowerRadius, double upperRadius, double height,
+                                                 std::vector<TrimLoop> loops = {});
 
 }  // namespace tessera

@@ -17,34 +17,6 @@ Expected<ParameterRange> rangeOf(const KnotVector& knots, const std::optional<Pa
     return *wanted;
 }
 
-/// The control points along one axis, for each of the others.
-struct Lines {
-    std::size_t count, stride, next;
-};
-Lines linesOf(const NurbsDefinition& d, PatchAxis axis) {
-    const auto countU = static_cast<std::size_t>(d.u.count()), countV = static_cast<std::size_t>(d.v.count());
-    return axis == PatchAxis::kU ? Lines{countV, 1, countU} : Lines{countU, countU, 1};
-}
-
-/// With other knots along an axis, and what `line(first control point, stride, i)` says is the i-th control point of a line then.
-template <typename Line>
-Expected<NurbsSurface> withKnots(const NurbsSurface& surface, PatchAxis axis, KnotVector knots, const Line& line) {
-    const NurbsDefinition& old = surface.definition();
-    NurbsDefinition made = old;
-    const auto count = static_cast<std::size_t>(knots.count());
-    // What the knots define is the same range; one that they define more of stays what it is.
-    made.rangeU = surface.domain().u;
-    made.rangeV = surface.domain().v;
-    const Lines lines = linesOf(old, axis);
-    (axis == PatchAxis::kU ? made.u : made.v) = std::move(knots);
-    made.points.assign(count * lines.count, Vec4d::Zero());
-    const Lines places = linesOf(made, axis);
-    for (std::size_t l = 0; l < lines.count; ++l)
-        for (std::size_t i = 0; i < count; ++i)
-            made.points[l * places.next + i * places.stride] = line(old.points.data() + l * lines.next, lines.stride, static_cast<int>(i));
-    return NurbsSurface::make(std::move(made));
-}
-
 /// The patches over some spans of each axis.
 std::vector<ParameterPatch> patchesOver(const NurbsDefinition& d, const std::vector<KnotSpan>& spansU, const std::vector<KnotSpan>& spansV) {
     const auto countU = static_cast<std::size_t>(d.u.count()), countV = static_cast<std::size_t>(d.v.count());
@@ -146,56 +118,6 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
 std::vector<ParameterPatch> bezierPatches(const NurbsSurface& surface) {
     const NurbsDefinition& d = surface.definition();
     return patchesOver(d, spansWithin(d.u, surface.domain().u), spansWithin(d.v, surface.domain().v));
-}
-
-Expected<NurbsSurface> withKnot(const NurbsSurface& surface, PatchAxis axis, double knot) {
-    const KnotVector& old = axis == PatchAxis::kU ? surface.definition().u : surface.definition().v;
-    const ParameterRange domain = old.domain();
-    if (!(knot > domain.lower && knot < domain.upper)) return fail(ErrorCode::kBadInput, "a knot can be added only inside of what the knots define");
-    const int p = old.degree, k = spanAt(old, knot);
-    const int equal = static_cast<int>(std::count(old.knots.begin(), old.knots.end(), knot));
-    if (equal > p) return fail(ErrorCode::kBadInput, "the knot is there degree + 1 times already");
-    KnotVector knots = old;
-    knots.knots.insert(knots.knots.begin() + k + 1, knot);
-    return withKnots(surface, axis, std::move(knots), [&](const Vec4d* controls, std::size_t stride, int i) -> Vec4d {
-        const auto at = [&](int n) -> const Vec4d& { return controls[static_cast<std::size_t>(n) * stride]; };
-        if (i <= k - p) return at(i);
-        if (i > k - equal) return at(i - 1);
-        const double part = (knot - old.at(i)) / (old.at(i + p) - old.at(i));
-        return (1 - part) * at(i - 1) + part * at(i);
-    });
-}
-
-Expected<NurbsSurface> withDegreeRaised(const NurbsSurface& surface, PatchAxis axis) {
-    const KnotVector& old = axis == PatchAxis::kU ? surface.definition().u : surface.definition().v;
-    const int p = old.degree;
-    if (p == kMaxNurbsDegree) return fail(ErrorCode::kBadInput, "the degree is " + std::to_string(kMaxNurbsDegree) + " already");
-    KnotVector knots{.degree = p + 1, .knots = {}};
-    for (std::size_t i = 0; i < old.knots.size(); ++i) {
-        knots.knots.push_back(old.knots[i]);
-        if (i + 1 == old.knots.size() || old.knots[i + 1] != old.knots[i]) knots.knots.push_back(old.knots[i]);
-    }
-    return withKnots(surface, axis, knots, [&](const Vec4d* controls, std::size_t stride, int i) -> Vec4d {
-        // The i-th control point is the raised polynomial's blossom of p + 1 knots, on any span of the domain that it has a say in. The raised
-        // blossom is the mean of the old one's with one argument left out (Ramshaw).
-        const double low = knots.at(i), high = knots.at(i + p + 2);
-        int span = -1;
-        double best = 0;
-        for (int s = p; s < old.count(); ++s) {
-            const double begin = old.at(s), end = old.at(s + 1);
-            if (begin == end || begin < low || end > high) continue;
-            const double off = std::abs(0.5 * (begin + end) - 0.5 * (low + high));
-            if (span < 0 || off < best) {
-                span = s;
-                best = off;
-            }
-        }
-        if (span < 0) return controls[0];
-        Vec4d sum = Vec4d::Zero();
-        for (int out = 1; out <= p + 1; ++out)
-            sum += blossom(old, span, controls, stride, [&](int r) { return knots.at(i + (r < out ? r : r + 1)); });
-        return sum / (p + 1);
-    });
 }
 
 }  // namespace tessera

@@ -60,9 +60,4 @@ private:
 /// edge wherever the surface is continuous.
 [[nodiscard]] std::vector<ParameterPatch> bezierPatches(const NurbsSurface& surface);
 
-/// The same surface with one more knot (Boehm), strictly inside what the knots define. Refused where degree + 1 are there already.
-[[nodiscard]] Expected<NurbsSurface> withKnot(const NurbsSurface& surface, PatchAxis axis, double knot);
-/// The same surface with a degree one higher and each knot once more, by blossoms. Refused beyond kMaxNurbsDegree.
-[[nodiscard]] Expected<NurbsSurface> withDegreeRaised(const NurbsSurface& surface, PatchAxis axis);
-
 }  // namespace tessera

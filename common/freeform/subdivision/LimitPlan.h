@@ -43,8 +43,9 @@ public:
     /// Some face is cut into parts, and has a level of 1 at least.
     [[nodiscard]] bool hasPolygons() const { return hasPolygons_; }
     [[nodiscard]] const std::vector<Face>& faces() const { return faces_; }  ///< by ptex number
-    [[nodiscard]] std::span<const std::uint32_t> pointsOf(const Face& face) const { return std::span(points_).subspan(face.pointsBegin, face.pointsEnd - face.pointsBegin); }
-    [[nodiscard]] std::size_t kindCount() const { return kinds_.size(); }
+    [[nodiscard]] std::span<const std::uint32_t> pointsOf(const Face& face) const {
+        return std::span(points_).subspan(face.pointsBegin, face.pointsEnd - face.pointsBegin);
+    }
     /// Numbers that the rows of a kind have for 2^log2Segments segments.
     [[nodiscard]] std::size_t weightsOf(std::uint32_t kind, unsigned log2Segments) const;
     /// The highest level at which all kinds together have no more; -1: none.

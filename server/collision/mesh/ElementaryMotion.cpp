@@ -237,21 +237,6 @@ Vec3d directionApart(const Triangle& a, const Triangle& b, const NearestPoints& 
     return best;
 }
 
-ElementaryImpact vertexFaceImpact(const Vec3d& vertexStart, const Vec3d& vertexEnd, const Triangle& faceStart,
-                                  const Triangle& faceEnd, const ElementaryOptions& options) {
-    const auto nearest = [](const Corners<1>& p, const Triangle& f) {
-        const Vec3d q = nearestOnTriangle(f, p[0]);
-        return NearestPoints{p[0], q, (q - p[0]).norm()};
-    };
-    return advance<1, 3>({vertexStart}, {vertexEnd}, faceStart, faceEnd, options, nearest);
-}
-
-ElementaryImpact edgeEdgeImpact(const Edge& aStart, const Edge& aEnd, const Edge& bStart, const Edge& bEnd,
-                                const ElementaryOptions& options) {
-    const auto nearest = [](const Edge& a, const Edge& b) { return nearestOnSegments(a[0], a[1], b[0], b[1]); };
-    return advance<2, 2>(aStart, aEnd, bStart, bEnd, options, nearest);
-}
-
 ElementaryImpact trianglesImpact(const Triangle& aStart, const Triangle& aEnd, const Triangle& bStart,
                                  const Triangle& bEnd, const ElementaryOptions& options) {
     const auto nearest = [](const Triangle& a, const Triangle& b) { return nearestPoints(a, b); };

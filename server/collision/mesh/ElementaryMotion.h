@@ -48,17 +48,8 @@ struct ElementaryImpact {
     bool complete = true;     ///< false: the steps ran out, and `hit` is a guess that errs towards yes
 };
 
-/// Within the tolerance without being within reach of contact at any later time is no hit.
-[[nodiscard]] ElementaryImpact vertexFaceImpact(const Vec3d& vertexStart, const Vec3d& vertexEnd,
-                                                const Triangle& faceStart, const Triangle& faceEnd,
-                                                const ElementaryOptions& options = {});
-
-using Edge = std::array<Vec3d, 2>;
-
-[[nodiscard]] ElementaryImpact edgeEdgeImpact(const Edge& aStart, const Edge& aEnd, const Edge& bStart,
-                                              const Edge& bEnd, const ElementaryOptions& options = {});
-
 /// All fifteen elementary pairs at once: two closed triangles. Without area they are the segments or points they are.
+/// Within the tolerance without being within reach of contact at any later time is no hit.
 [[nodiscard]] ElementaryImpact trianglesImpact(const Triangle& aStart, const Triangle& aEnd, const Triangle& bStart,
                                                const Triangle& bEnd, const ElementaryOptions& options = {});
 

@@ -296,8 +296,42 @@ TriangleContact contactOf(const Triangle& a, const Triangle& b) {
     return betweenNearest(a, b, nA, nB);
 }
 
-/// Nearest point of a triangle to p (C. Ericson, Real-Time Collision Detection, 5.1.5). The areas va, vb and vc are
-/// products with the normal and not d1·d4 - d3·d2, which is the same but loses the digits of thin triangles twice over.
+namespace {
+
+/// Of a triangle that is long and thin, or has no area: its normal has few digits, or none. The edges are right however
+/// thin it is. Inside, the longest edge and what is square to it span a triangle that lies beside the real one by no
+/// more than coordinates are rounded.
+Vec3d nearestOnThin(const Triangle& t, const Vec3d& p) {
+    Vec3d best = t[0];
+    const auto offer = [&](const Vec3d& q) {
+        if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
+    };
+    std::size_t from = 0;
+    double square = -1;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3d &a = t[i], &b = t[(i + 1) % 3];
+        offer(nearestOnSegments(p, p, a, b).onB);
+        if (const double length = (b - a).squaredNorm(); length > square) {
+            square = length;
+            from = i;
+        }
+    }
+    if (!(square > 0)) return best;
+    const Vec3d along = t[(from + 1) % 3] - t[from], side = t[(from + 2) % 3] - t[from], away = p - t[from];
+    const double corner = side.dot(along) / square;
+    Vec3d across = side - corner * along;
+    across -= across.dot(along) / square * along;  // of what is left of a long way the first time, few digits are right
+    const double width = across.squaredNorm();
+    if (!(width > 0)) return best;
+    const double x = away.dot(along) / square, y = away.dot(across) / width;
+    if (y > 0 && x > y * corner && 1 - x > y * (1 - corner)) offer(t[from] + x * along + y * across);
+    return best;
+}
+
+}  // namespace
+
+/// C. Ericson, Real-Time Collision Detection, 5.1.5. The areas va, vb and vc are products with the normal and not
+/// d1·d4 - d3·d2, which is the same but loses the digits of thin triangles twice over.
 Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
     const Vec3d ab = t[1] - t[0], ac = t[2] - t[0], bc = t[2] - t[1], ap = p - t[0];
     const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -312,6 +346,9 @@ Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
         n = ab.cross(bc);
     else if (squareAb > squareBc)
         n = ac.cross(bc);
+    const double square = n.squaredNorm(), longest = std::max({squareAb, squareAc, squareBc});
+    // A thousand times as long as wide.
+    if (!(square > 1e-6 * longest * longest)) return nearestOnThin(t, p);
     const double vc = n.dot(ap.cross(bp));
     if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 == d3 ? t[0] : Vec3d(t[0] + d1 / (d1 - d3) * ab);
     const Vec3d cp = p - t[2];
@@ -324,8 +361,7 @@ Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p) {
         const double length = (d4 - d3) + (d5 - d6);
         return length == 0 ? t[1] : Vec3d(t[1] + (d4 - d3) / length * bc);
     }
-    const double square = n.squaredNorm();
-    return square > 0 ? Vec3d(p - n.dot(ap) / square * n) : t[0];
+    return p - n.dot(ap) / square * n;
 }
 
 /// Nearest points of two segments (Ericson, 5.1.9).

@@ -32,6 +32,7 @@ struct NearestPoints {
 
 /// Of the closed segments p1 q1 and p2 q2; points are segments too.
 [[nodiscard]] NearestPoints nearestOnSegments(const Vec3d& p1, const Vec3d& q1, const Vec3d& p2, const Vec3d& q2);
+/// Of a triangle to `p`; right to rounding of the coordinates for triangles that are thin or without area, too.
 [[nodiscard]] Vec3d nearestOnTriangle(const Triangle& t, const Vec3d& p);
 
 /// The unit normal on the side from which the corners run counter-clockwise; zero where there is no area.

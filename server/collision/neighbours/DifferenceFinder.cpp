@@ -59,7 +59,7 @@ void DifferenceFinder::reset(std::span<const Box> boxes, InteractionTable table)
     itemMoved_.assign(boxes.size(), false);
     movedItems_.clear();
     fresh_ = true;
-    allMoved_ = upToDate_ = false;
+    upToDate_ = false;
 }
 
 void DifferenceFinder::move(std::uint32_t item, const Box& box) {
@@ -67,24 +67,9 @@ void DifferenceFinder::move(std::uint32_t item, const Box& box) {
     boxes_[item] = box;
     if (slotOf_[item] == kNoSlot) return;
     upToDate_ = false;
-    if (fresh_) return;
-    if (allMoved_) {
-        convertOne(item);
-    } else if (!itemMoved_[item]) {
-        itemMoved_[item] = true;
-        movedItems_.push_back(item);
-    }
-}
-
-void DifferenceFinder::moveAll(std::span<const Box> boxes) {
-    TESSERA_CHECK(boxes.size() == boxes_.size(), "as many boxes as items");
-    upToDate_ = false;
-    if (fresh_) {
-        std::copy(boxes.begin(), boxes.end(), boxes_.begin());
-    } else {
-        convert(boxes, boxes_.data());
-        allMoved_ = true;
-    }
+    if (fresh_ || itemMoved_[item]) return;
+    itemMoved_[item] = true;
+    movedItems_.push_back(item);
 }
 
 std::span<const NeighbourPair> DifferenceFinder::pairs() {
@@ -118,10 +103,8 @@ void DifferenceFinder::bringUpToDate() {
     if (upToDate_) return;
     if (fresh_) {
         findAfresh();
-    } else if (allMoved_) {
-        findAll();
     } else if (movedItems_.size() > settled_ / kShareForAll) {
-        convert(boxes_, nullptr);
+        convert();
         findAll();
     } else {
         findMoved();
@@ -216,28 +199,27 @@ void DifferenceFinder::makeSpares(std::size_t count) {
     std::copy(items.begin(), items.end(), itemOf_.begin());
     std::fill(itemOf_.begin() + static_cast<std::ptrdiff_t>(before), itemOf_.end(), kNoItem);
     arrange(Occasion::kOrderDecayed);
-    convert(boxes_, nullptr);
+    convert();
 }
 
 void DifferenceFinder::clearMoves() {
     for (const std::uint32_t item : movedItems_) itemMoved_[item] = false;
     movedItems_.clear();
-    allMoved_ = false;
 }
 
 /// Keys into records.
-void DifferenceFinder::convert(std::span<const Box> boxes, Box* copy) {
-    const std::size_t tasks = tasksFor(boxes.size(), kItemsPerTask);
+void DifferenceFinder::convert() {
+    const std::size_t tasks = tasksFor(boxes_.size(), kItemsPerTask);
     runTasks(workers_, tasks, [&](std::size_t i) {
-        const std::size_t first = boxes.size() * i / tasks, last = boxes.size() * (i + 1) / tasks;
+        const std::size_t first = boxes_.size() * i / tasks, last = boxes_.size() * (i + 1) / tasks;
         if (first == last) return;
-        kernels_.convert(boxes[first].lower.data(), copy ? copy[first].lower.data() : nullptr, slotOf_.data() + first,
-                         last - first, origin_.data(), records_.data());
+        kernels_.convert(boxes_[first].lower.data(), slotOf_.data() + first, last - first, origin_.data(),
+                         records_.data());
     });
 }
 
 void DifferenceFinder::convertOne(std::uint32_t item) {
-    kernels_.convert(boxes_[item].lower.data(), nullptr, &slotOf_[item], 1, origin_.data(), records_.data());
+    kernels_.convert(boxes_[item].lower.data(), &slotOf_[item], 1, origin_.data(), records_.data());
 }
 
 /// Room for all that have slots, and for as many as may leap in a frame.
@@ -263,7 +245,7 @@ void DifferenceFinder::findAfresh() {
     for (std::uint32_t item = 0; item < boxes_.size(); ++item)
         if (slotOf_[item] != kNoSlot) itemOf_[slotOf_[item]] = item;
     origin_ = middle(boxes_);
-    convert(boxes_, nullptr);
+    convert();
     kernels_.spread(records_.data(), 0, slots_, cur_.data());
     arrange(Occasion::kAfresh);
     for (std::size_t slot = 0; slot < slots_; ++slot) prev_.clear(slot);

@@ -25,7 +25,6 @@ public:
     using NeighbourFinder::move;
     void reset(std::span<const Box> boxes, InteractionTable table) override;
     void move(std::uint32_t item, const Box& box) override;
-    void moveAll(std::span<const Box> boxes) override;
     void expect(std::size_t items) override { expected_ = items; }
     void regroup(std::span<const std::uint32_t> items, std::span<const NeighbourPair> known,
                  const InteractionTable& table) override;
@@ -57,7 +56,7 @@ private:
     void findOneByOne();
     void findAll();
     void findMoved();
-    void convert(std::span<const Box> boxes, Box* copy);
+    void convert();
     void convertOne(std::uint32_t item);
     enum class Occasion : std::uint8_t { kAfresh, kOrderDecayed };
     void arrange(Occasion occasion);
@@ -109,8 +108,7 @@ private:
     };
     std::vector<Leap> leaps_;
 
-    bool fresh_ = true;      // nothing is known
-    bool allMoved_ = false;  // and records_ has them
+    bool fresh_ = true;  // nothing is known
     bool upToDate_ = false;
     bool prevIsCur_ = false;
     std::vector<std::uint32_t> movedItems_;

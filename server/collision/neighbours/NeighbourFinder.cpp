@@ -11,10 +11,6 @@ void NeighbourFinder::move(std::span<const std::uint32_t> items, std::span<const
     for (std::size_t i = 0; i < items.size(); ++i) move(items[i], boxes[i]);
 }
 
-void NeighbourFinder::moveAll(std::span<const Box> boxes) {
-    for (std::size_t i = 0; i < boxes.size(); ++i) move(static_cast<std::uint32_t>(i), boxes[i]);
-}
-
 std::string_view name(NeighbourMethod method) {
     switch (method) {
         case NeighbourMethod::kAllPairs:

@@ -53,8 +53,6 @@ public:
     virtual void move(std::uint32_t item, const Box& box) = 0;
     /// As many moves: boxes[i] is the new box of items[i]; of two for one item the later counts.
     virtual void move(std::span<const std::uint32_t> items, std::span<const Box> boxes);
-    /// A new box for each item, by index.
-    virtual void moveAll(std::span<const Box> boxes);
     /// How many items there may be without everything being found afresh. Before `reset`; a hint.
     virtual void expect(std::size_t items) { (void)items; }
     /// Takes another table, in which these items (their numbers may be new) are of another group or body, or of none

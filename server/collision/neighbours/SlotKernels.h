@@ -99,9 +99,9 @@ struct Settlement {
 
 struct SlotKernels {
     /// Keys of n boxes (six doubles each) into records of 8 floats (negated lower, 0, upper, 0); record slotOf[i], none
-    /// for ~0. `copy`, where not null, gets the doubles.
-    void (*convert)(const double* boxes, double* copy, const std::uint32_t* slotOf, std::size_t n,
-                    const double origin[3], float* records);
+    /// for ~0.
+    void (*convert)(const double* boxes, const std::uint32_t* slotOf, std::size_t n, const double origin[3],
+                    float* records);
     /// Records to keys, for slots begin (a multiple of 16) up to end.
     void (*spread)(const float* records, std::size_t begin, std::size_t end, float* cur);
     /// Lists the slots (from a multiple of 16 on) that do not stay, and says how many. `placed`, by placeIndex: the

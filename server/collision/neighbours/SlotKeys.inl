@@ -6,10 +6,6 @@
 using D4 = __m256d;
 inline D4 loadLower(const double* box) { return _mm256_loadu_pd(box); }
 inline D4 loadUpper(const double* box) { return _mm256_permute4x64_pd(_mm256_loadu_pd(box + 2), 0x39); }
-inline void storeBox(double* box, D4 lower, D4 upper) {
-    _mm256_storeu_pd(box, lower);
-    _mm256_storeu_pd(box + 2, _mm256_blend_pd(_mm256_permute4x64_pd(upper, 0x93), _mm256_permute4x64_pd(lower, 0xaa), 1));
-}
 inline bool ordered(D4 lower, D4 upper) { return (_mm256_movemask_pd(_mm256_cmp_pd(lower, upper, _CMP_LE_OQ)) & 7) == 7; }
 inline __m128 key(D4 x, D4 origin) { return _mm256_cvtpd_ps(_mm256_sub_pd(x, origin)); }
 inline D4 loadOrigin(const double* origin) { return _mm256_setr_pd(origin[0], origin[1], origin[2], 0); }
@@ -19,12 +15,6 @@ struct D4 {
 };
 inline D4 loadLower(const double* box) { return {_mm_loadu_pd(box), _mm_load_sd(box + 2)}; }
 inline D4 loadUpper(const double* box) { return {_mm_loadu_pd(box + 3), _mm_load_sd(box + 5)}; }
-inline void storeBox(double* box, D4 lower, D4 upper) {
-    _mm_storeu_pd(box, lower.xy);
-    _mm_store_sd(box + 2, lower.z);
-    _mm_storeu_pd(box + 3, upper.xy);
-    _mm_store_sd(box + 5, upper.z);
-}
 inline bool ordered(D4 lower, D4 upper) {
     return (_mm_movemask_pd(_mm_cmple_pd(lower.xy, upper.xy)) & _mm_movemask_pd(_mm_cmple_pd(lower.z, upper.z))) == 3;
 }
@@ -34,14 +24,13 @@ inline __m128 key(D4 x, D4 origin) {
 inline D4 loadOrigin(const double* origin) { return {_mm_loadu_pd(origin), _mm_load_sd(origin + 2)}; }
 #endif
 
-void convert(const double* boxes, double* copy, const uint32_t* slotOf, size_t n, const double* origin, float* records) {
+void convert(const double* boxes, const uint32_t* slotOf, size_t n, const double* origin, float* records) {
     const D4 o = loadOrigin(origin);
     const __m128 sign = _mm_set1_ps(-0.0F);
     const __m128 least4 = _mm_set1_ps(-kFar), most4 = _mm_set1_ps(kFar);
     for (size_t i = 0; i < n; ++i) {
         const D4 lower = loadLower(boxes + 6 * i);
         const D4 upper = loadUpper(boxes + 6 * i);
-        if (copy) storeBox(copy + 6 * i, lower, upper);
         if (slotOf[i] == ~0u) continue;
         __m128 l = _mm_min_ps(most4, _mm_max_ps(least4, _mm_xor_ps(key(lower, o), sign)));
         __m128 u = _mm_min_ps(most4, _mm_max_ps(least4, key(upper, o)));

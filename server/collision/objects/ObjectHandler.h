@@ -90,14 +90,6 @@ public:
         const std::uint32_t place = tree_.find(node);
         return place == Place::kNone ? kNobody : standings_[place].part;
     }
-    /// Visits the parts at or below a place in document order: visit(part).
-    template <typename Visit>
-    void forPartsBelow(std::uint32_t place, const Visit& visit) const {
-        tree_.walk(place, [&](std::uint32_t at) {
-            if (standings_[at].part != kNobody) visit(standings_[at].part);
-            return tree_.at(at).parts > 0;
-        });
-    }
     /// Visits the visible places of a Transform core, by its number, in document order: visit(place).
     template <typename Visit>
     void forPlacesOf(std::uint32_t number, const Visit& visit) const {

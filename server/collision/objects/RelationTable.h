@@ -91,14 +91,6 @@ public:
     [[nodiscard]] std::size_t groupNumbers() const { return groups_.size(); }
     /// Of two groups; the first part is before the second in document order, and of another body.
     [[nodiscard]] Relation relation(std::uint32_t first, std::uint32_t second) const;
-    /// Visits the groups with parts that a group's parts may meet: visit(other group).
-    template <typename Visit>
-    void forRelated(std::uint32_t group, const Visit& visit) const {
-        const std::size_t stride = interactions_.active.size();
-        for (std::uint32_t other = 0; other < groups_.size(); ++other)
-            if (interactions_.interacts[group * stride + other] && meet(groups_[group], groups_[other], group == other))
-                visit(other);
-    }
     /// The interests on whose object's side a group is, ascending.
     [[nodiscard]] std::span<const std::uint32_t> interestsOf(std::uint32_t group) const {
         return groups_[group].interests;

@@ -35,7 +35,7 @@ std::uint32_t nearestDrawn(const CollisionShape& shape, const Vec3d& point) {
         std::pair<double, std::uint32_t> best{std::numeric_limits<double>::infinity(), 0};
         for (const std::uint32_t face : faces) {
             const Triangle t = shape.mesh().triangle(face);
-            best = std::min(best, {(nearestOnFace(t, point) - point).squaredNorm(), face});
+            best = std::min(best, {(nearestOnTriangle(t, point) - point).squaredNorm(), face});
         }
         return best;
     };

@@ -169,7 +169,7 @@ PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& 
         if (of.shape.isCover()) face = of.shape.coveredFace(face);
         if (of.shape.isCover()) {
             const Triangle triangle = transformed(of.world, of.shape.mesh().triangle(face));
-            return placeOn(triangle, nearestOnFace(triangle, out.point));  // the point is beside the surface
+            return placeOn(triangle, nearestOnTriangle(triangle, out.point));  // the point is beside the surface
         }
         if (of.shape.points() == nullptr) return placeOn(transformed(of.world, of.shape.triangle(face)), out.point);
         const OnOctahedron at = octahedronAt(of, face, towards);

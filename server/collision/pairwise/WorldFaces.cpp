@@ -19,9 +19,9 @@ NearestPoints WorldFaces::bare() const {
     if (!(margin() > 0)) return nearestPoints(a, b);
     NearestPoints near{a[0], b[0], 0};
     if (isPoint(a))
-        near.onB = nearestOnFace(b, a[0]);
+        near.onB = nearestOnTriangle(b, a[0]);
     else
-        near.onA = nearestOnFace(a, b[0]);
+        near.onA = nearestOnTriangle(a, b[0]);
     near.distance = (near.onB - near.onA).norm();
     return near;
 }

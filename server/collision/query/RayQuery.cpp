@@ -30,7 +30,8 @@ public:
           direction_(ray.direction * tree.unit),
           shape_(shapeOf(tree.options.volume)),
           rows_(rowsOf(tree.options.volume)),
-          // A float's rounding of corners and volumes, a double's of a ray from afar, and the hair that whereRayMeets adds.
+          // A float's rounding of corners, volumes and axes (a ray begins at most 28 lengths away), a double's of a
+          // ray, and the hair that whereRayMeets adds.
           slack_(4e-6 + 1e-13 * origin_.norm()),
           limit_(maxT) {}
 
@@ -122,7 +123,12 @@ std::optional<RayHit> castRay(const TriangleTree& tree, const Ray& ray, double m
     if (tree.storage().empty() || !(maxT >= 0) || !ray.origin.allFinite() || !ray.direction.allFinite() ||
         ray.direction.isZero(0))
         return std::nullopt;
-    return RayWalk(tree.storage(), ray, maxT).nearest();
+    const TreeStorage& storage = tree.storage();
+    const std::optional<NearRay> near = begunNear(ray, storage.centre, 1 / storage.unit);
+    if (!near) return std::nullopt;
+    std::optional<RayHit> hit = RayWalk(storage, near->ray, limitOf(*near, maxT)).nearest();
+    if (hit) hit->t += near->before;
+    return hit && hit->t <= maxT ? hit : std::nullopt;
 }
 
 }  // namespace tessera

@@ -18,13 +18,9 @@ class Search;
 /// remembers is a hint that is checked against the trees as they are, and no answer depends on it.
 class TouchFront {
 public:
-    /// As anyTouching. Which pair of triangles is found may differ from it, and so do the counters.
-    [[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                            const TouchOptions& options = {});
-    [[nodiscard]] Touch anyTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                    const TouchOptions& options = {}) {
-        return firstTouching(a, b, a_T_b, work, options).touch;
-    }
+    /// As firstTouching of TouchQuery.h. Which pair of triangles is found may differ from it, and so do the counters.
+    [[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                            QueryWork& work, const TouchOptions& options = {});
     void forget() { known_ = false; }
 
 private:

@@ -76,11 +76,6 @@ bool allByMany(const TreePair& pair, Workers& workers, QueryWork& work, std::vec
 
 }  // namespace
 
-Touch anyTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                  const TouchOptions& options) {
-    return firstTouching(a, b, a_T_b, work, options).touch;
-}
-
 TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
                           const TouchOptions& options) {
     if (a.storage().empty() || b.storage().empty()) return {};

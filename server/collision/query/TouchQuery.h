@@ -40,15 +40,13 @@ struct TouchOptions {
     InstructionSet instructions = instructionSet();
 };
 
-/// What anyTouching found, and where.
+/// Whether two bodies touch, and where.
 struct TouchedPair {
     Touch touch = Touch::kNo;
     FacePair faces;  ///< one pair that meets, for kYes; always the same one for the same query
 };
-[[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                        const TouchOptions& options = {});
-[[nodiscard]] Touch anyTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                const TouchOptions& options = {});
+[[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                        QueryWork& work, const TouchOptions& options = {});
 [[nodiscard]] FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
                                     const TouchOptions& options = {});
 

@@ -15,19 +15,6 @@ double largestStretch(const Mat3d& linear) {
     return singularStretchOf(linear).most;
 }
 
-Vec3d nearestOnFace(const Triangle& t, const Vec3d& p) {
-    Vec3d best = nearestOnTriangle(t, p);
-    const Vec3d u = t[1] - t[0], v = t[2] - t[0];
-    const double size2 = std::max(u.squaredNorm(), v.squaredNorm());
-    // A thousand times as long as wide.
-    if (u.cross(v).squaredNorm() > 1e-6 * size2 * size2) return best;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Vec3d on = nearestOnSegments(p, p, t[i], t[(i + 1) % 3]).onB;
-        if ((on - p).squaredNorm() < (best - p).squaredNorm()) best = on;
-    }
-    return best;
-}
-
 BallContact contactOfBalls(const FacePair& faces, const NearestPoints& near, const BallRadii& radii, const Vec3d& along,
                            double rounding) {
     BallContact out;

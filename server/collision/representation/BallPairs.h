@@ -32,9 +32,6 @@ template <typename A, typename B>
     return {radiusOf(a), ofB > 0 ? ofB * largestStretch(a_T_b.linear()) : 0};
 }
 
-/// As nearestOnTriangle, and right for triangles without area or nearly so: these are their edges too.
-[[nodiscard]] Vec3d nearestOnFace(const Triangle& t, const Vec3d& p);
-
 /// Of the nearest points of the centres and the other's faces; `along` where these are in one place to within
 /// `rounding`.
 [[nodiscard]] BallContact contactOfBalls(const FacePair& faces, const NearestPoints& near, const BallRadii& radii,

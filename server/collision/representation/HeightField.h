@@ -181,7 +181,6 @@ private:
 
     struct FoundGrid;
     struct FoundFaces;
-    static Expected<FoundGrid> findGrid(const MeshPositions& positions);
     static Expected<FoundFaces> findFaces(const TriangleMesh& mesh, const FoundGrid& grid);
     void takeHeights(const MeshPositions& positions);
     void takeFaces(FoundFaces faces);

@@ -27,19 +27,6 @@ namespace tessera {
 [[nodiscard]] TouchedPair firstTouching(const HeightField& a, const HeightField& b, const Affine3d& a_T_b,
                                         QueryWork& work);
 
-[[nodiscard]] inline Touch anyTouching(const HeightField& a, const TriangleTree& b, const Affine3d& a_T_b,
-                                       QueryWork& work) {
-    return firstTouching(a, b, a_T_b, work).touch;
-}
-[[nodiscard]] inline Touch anyTouching(const TriangleTree& a, const HeightField& b, const Affine3d& a_T_b,
-                                       QueryWork& work) {
-    return firstTouching(a, b, a_T_b, work).touch;
-}
-[[nodiscard]] inline Touch anyTouching(const HeightField& a, const HeightField& b, const Affine3d& a_T_b,
-                                       QueryWork& work) {
-    return firstTouching(a, b, a_T_b, work).touch;
-}
-
 [[nodiscard]] FacePairs allTouching(const HeightField& a, const TriangleTree& b, const Affine3d& a_T_b,
                                     QueryWork& work);
 [[nodiscard]] FacePairs allTouching(const TriangleTree& a, const HeightField& b, const Affine3d& a_T_b,

@@ -137,7 +137,13 @@ bool facesNear(const HeightField& field, const Box& box, QueryWork& work, std::v
 std::optional<RayHit> castRay(const HeightField& field, const Ray& ray, double maxT) {
     if (!(maxT >= 0) || !ray.origin.allFinite() || !ray.direction.allFinite() || ray.direction.isZero(0))
         return std::nullopt;
-    return RayDescent(field, ray, maxT).nearest();
+    // The power of two that a tree of the same faces takes: both say the same t.
+    const double radius = std::ldexp(1.0, std::ilogb(0.5 * field.bounds().size().norm()) + 1);
+    const std::optional<NearRay> near = begunNear(ray, field.bounds().center(), radius);
+    if (!near) return std::nullopt;
+    std::optional<RayHit> hit = RayDescent(field, near->ray, limitOf(*near, maxT)).nearest();
+    if (hit) hit->t += near->before;
+    return hit && hit->t <= maxT ? hit : std::nullopt;
 }
 
 }  // namespace tessera

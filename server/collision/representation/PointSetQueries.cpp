@@ -91,9 +91,9 @@ private:
     static NearestPoints measure(const Triangle& a, const Triangle& b) {
         NearestPoints near{a[0], b[0], 0};
         if constexpr (!kPointsB)
-            near.onB = nearestOnFace(b, a[0]);
+            near.onB = nearestOnTriangle(b, a[0]);
         else if constexpr (!kPointsA)
-            near.onA = nearestOnFace(a, b[0]);
+            near.onA = nearestOnTriangle(a, b[0]);
         near.distance = (near.onB - near.onA).norm();
         return near;
     }

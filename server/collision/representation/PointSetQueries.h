@@ -40,12 +40,6 @@ requires WithBalls<A, B>
 
 template <typename A, typename B>
 requires WithBalls<A, B>
-[[nodiscard]] Touch anyTouching(const A& a, const B& b, const Affine3d& a_T_b, QueryWork& work) {
-    return firstTouching(a, b, a_T_b, work).touch;
-}
-
-template <typename A, typename B>
-requires WithBalls<A, B>
 [[nodiscard]] FacePairs allTouching(const A& a, const B& b, const Affine3d& a_T_b, QueryWork& work);
 
 struct BallContact {

@@ -47,9 +47,8 @@ public:
             std::max({(t_[1] - t_[0]).squaredNorm(), (t_[2] - t_[1]).squaredNorm(), (t_[0] - t_[2]).squaredNorm()});
         if (!(square > 1e-20 * longest * longest)) return;
         nearest_ = nearestOnTriangle({t_[0], t_[1], t_[2]}, solid_.centre);
-        // Most faces near a fast body are not in its way: a ball around it tells. Slivers: where on them is nearest
-        // cannot be told well.
-        if (square > 1e-6 * longest * longest && besideReach()) return;
+        // Most faces near a fast body are not in its way: a ball around it tells.
+        if (besideReach()) return;
         winding_ = area / std::sqrt(square);
         const double height = winding_.dot(solid_.centre - t_[0]);
         front_ = height >= 0;
@@ -352,7 +351,7 @@ private:
     std::array<Vec3d, 3> t_;
     Vec3d winding_ = Vec3d::Zero(), normal_ = Vec3d::Zero(), axis_ = Vec3d::Zero();
     bool front_ = true;
-    Vec3d nearest_ = Vec3d::Zero();  ///< of the triangle's points, to the solid's centre; of a sliver one of them
+    Vec3d nearest_ = Vec3d::Zero();  ///< of the triangle's points, to the solid's centre
     double offset_ = 0, faceGap_ = 0, gap_ = 0;
     Kind kind_ = Kind::kFace;
     std::uint32_t side_ = 0, edge_ = 0;

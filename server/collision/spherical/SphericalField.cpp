@@ -139,12 +139,6 @@ std::size_t SphericalField::memoryBytes() const {
     for (const auto& part : parts_) bytes += part->memoryBytes();
     return bytes;
 }
-std::size_t SphericalField::texelCount() const {
-    std::size_t count = 0;
-    for (const auto& part : parts_)
-        for (const auto& level : part->texels) count += level.size();
-    return count;
-}
 std::size_t SphericalField::entryCount() const {
     std::size_t count = 0;
     for (const auto& part : parts_) count += part->faces.size();

@@ -65,7 +65,6 @@ public:
     [[nodiscard]] double looseness() const { return looseness_; }
     /// Without the tree.
     [[nodiscard]] std::size_t memoryBytes() const;
-    [[nodiscard]] std::size_t texelCount() const;
     [[nodiscard]] std::size_t entryCount() const;
 
     /// What is seen from a centre in a direction (any length but 0; in the mesh's frame), at a level; levels beyond the finest

@@ -48,11 +48,6 @@ SphericalBezierBound::SphericalBezierBound(const TriangleMesh& mesh, const Spher
     fit();
 }
 
-void SphericalBezierBound::fitAbout(const Vec3d& centre) {
-    centre_ = centre;
-    fit();
-}
-
 void SphericalBezierBound::fit() {
     fitCoefficients();
     follow();

@@ -59,10 +59,9 @@ public:
     Expected<void> move(std::span<const Vec3d> positions);
     /// Of the vertices from `first` on. Costs these, their triangles, and the lists of the patches where these were or are.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
-    /// Fits p to the shape as it is now, about the same centre or another: what has been lifted for earlier shapes is forgotten.
+    /// Fits p to the shape as it is now, about the same centre: what has been lifted for earlier shapes is forgotten.
     /// Costs every vertex for each of the layout's points near it.
     void fit();
-    void fitAbout(const Vec3d& centre);
 
     [[nodiscard]] const SphereLayout& layout() const { return layout_; }
     [[nodiscard]] const Vec3d& centre() const { return centre_; }

@@ -1,11 +1,11 @@
-/// Quick rejection between two bodies bounded by spherical Bernstein-Bézier patches, and the exact test of what it leaves.
+/// Quick rejection between two bodies bounded by spherical Bernstein-Bézier patches.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "common/math/Types.h"
-#include "server/collision/query/TouchQuery.h"
+#include "server/collision/mesh/QueryWork.h"
 #include "server/collision/spherical_bezier/SphericalBezierBound.h"
 
 namespace tessera {
@@ -25,9 +25,5 @@ struct PatchPair {
 
 /// Whether the body may meet a ball, in its frame, by any of its patches: no is certain. Looks at each of them.
 [[nodiscard]] bool mayMeetBall(const SphericalBezierBound& body, const Vec3d& centre, double radius, QueryWork& work);
-
-/// trianglesIntersect's answer, as in TouchQuery.h. After the rejection, the faces on the lists of what is left are compared
-/// without any hierarchy: by their boxes along one axis, sorted.
-[[nodiscard]] TouchedPair firstTouching(const SphericalBezierBound& a, const SphericalBezierBound& b, const Affine3d& a_T_b, QueryWork& work);
 
 }  // namespace tessera

@@ -128,10 +128,6 @@ double extent(const KDop& whole) {
 
 }  // namespace
 
-WeightedPlanes weightedPlanes(DirectionSet source, const Vec3d& p, PlaneChoice choice) {
-    return weighted(formula(source, choice), planeTable(source, choice), p);
-}
-
 PlaneWeights PlaneWeights::make(DirectionSet source, DirectionSet target, const Affine3d& a_T_b, PlaneChoice choice) {
     PlaneWeights w{.source = source, .target = target, .planes = {}, .offset = {}, .map = a_T_b};
     const PlaneTable& table = planeTable(source, choice);
@@ -156,25 +152,6 @@ double PlaneWeights::rounding(const KDop& whole) const {
     // projections 2u(s+t), those of the other body's points 2u(s+t). That is 22us + 14ut; 2^-48 is 32u. 2^-1000 is for
     // numbers that underflow.
     return 0x1p-48 * (map.linear().cwiseAbs().sum() * extent(whole) + map.translation().lpNorm<1>()) + 0x1p-1000;
-}
-
-KDop realigned(const PlaneWeights& weights, const KDop& dop) {
-    KDop out(weights.target);
-    if (dop.empty()) return out;
-    const double slack = weights.rounding(dop);
-    const std::size_t n = dop.count();
-    for (std::size_t i = 0; i < out.count(); ++i) {
-        const WeightedPlanes& planes = weights.planes[i];
-        double upper = weights.offset[i], lower = upper;
-        for (std::size_t j = 0; j < 3; ++j) {
-            const std::size_t plane = planes.plane[j];
-            upper += planes.weight[j] * dop.halfPlane(plane);
-            lower -= planes.weight[j] * dop.halfPlane(plane < n ? plane + n : plane - n);
-        }
-        out.upper[i] = upper + slack;
-        out.lower[i] = lower - slack;
-    }
-    return out;
 }
 
 FloatPlaneWeights forKernels(const PlaneWeights& weights, const KDop& whole) {

@@ -40,10 +40,6 @@ struct WeightedPlanes {
     std::array<double, 3> weight;       ///< ≥ 0; Σ weight · direction is p, up to rounding
 };
 
-/// The half-planes of `source` for one vector p ≠ NaN, of any length.
-[[nodiscard]] WeightedPlanes weightedPlanes(DirectionSet source, const Vec3d& p,
-                                            PlaneChoice choice = PlaneChoice::kThreePlanes);
-
 /// Everything that one pair of frames needs, found once per query. A value; finite if the map is.
 struct PlaneWeights {
     /// From B's frame to A's. `source` are the directions of B's volumes, `target` those of A's.
@@ -62,11 +58,7 @@ struct PlaneWeights {
     Affine3d map;
 };
 
-/// The volume seen from the target frame: of the target's directions, around the map of everything in `dop`, rounding
-/// included. Empty stays empty.
-[[nodiscard]] KDop realigned(const PlaneWeights& weights, const KDop& dop);
-
-/// The same for kernels that keep the 2n right-hand sides h of a volume in float, lower[i] as h[n + i] = -lower[i]:
+/// For kernels, which keep the 2n right-hand sides h of a volume in float, lower[i] as h[n + i] = -lower[i]:
 ///
 ///     h'[i] = weight[i][0]·h[plane[i][0]] + weight[i][1]·h[plane[i][1]] + weight[i][2]·h[plane[i][2]] + offset[i]
 ///

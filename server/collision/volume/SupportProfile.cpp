@@ -145,21 +145,6 @@ double ProfileLookup::rounding(double extent) const {
     return 0x1p-48 * (map.linear().cwiseAbs().sum() * extent + map.translation().lpNorm<1>()) + 0x1p-1000;
 }
 
-KDop realigned(const ProfileLookup& lookup, const SupportProfile& profile) {
-    KDop out(lookup.target);
-    const Vec3d center = profile.center.cast<double>();
-    const double step = profile.step;
-    const double slack = lookup.rounding(center.lpNorm<1>() + 3 * kSteps * step);
-    const std::size_t m = out.count();
-    for (std::size_t i = 0; i < m; ++i) {
-        const double middle = lookup.vector[i].dot(center) + lookup.offset[i];
-        const double unit = lookup.length[i] * step;
-        out.upper[i] = middle + unit * profile.table[lookup.entry[i]] + slack;
-        out.lower[i] = middle - unit * profile.table[lookup.entry[i + m]] - slack;
-    }
-    return out;
-}
-
 FloatProfileLookup forKernels(const ProfileLookup& lookup, const KDop& whole) {
     FloatProfileLookup out{};
     if (whole.empty()) return out;

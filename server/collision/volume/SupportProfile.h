@@ -67,9 +67,6 @@ struct ProfileLookup {
     [[nodiscard]] double rounding(double extent) const;
 };
 
-/// The volume seen from the target frame, rounding included. The profile must have the look-up's shape.
-[[nodiscard]] KDop realigned(const ProfileLookup& lookup, const SupportProfile& profile);
-
 /// For kernels in float, for all 2n target half-planes:
 ///
 ///     h'[i] = vector[i]·center + length[i]·(step·table[entry[i]]) + offset[i]

@@ -209,12 +209,6 @@ void Animations::appendDriving(const ChangeList& list, std::vector<ObjectId>& an
     animations.insert(animations.end(), all.begin(), all.end());
 }
 
-bool Animations::drives(const ChangeList& list) const {
-    bool any = false;
-    visitDriving(list, [&](ObjectId) { any = true; });
-    return any;
-}
-
 void Animations::want(ActorStage& stage) {
     AnimationWishes wanted = advance(stage.scene(), stage.seconds);
     steps_ = std::move(wanted.steps);

@@ -76,9 +76,6 @@ public:
     void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const;
     void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
 
-    /// Whether there are any that play and drive a field that the list writes.
-    [[nodiscard]] bool drives(const ChangeList& list) const;
-
     [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
     [[nodiscard]] std::uint64_t keysChecked() const { return keysChecked_; }
     /// How many were looked at since the start, by whatever frame.

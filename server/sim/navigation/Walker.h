@@ -44,7 +44,6 @@ public:
     [[nodiscard]] double scale() const { return scale_; }
     /// Of the eyes above the feet, m: less than was asked for below a low ceiling.
     [[nodiscard]] double height() const { return height_; }
-    [[nodiscard]] bool onGround() const { return onGround_; }
 
 private:
     class Frame;

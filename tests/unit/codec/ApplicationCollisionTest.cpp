@@ -187,7 +187,7 @@ TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
 
 template <typename Value>
 Bytes packed(const std::vector<Value>& values) {
-    return packRecords(std::span<const Value>(values));
+    return std::move(RecordWriter(std::span<const Value>(values)).bytes());
 }
 /// As a message would: records, and whether each says what may be.
 template <typename Value>

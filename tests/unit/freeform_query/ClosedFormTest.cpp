@@ -5,6 +5,7 @@
 
 #include "common/math/Compose.h"
 #include "tests/unit/freeform_query/SmoothBodies.h"
+#include "tests/unit/nurbs/Plane.h"
 
 namespace tessera::test {
 namespace {

@@ -33,7 +33,7 @@ double firstTouch(const TriangleTree& a, const TriangleTree& b, const Vec3d& dir
         const double middle = 0.5 * (low + high);
         pose.translation() = middle * direction;
         QueryWork work;
-        (anyTouching(a, b, pose, work) == Touch::kYes ? low : high) = middle;
+        (firstTouching(a, b, pose, work).touch == Touch::kYes ? low : high) = middle;
     }
     return high;
 }
@@ -62,7 +62,7 @@ void judge(const Judged& a, const Judged& b, Chance& chance, int poses) {
         pose.translation() = (meets + gaps[i % 7]) * direction;
         QueryWork work;
         const double truth = distanceBetween(a.tree, b.tree, pose, work).distance;
-        const bool trianglesMeet = anyTouching(a.tree, b.tree, pose, work) == Touch::kYes;
+        const bool trianglesMeet = firstTouching(a.tree, b.tree, pose, work).touch == Touch::kYes;
         constexpr double kTolerance = 1e-5;
         const FreeformDistance d = pair.distance(pose, work, {.tolerance = kTolerance});
         EXPECT_TRUE(d.complete);
@@ -218,7 +218,7 @@ TEST(FreeformSubdivision, FirstContactsAreNeverLate) {
             if (i < 50) {
                 EXPECT_EQ(touch, Touch::kNo) << t;
             }
-            if (anyTouching(a.tree, b.tree, poseAt(t), work) == Touch::kYes) {
+            if (firstTouching(a.tree, b.tree, poseAt(t), work).touch == Touch::kYes) {
                 // Tessellations may meet a little earlier, by what they are off.
                 EXPECT_LE(pair.distance(poseAt(t), work, {.tolerance = 1e-6}).least, a.error + b.error) << t;
             }

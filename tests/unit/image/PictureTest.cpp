@@ -147,7 +147,6 @@ TEST(WriteFile, SaysWhatIsInTheWay) {
 TEST(PictureSheet, IsShrunkToMeansWhereItWouldBeTooLarge) {
     constexpr int kWidth = 2 * PictureSheet::kMaxSidePx + 3;
     PictureSheet sheet(kWidth, 8, 14);
-    EXPECT_EQ(sheet.shrunkBy(), 3);
     const Picture part = noise(100, 5, 3);
     sheet.paste(part, kWidth - 100, 1);
     sheet.paste(Picture::filled(300, 2, 90, 60, 30), 0, 6);

@@ -165,47 +165,6 @@ TEST(Lattice, StaysInTheHullOfWhatReachesIt) {
     }
 }
 
-TEST(Lattice, SaysWhichPointsAControlPointMoves) {
-    bool local = false;
-    for (const std::uint64_t seed : seeds(200)) {
-        SCOPED_TRACE(repeat(seed, "SaysWhichPointsAControlPointMoves"));
-        Source random(seed);
-        Lattice lattice = someLattice(random);
-        std::vector<float> positions;
-        for (int i = 0; i < 60; ++i) {
-            const Vec3d x = i % 10 == 0 ? random.inCube(10) : inside(lattice, random);
-            for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(x[k]));
-        }
-        const std::vector<std::size_t> controls{random.below(static_cast<unsigned>(lattice.controlPoints().size())),
-                                                random.below(static_cast<unsigned>(lattice.controlPoints().size()))};
-        std::vector<float> before(positions.size()), after(positions.size());
-        lattice.deform(positions, before);
-        for (const std::size_t c : controls) {
-            const Vec3d moved = lattice.controlPoints()[c] + random.inCube(5);
-            ASSERT_TRUE(lattice.setControlPoints(c, {&moved, 1}));
-        }
-        lattice.deform(positions, after);
-        const std::vector<PointRange> ranges = lattice.pointsMovedBy(controls, positions);
-        std::vector<bool> named(positions.size() / 3);
-        for (std::size_t r = 0; r < ranges.size(); ++r) {
-            ASSERT_LT(ranges[r].first, ranges[r].end);
-            if (r > 0) {
-                ASSERT_LT(ranges[r - 1].end, ranges[r].first);
-            }
-            for (std::size_t i = ranges[r].first; i < ranges[r].end; ++i) named[i] = true;
-        }
-        for (std::size_t i = 0; i < named.size(); ++i) {
-            const bool moved = !std::equal(before.begin() + static_cast<std::ptrdiff_t>(3 * i), before.begin() + static_cast<std::ptrdiff_t>(3 * i + 3),
-                                           after.begin() + static_cast<std::ptrdiff_t>(3 * i));
-            ASSERT_TRUE(named[i] || !moved) << "point " << i;
-            const Vec3d x(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
-            ASSERT_TRUE(!named[i] || lattice.contains(x)) << "point " << i;
-            local = local || (!named[i] && lattice.contains(x));
-        }
-    }
-    EXPECT_TRUE(local || std::getenv("TESSERA_SEED") != nullptr);
-}
-
 TEST(Lattice, TurnsNormalsWithTheirSurface) {
     for (const std::uint64_t seed : seeds(300)) {
         SCOPED_TRACE(repeat(seed, "TurnsNormalsWithTheirSurface"));

@@ -9,6 +9,18 @@
 namespace tessera {
 namespace {
 
+/// A triangle without area is the segment or point that it is.
+ElementaryImpact vertexFaceImpact(const Vec3d& start, const Vec3d& end, const Triangle& faceStart,
+                                  const Triangle& faceEnd, const ElementaryOptions& options = {}) {
+    return trianglesImpact({start, start, start}, {end, end, end}, faceStart, faceEnd, options);
+}
+using Edge = std::array<Vec3d, 2>;
+ElementaryImpact edgeEdgeImpact(const Edge& aStart, const Edge& aEnd, const Edge& bStart, const Edge& bEnd,
+                                const ElementaryOptions& options = {}) {
+    const auto thin = [](const Edge& edge) { return Triangle{edge[0], edge[1], edge[1]}; };
+    return trianglesImpact(thin(aStart), thin(aEnd), thin(bStart), thin(bEnd), options);
+}
+
 struct Tally {
     int hits = 0, missed = 0, falsePositives = 0;
     std::uint64_t steps = 0;

@@ -518,7 +518,7 @@ TEST(RigidImpact, RealModelsAreNotTouchedBeforeT) {
             const double t = s / 200.0;
             if (found.hit && t >= found.t) break;
             QueryWork work;
-            ASSERT_EQ(anyTouching(spot.tree(), spot.tree(), at(t), work), Touch::kNo)
+            ASSERT_EQ(firstTouching(spot.tree(), spot.tree(), at(t), work).touch, Touch::kNo)
                 << "seed " << kSeed << ", trial " << i;
         }
         if (!found.hit) continue;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <numeric>
 
 #include "common/base/Workers.h"
 #include "server/collision/mesh/InstructionSet.h"
@@ -16,6 +17,13 @@ namespace {
 
 constexpr std::array kMethods{NeighbourMethod::kAllPairs, NeighbourMethod::kSweepAndPrune, NeighbourMethod::kGrid,
                               NeighbourMethod::kTree, NeighbourMethod::kAuto};
+
+/// A new box for each item, by index.
+void moveAll(NeighbourFinder& finder, const std::vector<Box>& boxes) {
+    std::vector<std::uint32_t> items(boxes.size());
+    std::iota(items.begin(), items.end(), 0u);
+    finder.move(items, boxes);
+}
 
 class EveryFinder : public testing::TestWithParam<NeighbourMethod> {
 protected:
@@ -94,9 +102,9 @@ TEST_P(EveryFinder, TakesTheLastOfTwoMoves) {
     finder->move(items, to);
     EXPECT_EQ(pairs(), (std::vector<NeighbourPair>{{1, 2}}));
     const std::vector<Box> all{boxBetween(0, 1), boxBetween(5, 6), boxBetween(0, 1)};
-    finder->moveAll(all);
+    moveAll(*finder, all);
     finder->move(2, boxBetween(6, 7));
-    finder->moveAll(all);
+    moveAll(*finder, all);
     finder->move(1, boxBetween(1, 2));
     EXPECT_EQ(pairs(), (std::vector<NeighbourPair>{{0, 1}, {0, 2}, {1, 2}}));
     EXPECT_EQ(pairs(), (std::vector<NeighbourPair>{{0, 1}, {0, 2}, {1, 2}})) << "asked again";
@@ -118,10 +126,10 @@ void step(Random& random, const Kind& kind, std::vector<Box>& boxes, NeighbourFi
     };
     if (manner == 7) {
         for (std::size_t i = 0; i < n; ++i) boxes[i] = kind.make(random, i, n);  // all leap
-        finder.moveAll(boxes);
+        moveAll(finder, boxes);
     } else if (manner % 2 == 0) {
         for (std::size_t i = 0; i < n; ++i) boxes[i] = moved(i);
-        finder.moveAll(boxes);
+        moveAll(finder, boxes);
     } else {
         const std::size_t share = manner == 1 ? 100 : 8;  // 99 % static; most static
         for (std::size_t k = 0; k < n / share + 1; ++k) {
@@ -224,7 +232,7 @@ TEST(AutoFinder, TakesAGridForBoxesThatComeAndATreeOnceTheyMoveOn) {
     EXPECT_EQ(finder.method(), NeighbourMethod::kGrid);
     for (int frame = 0; frame < 4; ++frame) {
         for (Box& box : boxes) box = boxAt(box.lower + uniform3(random, -0.02, 0.02), box.size());
-        finder.moveAll(boxes);
+        moveAll(finder, boxes);
         ASSERT_EQ(list(finder.pairs()), bruteForce(boxes, InteractionTable::everybody(boxes.size())));
     }
     EXPECT_EQ(finder.method(), NeighbourMethod::kTree);

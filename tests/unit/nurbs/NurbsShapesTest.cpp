@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tests/unit/nurbs/NurbsOracle.h"
+#include "tests/unit/nurbs/Plane.h"
 
 namespace tessera {
 namespace {

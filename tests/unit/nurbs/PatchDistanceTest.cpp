@@ -8,6 +8,7 @@
 #include "common/freeform/nurbs/NurbsDistance.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
+#include "tests/unit/nurbs/Plane.h"
 
 namespace tessera {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
+#include "tests/unit/nurbs/Plane.h"
 #include "tests/unit/nurbs_triangles/TrianglesOracle.h"
 
 namespace tessera {

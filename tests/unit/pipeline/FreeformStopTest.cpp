@@ -12,6 +12,7 @@
 #include "server/collision/query/DistanceQuery.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "tests/unit/drawable/ControlCube.h"
+#include "tests/unit/nurbs/Plane.h"
 #include "tests/unit/pipeline/SmoothScene.h"
 #include "tests/unit/query/Bodies.h"
 

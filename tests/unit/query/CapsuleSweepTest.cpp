@@ -140,6 +140,21 @@ TEST(CapsuleSweep, WhoTouchesMayGoAwayAndAlong) {
         EXPECT_FALSE(sweepCapsule(pierced, way, std::vector{floor})) << "who is stuck gets out";
 }
 
+TEST(CapsuleSweep, ABallMeetsAFaceWithoutAreaWhereverOnIt) {
+    const Vec3d left(-9, 0, 0), right(9, 0, 0), middle(-3, 0, 0);
+    for (const Triangle& thread :
+         {Triangle{left, left, right}, Triangle{right, left, left}, Triangle{left, right, left},
+          Triangle{left, middle, right}, Triangle{middle, left, right}})
+        for (const double x : {-9.0, -5.0, 0.0, 7.0, 9.0}) {
+            const Vec3d start(x, 2, 0);
+            const std::optional<CapsuleHit> hit =
+                sweepCapsule({start, start, 0.25}, Vec3d(0, -4, 0), std::vector{thread});
+            ASSERT_TRUE(hit) << x;
+            EXPECT_NEAR(hit->t, 1.75 / 4, 1e-6) << x;
+            EXPECT_NEAR(hit->normal.y(), 1, 1e-9) << x;
+        }
+}
+
 TEST(CapsuleSweep, TheFirstOfAll) {
     std::vector<Triangle> plates;
     for (const double z : {-5.0, -3.0, -4.0}) plates.push_back({Vec3d(-9, -9, z), Vec3d(9, -9, z), Vec3d(0, 9, z)});

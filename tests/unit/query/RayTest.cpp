@@ -92,6 +92,86 @@ TEST(RayQuery, FindsWhatBruteForceFindsOnARealModel) {
     EXPECT_GT(compare(far, far.tree(), 22, 300), 50);
 }
 
+/// Where along the ray is the nearest of all triangles? In long double, and from a point near the mesh: of 1e9 sizes
+/// away, 1e-10 of the size is left for what rounding does.
+std::optional<long double> nearestOfAll(const TriangleMesh& mesh, const Ray& ray) {
+    using Vec = Eigen::Matrix<long double, 3, 1>;
+    const Vec direction = ray.direction.cast<long double>();
+    const Vec away = mesh.bounds().center().cast<long double>() - ray.origin.cast<long double>();
+    const long double before = away.dot(direction) / direction.dot(direction);
+    const Vec origin = ray.origin.cast<long double>() + before * direction;
+    std::optional<long double> best;
+    for (std::uint32_t f = 0; f < mesh.faceCount(); ++f) {
+        const Triangle t = mesh.triangle(f);
+        const Vec a = t[0].cast<long double>() - origin, b = t[1].cast<long double>() - origin,
+                  c = t[2].cast<long double>() - origin;
+        const long double u = direction.dot(b.cross(c)), v = direction.dot(c.cross(a)), w = direction.dot(a.cross(b));
+        if (!((u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0)) || u + v + w == 0) continue;
+        const Vec on = (u * a + v * b + w * c) / (u + v + w);
+        const long double at = before + on.dot(direction) / direction.dot(direction);
+        if (at >= 0 && (!best || at < *best)) best = at;
+    }
+    return best;
+}
+
+/// Rays from `from` sizes away at points of the body and a little beside it. Answers how many met something.
+int compareFromAfar(const Body& body, const TriangleTree& tree, double from, unsigned seed, int rays) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> u(-1, 1);
+    std::normal_distribution<double> n;
+    const TriangleMesh mesh = body.mesh();
+    const Vec3d centre = mesh.bounds().center();
+    const double size = mesh.bounds().size().norm();
+    int hits = 0;
+    for (int i = 0; i < rays; ++i) {
+        Ray ray;
+        ray.origin = centre + from * size * Vec3d(n(random), n(random), n(random)).normalized();
+        // Beside edges: who passes one by less than a rounding may be told either way.
+        Vec3d at = mesh.positions()[random() % mesh.vertexCount()];
+        if (i % 2 == 0) at = 0.5 * (at + mesh.positions()[random() % mesh.vertexCount()]);
+        at += (i % 3 != 0 ? 0.2 : 0.01) * size * Vec3d(u(random), u(random), u(random));
+        ray.direction = (at - ray.origin) * std::pow(10.0, 3 * u(random));
+        const auto found = castRay(tree, ray, std::numeric_limits<double>::infinity());
+        const std::optional<long double> truth = nearestOfAll(mesh, ray);
+        if (found.has_value() != truth.has_value()) {
+            ADD_FAILURE() << from << " sizes away, ray " << i << " of seed " << seed << ": " << (found ? found->t : -1)
+                          << " for " << double(truth.value_or(-1));
+            continue;
+        }
+        if (!found) continue;
+        ++hits;
+        // The digits of t, and of the place on the mesh.
+        const double rounding = 1e-15 * found->t + 1e-9 * size / ray.direction.norm();
+        EXPECT_NEAR(found->t, double(*truth), rounding) << from << " sizes away, ray " << i << " of seed " << seed;
+        EXPECT_TRUE(castRay(tree, ray, found->t)) << "as far is within";
+        EXPECT_FALSE(castRay(tree, ray, found->t * (1 - 1e-15) - 2 * rounding)) << "beyond the end";
+        EXPECT_FALSE(castRay(tree, {ray.origin, -ray.direction}, std::numeric_limits<double>::infinity()));
+    }
+    return hits;
+}
+
+TEST(RayQuery, FromVeryFarFindsWhatAllTrianglesSayInEveryKindOfTree) {
+    std::mt19937 random(15);
+    const Body soup = bodies::soup(random, 200), ball = bodies::sphere(1, 16, 24), wall = bodies::grid(12, 2),
+               ring = bodies::torus(0.8, 0.05, 30, 12).moved(Vec3d(3, -5, 7));
+    for (const Body* body : {&soup, &ball, &wall, &ring})
+        for (const VolumeKind kind : kKinds) {
+            const TriangleTree tree(body->mesh(), {.volume = kind});
+            SCOPED_TRACE(testing::Message() << "volumes " << static_cast<int>(kind));
+            for (const double from : {10.0, 30.0, 1e3, 1e5, 1e7, 1e9})
+                EXPECT_GT(compareFromAfar(*body, tree, from, 31 + static_cast<unsigned>(kind), 30), 5);
+        }
+}
+
+TEST(RayQuery, FromVeryFarFindsWhatAllTrianglesSayOnARealModel) {
+    const auto file = bodies::dataFolder() / "meshes/spot/spot_low_resolution.obj";
+    if (!std::filesystem::exists(file))
+        GTEST_SKIP() << "no test data at " << bodies::dataFolder() << " (set TESSERA_TEST_DATA)";
+    const Body spot = bodies::readObj(file);
+    const TriangleTree tree(spot.mesh(), {.volume = VolumeKind::kObb});
+    for (const double from : {1e3, 1e6, 1e9}) EXPECT_GT(compareFromAfar(spot, tree, from, 41, 60), 15);
+}
+
 TEST(RayQuery, OfEqualFacesTheLowest) {
     const Body ball = bodies::sphere(1, 12, 16);
     const TriangleTree once(ball.mesh()), thrice(ball.with(ball).with(ball).mesh());

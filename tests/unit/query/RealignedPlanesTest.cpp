@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/query/Bodies.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {

@@ -25,7 +25,7 @@ Asked ask(const TriangleTree& a, const TriangleTree& b, const Affine3d& pose, Re
     const TouchOptions options{.realignment = realignment, .placed = &out.placed, .instructions = set};
     out.all = allTouching(a, b, pose, work, options);
     out.tests = work.boxTests;
-    out.any = anyTouching(a, b, pose, work, options);
+    out.any = firstTouching(a, b, pose, work, options).touch;
     // Whoever measures changes nothing.
     QueryWork unmeasured;
     EXPECT_EQ(allTouching(a, b, pose, unmeasured, {.realignment = realignment, .instructions = set}).pairs,

@@ -29,7 +29,7 @@ private:
 void expectEqual(TouchFront& front, const TriangleTree& a, const TriangleTree& b, const Affine3d& pose, const std::string& story) {
     QueryWork work, plain;
     const TouchedPair found = front.firstTouching(a, b, pose, work);
-    ASSERT_EQ(found.touch, anyTouching(a, b, pose, plain)) << story;
+    ASSERT_EQ(found.touch, firstTouching(a, b, pose, plain).touch) << story;
     ASSERT_TRUE(found.touch == Touch::kNo ||
                 trianglesIntersect(a.mesh().triangle(found.faces.a), transformed(pose, b.mesh().triangle(found.faces.b))))
         << story;
@@ -78,12 +78,12 @@ TEST(TouchFronts, FindAContactThatLastsInOneTest) {
     const Affine3d pose = composeTransform(Vec3d(0.8, 0, 0), anyRotation(random), Vec3d::Ones());
     TouchFront front;
     QueryWork first, again;
-    ASSERT_EQ(front.anyTouching(a, b, pose, first), Touch::kYes);
-    ASSERT_EQ(front.anyTouching(a, b, pose, again), Touch::kYes);
+    ASSERT_EQ(front.firstTouching(a, b, pose, first).touch, Touch::kYes);
+    ASSERT_EQ(front.firstTouching(a, b, pose, again).touch, Touch::kYes);
     EXPECT_EQ(again.boxTests + again.triangleTests, 1U);
     front.forget();
     QueryWork fresh;
-    ASSERT_EQ(front.anyTouching(a, b, pose, fresh), Touch::kYes);
+    ASSERT_EQ(front.firstTouching(a, b, pose, fresh).touch, Touch::kYes);
     EXPECT_EQ(fresh.boxTests, first.boxTests);
 }
 
@@ -93,13 +93,14 @@ TEST(TouchFronts, GiveUpWhereTheWorkEnds) {
     for (std::uint64_t limit = 0; limit < 60; ++limit) {
         TouchFront front;
         QueryWork free;
-        (void)front.anyTouching(a, b, composeTransform(Vec3d(1.1, 0, 0), Quatd::Identity(), Vec3d::Ones()), free);
+        (void)front.firstTouching(a, b, composeTransform(Vec3d(1.1, 0, 0), Quatd::Identity(), Vec3d::Ones()), free)
+            .touch;
         QueryWork work;
         work.limit = limit;
         const Affine3d apart = composeTransform(Vec3d(2.02, 0.6, 0), Quatd::Identity(), Vec3d::Ones());
-        const Touch touch = front.anyTouching(a, b, apart, work);
+        const Touch touch = front.firstTouching(a, b, apart, work).touch;
         QueryWork plain;
-        EXPECT_TRUE(touch == Touch::kUnknown || touch == anyTouching(a, b, apart, plain)) << limit;
+        EXPECT_TRUE(touch == Touch::kUnknown || touch == firstTouching(a, b, apart, plain).touch) << limit;
         EXPECT_TRUE(limit > 0 || touch == Touch::kUnknown);
     }
 }

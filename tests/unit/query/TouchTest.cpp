@@ -26,7 +26,8 @@ void expectTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d
         const FacePairs all = allTouching(a, b, a_T_b, work, options);
         EXPECT_TRUE(all.complete) << story;
         EXPECT_EQ(all.pairs, truth) << story << ", " << name(set);
-        EXPECT_EQ(anyTouching(a, b, a_T_b, work, options), truth.empty() ? Touch::kNo : Touch::kYes) << story << ", " << name(set);
+        EXPECT_EQ(firstTouching(a, b, a_T_b, work, options).touch, truth.empty() ? Touch::kNo : Touch::kYes)
+            << story << ", " << name(set);
         const TouchedPair first = firstTouching(a, b, a_T_b, work, options);
         EXPECT_TRUE(first.touch == Touch::kNo || std::binary_search(truth.begin(), truth.end(), first.faces)) << story;
     }
@@ -101,7 +102,9 @@ TEST(Touching, TreesOfTwoKindsFindWhatBruteForceFinds) {
                     EXPECT_EQ(allTouching(ta, tb, m.map, work, {.workers = &two}).pairs, truth) << story;
                     TouchFront front;
                     for (int again = 0; again < 2; ++again)
-                        EXPECT_EQ(front.anyTouching(ta, tb, m.map, work), truth.empty() ? Touch::kNo : Touch::kYes) << story;
+                        EXPECT_EQ(front.firstTouching(ta, tb, m.map, work).touch,
+                                  truth.empty() ? Touch::kNo : Touch::kYes)
+                            << story;
                 }
         }
     }
@@ -216,7 +219,7 @@ TEST(Touching, GivesUpWhereTheWorkEndsAndSaysSo) {
         EXPECT_FALSE(some.complete && limit == 0);
         QueryWork once;
         once.limit = limit;
-        const Touch touch = anyTouching(a, b, pose, once);
+        const Touch touch = firstTouching(a, b, pose, once).touch;
         EXPECT_NE(touch, Touch::kNo);
         EXPECT_TRUE(touch == Touch::kUnknown || limit > 0);
     }
@@ -293,8 +296,8 @@ TEST(Touching, KDopsOfPlatesAreNotFooledByTurning) {
         // Between two sheets, touching none.
         const Affine3d stack_T_ball = composeTransform(Vec3d(between(random, 1, 3), between(random, 1, 3), 0.06 * 30 + 0.03), anyRotation(random), Vec3d::Ones());
         const Affine3d ball_T_stack = stack_T_ball.inverse(Eigen::Affine);
-        EXPECT_EQ(anyTouching(ballInBoxes, boxes, ball_T_stack, byBoxes), Touch::kNo);
-        EXPECT_EQ(anyTouching(ballInDops, dops, ball_T_stack, byDops), Touch::kNo);
+        EXPECT_EQ(firstTouching(ballInBoxes, boxes, ball_T_stack, byBoxes).touch, Touch::kNo);
+        EXPECT_EQ(firstTouching(ballInDops, dops, ball_T_stack, byDops).touch, Touch::kNo);
     }
     EXPECT_LT(2 * (byDops.boxTests + byDops.triangleTests), 3 * (byBoxes.boxTests + byBoxes.triangleTests));
 }

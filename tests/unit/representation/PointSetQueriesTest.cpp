@@ -107,7 +107,6 @@ std::size_t expectRight(const A& a, const B& b, const Affine3d& a_T_b, const std
     if (!found.pairs.empty()) {
         EXPECT_TRUE(std::ranges::binary_search(found.pairs, first.faces)) << story;
     }
-    EXPECT_EQ(anyTouching(a, b, a_T_b, work), first.touch) << story;
 
     const BallContacts contacts = contactsBetween(a, b, a_T_b, work);
     EXPECT_EQ(contacts.contacts.size(), found.pairs.size()) << story;
@@ -258,8 +257,8 @@ TEST(Balls, TouchingCounts) {
     EXPECT_EQ(allTouching(two, two, aside, work).pairs, (std::vector<FacePair>{{0, 0}, {1, 1}}));
     const ConvexHull box = *ConvexHull::make(std::vector<Vec3d>{
         {5, -1, -1}, {5, 1, -1}, {5, -1, 1}, {5, 1, 1}, {7, -1, -1}, {7, 1, -1}, {7, -1, 1}, {7, 1, 1}});
-    EXPECT_EQ(anyTouching(ball, box, Affine3d::Identity(), work), Touch::kYes);
-    EXPECT_EQ(anyTouching(ball, box, Affine3d(Eigen::Translation3d(1e-10, 0, 0)), work), Touch::kNo);
+    EXPECT_EQ(firstTouching(ball, box, Affine3d::Identity(), work).touch, Touch::kYes);
+    EXPECT_EQ(firstTouching(ball, box, Affine3d(Eigen::Translation3d(1e-10, 0, 0)), work).touch, Touch::kNo);
 }
 
 /// Points without radius are the points of a tree, exactly: on whole coordinates, where everything touches.
@@ -341,7 +340,8 @@ TEST(Balls, GiveUpWhereToldToAndSaySo) {
             EXPECT_FALSE(found.complete) << story << ", " << limit;
             EXPECT_TRUE(std::ranges::includes(truth, found.pairs)) << story << ", " << limit;
             work = {.limit = limit};
-            EXPECT_NE(anyTouching(points, other, Affine3d::Identity(), work), Touch::kNo) << story << ", " << limit;
+            EXPECT_NE(firstTouching(points, other, Affine3d::Identity(), work).touch, Touch::kNo)
+                << story << ", " << limit;
         }
         for (std::uint64_t limit = 0; limit < far.boxTests + far.triangleTests; limit = limit * 4 / 3 + 1) {
             QueryWork work{.limit = limit};
@@ -367,7 +367,7 @@ TEST(Balls, NoPointsMeetNothing) {
     const ConvexHull hull = *ConvexHull::make(ballCentres(random, 9, 1));
     QueryWork work;
     const auto expect = [&](const auto& a, const auto& b) {
-        EXPECT_EQ(anyTouching(a, b, Affine3d::Identity(), work), Touch::kNo);
+        EXPECT_EQ(firstTouching(a, b, Affine3d::Identity(), work).touch, Touch::kNo);
         EXPECT_TRUE(allTouching(a, b, Affine3d::Identity(), work).complete);
         EXPECT_TRUE(distanceBetween(a, b, Affine3d::Identity(), work).farther);
         EXPECT_FALSE(depthBetween(a, b, Affine3d::Identity(), work).known);

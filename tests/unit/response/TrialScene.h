@@ -56,7 +56,9 @@ public:
         std::vector<ObstaclePair> pairs;
         const auto wayOf = [&](ObjectId id) { return id == transform ? &way : nullptr; };
         std::vector<std::uint32_t> parts;  // in document order
-        handler.forPartsBelow(handler.placeOf(kRootNode), [&](std::uint32_t part) { parts.push_back(part); });
+        for (std::uint32_t part = 0; part < handler.parts().size(); ++part)
+            if (handler.parts()[part].node) parts.push_back(part);
+        std::ranges::sort(parts, [&](std::uint32_t a, std::uint32_t b) { return handler.before(a, b); });
         std::vector<Box> boxes;
         std::vector<std::uint32_t> carriers;
         for (const std::uint32_t part : parts) {

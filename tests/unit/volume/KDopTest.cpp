@@ -2,9 +2,9 @@
 
 #include <numbers>
 
-#include "server/collision/volume/PolytopeSupport.h"
 #include "server/collision/volume/Realignment.h"
 #include "tests/unit/volume/Clouds.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {

@@ -3,6 +3,7 @@
 #include "server/collision/volume/Realignment.h"
 #include "server/collision/volume/SupportProfile.h"
 #include "tests/unit/volume/Clusters.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "server/collision/volume/PolytopeSupport.h"
 #include "server/collision/volume/Realignment.h"
 #include "tests/unit/volume/Clouds.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {

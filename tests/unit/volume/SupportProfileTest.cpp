@@ -4,6 +4,7 @@
 
 #include "server/collision/volume/SupportProfile.h"
 #include "tests/unit/volume/Clouds.h"
+#include "tests/unit/volume/Realigned.h"
 
 namespace tessera {
 namespace {
