@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "server/import/MaterialCores.h"
-#include "server/import/PlacedNodes.h"
 #include "server/import/NodeReferences.h"
+#include "server/import/PlacedNodes.h"
 
 namespace tessera {
 

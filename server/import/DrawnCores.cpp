@@ -69,7 +69,8 @@ Expected<DrawnCores::Core> DrawnCores::derived(LoadedFile& file, Surface surface
 }
 
 template <typename Message, typename Read>
-Expected<DrawnCores::Core> DrawnCores::shared(LoadedFile& file, const Message& message, const Coating& paint, Read read) {
+Expected<DrawnCores::Core> DrawnCores::shared(LoadedFile& file, const Message& message, const Coating& paint,
+                                              Read read) {
     Core& known = surfaces_[{&file, hash128(asBytes(message.SerializeAsString())), paint.nameFor(message.material()),
                              paint.over}];
     if (known.id) return known;
@@ -126,7 +127,8 @@ Expected<ObjectId> DrawnCores::text(LoadedFile& file, const proto::scene::Text& 
     return shared(file, message, paint, read).map([&](const Core& core) { return counted(core); });
 }
 
-Expected<ObjectId> DrawnCores::particles(LoadedFile& file, const proto::scene::Particles& message, const Coating& paint) {
+Expected<ObjectId> DrawnCores::particles(LoadedFile& file, const proto::scene::Particles& message,
+                                         const Coating& paint) {
     return shared(file, message, paint, &readParticles).map([&](const Core& core) { return counted(core); });
 }
 

@@ -25,7 +25,7 @@ LightNames lightNamesOf(const proto::scene::Node& node) {
 }  // namespace
 
 void NodeReferences::take(const LoadedFile& file, const proto::scene::Node& node, ObjectId core, PlacedNode* from,
-                      PlacedNode* top) {
+                          PlacedNode* top) {
     const auto add = [&](Kind kind, const std::string& name, const std::string& where) -> Pending& {
         return pending_.emplace_back(
             Pending{.kind = kind, .core = core, .from = from, .top = top, .name = name, .where = where});

@@ -9,10 +9,10 @@
 #include "server/import/Importer.h"
 #include "server/import/MaterialCores.h"
 #include "server/import/NodeCount.h"
+#include "server/import/NodeReferences.h"
 #include "server/import/PlacedNodes.h"
 #include "server/import/SavedObjects.h"
 #include "server/import/SceneDraft.h"
-#include "server/import/NodeReferences.h"
 
 namespace tessera {
 

@@ -152,14 +152,15 @@ void touchRows(const Model& model, const TriangleTree& tree, const SphericalFiel
         for (const Class& c : posesOf(tree, scaled ? smaller : tree, scaled ? kScale : 1, arguments.count)) {
             const std::size_t n = c.poses.size();
             std::vector<int> ofTree(n), ofField(n), ofFcl(n);
-            std::vector<Contender> contenders{[&](std::size_t i) {
-                                                  QueryWork w; ofField[i] = firstTouching(field, field, c.poses[i], w).touch == Touch::kYes;
-                                              },
-                                              [&](std::size_t i) {
-                                                  QueryWork w;
-                                                  ofTree[i] =
-                                                      firstTouching(tree, tree, c.poses[i], w).touch == Touch::kYes;
-                                              }};
+            std::vector<Contender> contenders{
+                [&](std::size_t i) {
+                    QueryWork w;
+                    ofField[i] = firstTouching(field, field, c.poses[i], w).touch == Touch::kYes;
+                },
+                [&](std::size_t i) {
+                    QueryWork w;
+                    ofTree[i] = firstTouching(tree, tree, c.poses[i], w).touch == Touch::kYes;
+                }};
             if (!scaled) contenders.emplace_back([&](std::size_t i) { ofFcl[i] = fcl.any(c.poses[i]); });
             const auto times = raceInTurns(n, arguments.passes, contenders);
             if (ofTree != ofField || (!scaled && ofTree != ofFcl)) table.complain(model.name + ", " + c.name + ": answers differ");

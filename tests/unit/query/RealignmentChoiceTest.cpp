@@ -79,7 +79,8 @@ TEST(RealignmentChoice, BoxesAreNoSmallerThanWhatTheyHoldOnAnyInstructionSet) {
     const TriangleMesh box = meshOf(shapes::box(Vec3d(1, 1, 1)));
     const TriangleTree tree(box, {.volume = VolumeKind::kDop18, .profiles = true});
     // A corner of each lies in the other, however it is turned: one within the other would not touch.
-    const Affine3d pose = composeTransform({1.8, 1.5, 1.2}, Quatd(0.9, 0.1, -0.2, 0.3).normalized(), Vec3d::Constant(2));
+    const Affine3d pose =
+        composeTransform({1.8, 1.5, 1.2}, Quatd(0.9, 0.1, -0.2, 0.3).normalized(), Vec3d::Constant(2));
     for (const Realignment realignment : {Realignment::kThreePlanes, Realignment::kTable}) {
         std::set<std::uint64_t> counts;
         for (const InstructionSet set : instructionSets()) {

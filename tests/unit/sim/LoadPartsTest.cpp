@@ -395,10 +395,15 @@ TEST(LoadParts, WhatCannotBeFinishedIsTakenAwayAgain) {
     forSeeds(20, [](Random& random) {
         Simulation simulation;
         test::ListMaker make;
-        const ObjectId yard = simulation.step(true, [&] {
-            make.node("yard", kRootNode);
-            return one(Edit::Kind::kChange, make.builder.take());
-        }()).outcomes[0].result->ids.at(0).second;
+        const ObjectId yard = simulation
+                                  .step(true,
+                                        [&] {
+                                            make.node("yard", kRootNode);
+                                            return one(Edit::Kind::kChange, make.builder.take());
+                                        }())
+                                  .outcomes[0]
+                                  .result->ids.at(0)
+                                  .second;
         Loading loading(forest(random, 200, yard));
         // Somebody takes away what it was to hang below.
         const std::size_t when = 1 + below(random, loading.count() - 1);

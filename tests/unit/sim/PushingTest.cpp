@@ -50,7 +50,8 @@ TEST(Pushing, AgainstWhatOneStandsAtIsNoWayAndNoStep) {
         PushedBox show(Vec3d::Constant(unit), place + Vec3d(3 * unit, 0, 0), Vec3d(unit, 4 * unit, 4 * unit), response, place);
         const Vec3d way = Vec3d(1, anyBetween(random, -0.4, 0.4), anyBetween(random, -0.4, 0.4)) * unit;
         const Quatd turned = oneIn(random, 2) ? Quatd::Identity() : Quatd(Eigen::AngleAxisd(anyBetween(random, -0.3, 0.3), Vec3d::UnitX()));
-        ASSERT_EQ(show.push(show.at() + anyBetween(random, 4, 40) * way, turned).outcomes.front().result->stopped.size(), 1u);
+        ASSERT_EQ(
+            show.push(show.at() + anyBetween(random, 4, 40) * way, turned).outcomes.front().result->stopped.size(), 1u);
         const StateHash there = show.simulation.scene().stateHash();
         const Quatd now = show.simulation.scene().get<Transform>(show.core)->rotation;
         for (int i = 0; i < 10; ++i) {

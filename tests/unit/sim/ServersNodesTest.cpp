@@ -40,7 +40,9 @@ struct Bench {
     }
     [[nodiscard]] const Aspect& scene() const { return simulation.scene(); }
     [[nodiscard]] ObjectId at(const std::string& path) const { return findNode(scene(), path).value(); }
-    Expected<answer::Committed> edit(ChangeList list) { return simulation.step(false, one(std::move(list))).outcomes.front().result; }
+    Expected<answer::Committed> edit(ChangeList list) {
+        return simulation.step(false, one(std::move(list))).outcomes.front().result;
+    }
     /// Nodes, cores and materials of the handles.
     [[nodiscard]] std::vector<ObjectId> ours() const {
         std::vector<ObjectId> all;
@@ -122,7 +124,8 @@ TEST(ServersNodes, NothingIsPutBelowThemAndNoneIsMovedOrTakenAway) {
     ListMaker make;
     make.node("loaded", bench.top);
     part.list = make.builder.take();
-    const Expected<answer::Committed> loaded = bench.simulation.step(false, one(std::move(part))).outcomes.front().result;
+    const Expected<answer::Committed> loaded =
+        bench.simulation.step(false, one(std::move(part))).outcomes.front().result;
     ASSERT_FALSE(loaded);
     EXPECT_NE(loaded.error().message.find("of the handles of /hands/hand"), std::string::npos) << loaded.error().message;
     bench.expectHandlesFollow();
