@@ -71,8 +71,9 @@ Expected<DrawnCores::Core> DrawnCores::derived(LoadedFile& file, Surface surface
 template <typename Message, typename Read>
 Expected<DrawnCores::Core> DrawnCores::shared(LoadedFile& file, const Message& message, const Coating& paint,
                                               Read read) {
-    Core& known = surfaces_[{&file, hash128(asBytes(message.SerializeAsString())), paint.nameFor(message.material()),
-                             paint.over}];
+    // Messages of two kinds may be the same bytes.
+    const Hash128 said = hash128(asBytes(Message::descriptor()->full_name() + message.SerializeAsString()));
+    Core& known = surfaces_[{&file, said, paint.nameFor(message.material()), paint.over}];
     if (known.id) return known;
     auto surface = read(message);
     if (!surface) return tl::unexpected(surface.error());

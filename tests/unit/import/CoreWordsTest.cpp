@@ -3,6 +3,8 @@
 
 #include "common/cores/Material.h"
 #include "common/cores/ParticleEmitter.h"
+#include "common/cores/Particles.h"
+#include "common/cores/Text.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -57,6 +59,19 @@ TEST(CoreWords, WhatIsWrongIsNamedWithItsPlace) {
         << coreTrouble("node { core {} }");
     EXPECT_NE(coreTrouble("node { core { particle_emitter { material: 5 } } }").find("which does not exist"),
               std::string::npos);
+}
+
+// A text without letters and a cloud without points are no bytes both.
+TEST(CoreWords, KindsThatAreTheSameBytesAreCoresOfTheirOwn) {
+    Expected<ImportedScene> scene = importCore(R"(
+        node { name: "word" text {} }
+        node { name: "cloud" particles {} }
+        node { name: "again" particles {} })");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_NE(aspect.core<Text>("/word"), nullptr);
+    ASSERT_NE(aspect.core<Particles>("/cloud"), nullptr);
+    EXPECT_EQ(aspect.core<Particles>("/again"), aspect.core<Particles>("/cloud")) << "of one kind they are shared";
 }
 
 /// One way to write each thing: what has a message has no words here.
