@@ -78,9 +78,10 @@ TEST(RealignmentChoice, ChangesWhatIsTestedAndNoAnswer) {
 TEST(RealignmentChoice, BoxesAreNoSmallerThanWhatTheyHoldOnAnyInstructionSet) {
     const TriangleMesh box = meshOf(shapes::box(Vec3d(1, 1, 1)));
     const TriangleTree tree(box, {.volume = VolumeKind::kDop18, .profiles = true});
-    // A corner of each lies in the other, however it is turned: one within the other would not touch.
+    // A corner of A lies in B and the opposite one does not, however B is turned: bodies within each other would not
+    // touch.
     const Affine3d pose =
-        composeTransform({1.8, 1.5, 1.2}, Quatd(0.9, 0.1, -0.2, 0.3).normalized(), Vec3d::Constant(2));
+        composeTransform({0.9, 0.8, 0.7}, Quatd(0.9, 0.1, -0.2, 0.3).normalized(), Vec3d::Constant(2));
     for (const Realignment realignment : {Realignment::kThreePlanes, Realignment::kTable}) {
         std::set<std::uint64_t> counts;
         for (const InstructionSet set : instructionSets()) {
