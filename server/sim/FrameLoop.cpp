@@ -359,9 +359,9 @@ ServerActions FrameLoop::Impl::untilWritten(ServerActions told) {
 }
 
 void FrameLoop::Impl::openGate() {
-    if (gate.awaited() == 0) return;
+    if (!gate.awaited()) return;
     actions.carryOut(gate.open(journal()->written(), trouble()));
-    if (gate.awaited() > 0) journal()->tellWhen(gate.awaited());
+    if (const std::optional<std::uint64_t> written = gate.awaited()) journal()->tellWhen(*written);
 }
 
 /// Waits for what happens next. Hosts, whom frames wait for, are heard first; then frames and deadlines are due; what

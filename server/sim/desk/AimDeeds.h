@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/desk/AimedRays.h"
 #include "server/sim/desk/DeedTable.h"
@@ -72,6 +74,8 @@ inline ServerActions release(Desk& desk, const Asker& asker, const request::Rele
 inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
     if (wish.to) {
         const double distance = (*wish.to - wish.from).stableNorm();
+        if (!std::isfinite(distance))
+            return desk.refuse(asker, {ErrorCode::kBadInput, "these places are farther apart than a number can tell"});
         return desk.answer(asker, answer::Measured{.from = wish.from, .to = *wish.to, .distance = distance});
     }
     Simulation& simulation = desk.around.simulation;

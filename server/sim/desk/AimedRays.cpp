@@ -29,10 +29,19 @@ Expected<Ray> rayAlong(const DeskSurroundings& around, const std::string& wand) 
                 fmt::format("no wand is called '{}'; the wall has: {}", wand, names.empty() ? "none" : names));
 }
 
+/// The same half line, whose direction has a length that can be told: squares of what is very long or short cannot.
+Expected<Ray> rayGiven(const Ray& ray) {
+    constexpr double kShort = 1e-100, kLong = 1e100;
+    const double longest = ray.direction.cwiseAbs().maxCoeff();
+    if (!(longest > 0)) return fail(ErrorCode::kBadInput, "a ray needs a direction: its length is zero");
+    if (longest >= kShort && longest <= kLong) return ray;
+    return Ray{ray.origin, ray.direction / longest};
+}
+
 }  // namespace
 
 Expected<Ray> rayOf(const DeskSurroundings& around, const Aim& aim) {
-    if (aim.ray) return *aim.ray;
+    if (aim.ray) return rayGiven(*aim.ray);
     return aim.wand.empty() ? rayThrough(around, aim.xPx, aim.yPx) : rayAlong(around, aim.wand);
 }
 

@@ -11,7 +11,10 @@ ServerActions ImageRequests::ask(const Asker& asker, TimePoint now) {
     for (const ServerSession::HostStatus& host : session_.hosts())
         if (host.state == HostState::kLive || host.state == HostState::kLate) live.insert(host.name);
     for (const Tile& tile : layoutTiles(wall_))
-        (live.contains(tile.host) ? images.awaited : images.answer.missing).push_back(tile.name);
+        if (live.contains(tile.host))
+            images.awaited.push_back({tile.name, tile.host});
+        else
+            images.answer.missing.push_back(tile.name);
     const std::uint64_t number = next_++;
     const auto [it, isNew] = open_.emplace(number, std::move(images));
     if (it->second.awaited.empty()) return finish(it);
@@ -21,7 +24,10 @@ ServerActions ImageRequests::ask(const Asker& asker, TimePoint now) {
 ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& received) {
     const auto open = open_.find(received.image.request);
     if (open == open_.end()) return {};
-    const auto tile = std::ranges::find(open->second.awaited, received.image.tile);
+    // Of a tile its own host says what it shows, and nobody else.
+    const auto tile = std::ranges::find_if(open->second.awaited, [&](const Open::Awaited& awaited) {
+        return awaited.tile == received.image.tile && awaited.host == received.host;
+    });
     if (tile == open->second.awaited.end()) return {};
     open->second.awaited.erase(tile);
     if (received.image.png.empty())
@@ -35,7 +41,7 @@ ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& r
 ServerActions ImageRequests::finish(Opens::iterator open) {
     Open done = std::move(open->second);
     open_.erase(open);
-    done.answer.missing.insert(done.answer.missing.end(), done.awaited.begin(), done.awaited.end());
+    for (Open::Awaited& awaited : done.awaited) done.answer.missing.push_back(std::move(awaited.tile));
     return answerTo(session_, done.asker, ApplicationAnswer(std::move(done.answer)));
 }
 

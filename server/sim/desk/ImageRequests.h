@@ -31,7 +31,10 @@ private:
     struct Open {
         Asker asker;
         TimePoint deadline;
-        std::vector<std::string> awaited;  ///< tiles
+        struct Awaited {
+            std::string tile, host;
+        };
+        std::vector<Awaited> awaited;
         answer::Images answer;
     };
     using Opens = std::map<std::uint64_t, Open>;  ///< by the number that hosts are asked with

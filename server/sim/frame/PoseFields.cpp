@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "common/cores/Transform.h"
@@ -42,8 +43,31 @@ void mergeColumn(ChangeList& list, FieldColumn column) {
     for (std::size_t row = 0; row < column.ids.size(); ++row) same->append(column.ids[row], column.value(row));
 }
 
+namespace {
+
+bool isThere(const Aspect& scene, const Placement& placement) {
+    const Node* node = scene.get<Node>(placement.node);
+    if (!node || node->parent != placement.parent) return false;
+    if (!placement.parent) return true;
+    const ChildList& siblings = scene.get<Node>(placement.parent)->children;
+    const std::size_t at = siblings.indexOf(placement.node);
+    return placement.index == Placement::kLast ? at + 1 == siblings.size() : placement.index == at;
+}
+
+/// Of one node the last place alone counts; of several each has to stand where it is put.
+bool leaveAllInPlace(const Aspect& scene, std::span<const Placement> placements) {
+    if (placements.empty()) return true;
+    const ObjectId first = placements.front().node;
+    if (std::ranges::all_of(placements, [&](const Placement& placement) { return placement.node == first; }))
+        placements = placements.last(1);
+    return std::ranges::all_of(placements, [&](const Placement& placement) { return isThere(scene, placement); });
+}
+
+}  // namespace
+
 bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
-    if (!inverse.creations.empty() || !inverse.placements.empty() || !inverse.destructions.empty()) return false;
+    if (!inverse.creations.empty() || !inverse.destructions.empty()) return false;
+    if (!leaveAllInPlace(scene, inverse.placements)) return false;
     const auto isSo = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
         const Object object = scene.find(id);
         const FieldEntry* entry = object && object.info().type == type ? findField(object.info(), field) : nullptr;

@@ -16,8 +16,11 @@ public:
     [[nodiscard]] ServerActions pass(ServerActions actions, std::uint64_t written);
     /// What may go now. In trouble all goes, as errors that say what has happened: nobody waits for a disk.
     [[nodiscard]] ServerActions open(std::uint64_t written, const std::optional<Error>& trouble);
-    /// How much must be written for the next reply to go; nothing waits: 0.
-    [[nodiscard]] std::uint64_t awaited() const { return held_.empty() ? 0 : held_.front().written; }
+    /// How much must be written for the next reply to go: perhaps nothing, where the journal was handed nothing yet.
+    /// None: nobody waits.
+    [[nodiscard]] std::optional<std::uint64_t> awaited() const {
+        return held_.empty() ? std::nullopt : std::optional(held_.front().written);
+    }
 
 private:
     struct Held {

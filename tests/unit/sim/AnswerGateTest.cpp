@@ -19,7 +19,7 @@ const message::Reply* replyIn(const ServerAction& action) {
 
 TEST(AnswerGate, KeepsWhatGrantsAndNothingElse) {
     AnswerGate gate;
-    EXPECT_EQ(gate.awaited(), 0u);
+    EXPECT_FALSE(gate.awaited());
     const ServerActions passed = gate.pass({replyTo(1), notice(), replyTo(2, "no")}, 7);
     ASSERT_EQ(passed.size(), 2u);
     EXPECT_FALSE(replyIn(passed[0]));
@@ -38,7 +38,17 @@ TEST(AnswerGate, OpensInOrderAsTheJournalIsWritten) {
     EXPECT_TRUE(replyIn(first[0])->error.empty());
     EXPECT_EQ(gate.awaited(), 5u);
     EXPECT_EQ(gate.open(5, {}).size(), 1u);
+    EXPECT_FALSE(gate.awaited());
+}
+
+/// An edit that changes nothing, before anything else has been handed to the journal of a server that goes on.
+TEST(AnswerGate, WhatNothingHasToBeWrittenForIsAwaitedToo) {
+    AnswerGate gate;
+    EXPECT_TRUE(gate.pass({replyTo(1)}, 0).empty());
     EXPECT_EQ(gate.awaited(), 0u);
+    EXPECT_TRUE(gate.awaited()) << "who asks whether anybody waits is told so";
+    EXPECT_EQ(gate.open(0, {}).size(), 1u);
+    EXPECT_FALSE(gate.awaited());
 }
 
 TEST(AnswerGate, InTroubleNobodyWaitsAndNobodyIsToldMoreThanIsTrue) {

@@ -31,6 +31,10 @@ TEST_F(Measure, FromPlaceToPlaceIsTheLengthBetweenThem) {
     EXPECT_EQ(told->to, Vec3d(1, 5, 7));
     EXPECT_FALSE(told->node);
     EXPECT_NEAR(ask({.from = Vec3d(-1e300, 0, 0), .to = Vec3d(1e300, 0, 0)})->distance / 2e300, 1, 1e-15);
+    const auto beyond = ask({.from = Vec3d(-1e308, 0, 0), .to = Vec3d(1e308, 0, 0)});
+    ASSERT_FALSE(beyond);
+    EXPECT_EQ(beyond.error().code, ErrorCode::kBadInput);
+    EXPECT_NE(beyond.error().message.find("farther apart"), std::string::npos) << beyond.error().message;
 }
 
 TEST_F(Measure, FromPlaceToNodeEndsAtWhatIsSeenOfIt) {

@@ -20,6 +20,7 @@ struct CraneAtTheWall {
         EXPECT_TRUE(simulation.load({test::craneScene()}));
         (void)simulation.step(true, {});
         crane = transformAt(simulation.scene(), "/crane");
+        craneNode = findNode(simulation.scene(), "/crane").value();
         wall = findNode(simulation.scene(), "/wall").value();
         first = simulation.scene().stateHash();
         (void)simulation.step(false, one(moveTo(crane, Vec3d(20, 0, 0))));
@@ -39,6 +40,7 @@ struct CraneAtTheWall {
 
     Simulation simulation;
     ObjectId crane, wall;
+    ObjectId craneNode;  ///< whose core `crane` is
     StateHash first, there;
 };
 
@@ -73,6 +75,39 @@ TEST(StoppedSteps, WhatWasTakenBackCanStillBeDoneAgain) {
     EXPECT_EQ(show.undo(), 1u);
     ASSERT_TRUE(show.go(Edit::Kind::kRedo).result);
     EXPECT_EQ(show.simulation.scene().get<Node>(show.wall)->name, "bricks and mortar");
+}
+
+ChangeList placed(ObjectId node, ObjectId parent, std::uint32_t index = Placement::kLast) {
+    ChangeListBuilder list;
+    list.place(node, parent, index);
+    return list.take();
+}
+
+TEST(StoppedSteps, ANodeThatIsPutWhereItStandsIsNoStep) {
+    CraneAtTheWall show;
+    show.rename("bricks and mortar");
+    ASSERT_TRUE(show.go(Edit::Kind::kUndo).result);
+    const ObjectId last = show.simulation.scene().root().children.back();
+    for (const ChangeList& same :
+         {placed(show.craneNode, kRootNode, 0), placed(show.wall, kRootNode, 1), placed(last, kRootNode)}) {
+        ASSERT_TRUE(show.edit(same).result);
+        EXPECT_EQ(show.undo(), 1u);
+        EXPECT_EQ(show.redo(), 1u) << "what was taken back can still be done again";
+    }
+    ASSERT_TRUE(show.edit(placed(show.craneNode, kRootNode, 1)).result);
+    EXPECT_EQ(show.undo(), 2u) << "among its siblings it stands elsewhere";
+    EXPECT_EQ(show.redo(), 0u);
+}
+
+TEST(StoppedSteps, AGestureThatPutsANodeBackToItsPlaceIsNone) {
+    CraneAtTheWall show;
+    const Gesture gesture{1, 7};
+    ASSERT_TRUE(show.edit(placed(show.craneNode, show.wall), gesture).result);
+    ASSERT_TRUE(show.edit(placed(show.craneNode, kRootNode, 2), gesture).result);
+    EXPECT_EQ(show.undo(), 2u) << "behind its old place";
+    ASSERT_TRUE(show.edit(placed(show.craneNode, kRootNode, 0), gesture).result);
+    EXPECT_EQ(show.undo(), 1u);
+    EXPECT_EQ(show.hash(), show.there);
 }
 
 /// Where it was stopped is where redo leads, and where it began is where undo leads.
