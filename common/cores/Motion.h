@@ -16,7 +16,7 @@ struct Motion {
     Blob keys;
     std::int64_t mode = kOnce;
     bool playing = true;
-    /// Local time: grows by 1/60 s per frame while the motion plays and nothing stops its target.
+    /// Local time: grows by 1/60 s per frame while the motion plays and nothing stops its target; setting it is a seek.
     double time = 0.0;
 };
 template <>

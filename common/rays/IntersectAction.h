@@ -25,7 +25,8 @@ struct Intersection {
     ObjectId node;                  ///< that bears the drawable
     std::uint32_t face = 0;         ///< triangle index in the drawable; of points, 8 for each (common/geometry/Points.h)
     Vec3d point = Vec3d::Zero();    ///< world
-    Vec3d normal = Vec3d::Zero();   ///< world, of length 1, as the face's corners turn there
+    Vec3d normal =
+        Vec3d::Zero();  ///< world, of length 1, as the face's corners turn there; zero of a face without area
     Vec3d weights = Vec3d::Zero();  ///< barycentric: of the face's corners; they sum up to 1
     std::optional<Vec2d> texcoord;  ///< of the first set, where the drawable has one
 };

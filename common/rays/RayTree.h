@@ -23,13 +23,14 @@ struct TriangleHit {
     std::array<double, 3> weights{};  ///< barycentric: of the face's corners; they sum up to 1
 };
 
-/// A tree over the triangles of a mesh: eight children to a node, up to four triangles to a leaf (about 70 bytes a triangle). Immutable; any
-/// number of threads may ask.
+/// A tree over the triangles of a mesh: eight children to a node, up to four triangles to a leaf (about 70 bytes a
+/// triangle). Immutable; any number of threads may ask.
 ///
-/// Triangles are met from either side and at their edges and corners: a ray that meets an edge or a corner that triangles share meets one of
-/// them at least, so none passes through a closed surface (RayKernels.inl says why). One without area, and one with a corner that is not
-/// finite, is not met. t is within a few roundings of a double of where the ray meets the plane, however far away the ray begins; of a ray from
-/// farther away than 2^28 times the mesh's size within those of where it begins. A ray that is not finite or has no direction meets nothing.
+/// Triangles are met from either side and at their edges and corners: a ray that meets an edge or a corner that
+/// triangles share meets one of them at least, so none passes through a closed surface (RayKernels.inl says why). One
+/// with a corner that is not finite is not met; whether one without area is, rounding says. t is within a few roundings
+/// of a double of where the ray meets the plane, however far away the ray begins; of a ray from farther away than 2^28
+/// times the mesh's size within those of where it begins. A ray that is not finite or has no direction meets nothing.
 /// The same answers with SSE2 and with AVX2.
 class RayTree {
 public:

@@ -429,8 +429,10 @@ private:
         if (!later.ofSaved.empty()) ++unknown_["fields beside its objects"];
         later.ofFile += options_.beside;
         if (!later.ofFile.empty()) ++unknown_["fields beside what it saved"];
-        for (const auto& [what, times] : unknown_)
-            result_.notes.push_back(laterKeptText(what, times));
+        for (const auto& [what, times] : unknown_) {
+            result_.unknown.push_back(times > 1 ? fmt::format("{} ({} times)", what, times) : what);
+            result_.notes.push_back(laterKeptText(result_.unknown.back()));
+        }
         if (later.empty()) return;
         later.blobs.assign(blobs_.begin(), blobs_.end());
         for (const Item& item : items_)
@@ -504,10 +506,14 @@ private:
 
 }  // namespace
 
-std::string laterKeptText(std::string_view what, std::size_t times) {
+std::string laterKeptText(std::string_view what) {
     return fmt::format(
-        "a newer version of Tessera wrote {}{}: not understood; tessera-convert keeps it, a running scene does not", what,
-        times > 1 ? fmt::format(" ({} times)", times) : "");
+        "a newer version of Tessera wrote {}: not understood; tessera-convert keeps it, a running scene does not",
+        what);
+}
+
+std::string laterLeftOutText(std::string_view what) {
+    return fmt::format("a newer version of Tessera wrote {}: not understood, left out", what);
 }
 
 std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why) {

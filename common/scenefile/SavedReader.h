@@ -32,15 +32,18 @@ struct SavedScene {
     std::vector<ObjectId> tops;
     LaterParts later;
     std::vector<std::string> notes;  ///< what a newer version wrote, in words; of a root that is a node like others, as savedObjectText
-    /// Numbers that became the nearest good ones (`takeNearest`): an earlier version saved them, or a person wrote them. As savedObjectText.
+    std::vector<std::string> unknown;  ///< the parts that a newer version wrote: "place 7 of ParticleEmitter (2 times)"
+    /// Numbers that became the nearest good ones (`takeNearest`): an earlier version saved them, or a person wrote
+    /// them. As savedObjectText.
     std::vector<std::string> mended;
 };
 
 /// "line:column: object 7 (Material): why", as errors of `readSaved` begin.
 [[nodiscard]] std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why);
 
-/// The note about a part of a file that is kept without being understood.
-[[nodiscard]] std::string laterKeptText(std::string_view what, std::size_t times = 1);
+/// The notes about a part of a file that is not understood: it is kept, or left out.
+[[nodiscard]] std::string laterKeptText(std::string_view what);
+[[nodiscard]] std::string laterLeftOutText(std::string_view what);
 
 /// `bytes`: a message Saved; `blobs`: the file's arrays. Creates every object and sets its fields; places the root's children
 /// below the parent, or the root itself where it has a name or a core. Errors begin with "line:column: " where the file

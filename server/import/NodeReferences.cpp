@@ -77,6 +77,9 @@ Expected<void> NodeReferences::resolve(const Pending& ref) {
     const auto wrong = [&](std::string_view what) {
         return fail(ErrorCode::kBadInput, fmt::format("{}: {}", ref.where, what));
     };
+    // The top of a file is where its nodes stand, and no node; none means everything to these two.
+    if (found != nullptr && !found->id && ref.kind != Kind::kScope && ref.kind != Kind::kInterestAgainst)
+        return wrong(fmt::format("'{}' is the top of the file, and no node; name one below it", shown));
     ChangeListBuilder& list = draft_.list();
     switch (ref.kind) {
         case Kind::kMotionTarget:

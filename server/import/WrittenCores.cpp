@@ -63,6 +63,8 @@ Expected<ObjectId> makeWritten(SceneDraft& draft, MaterialCores& materials, Load
     if (!made) return tl::unexpected(made.error());
     if (made->created != 1) return fail(ErrorCode::kBadInput, "its core has no type that this version knows");
     for (const std::string& what : made->mended) draft.noteMended(file, what);
+    for (const std::string& what : made->unknown)
+        draft.note(fmt::format("{}: {}", placeText(file.label, placeOf(node)), laterLeftOutText(what)));
     ++draft.scene().cores;
     draft.took(1);
     return id;

@@ -245,7 +245,7 @@ node { name: "wall" material: "wall" transform { translation { y: 1.5 z: -0.36 }
         says = f"gap {1000 * gap:.2f} mm\\n" + (f"error {1000 * error:.2g} mm" if error > 0 else exact) + f"\\nyes or no {micro(any_)}\\ndistance {micro(distance)}"
         labels += label(f"of {key}", x + 0.05, y + 0.03, 0.046, says, "ink")
         rules += (f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" mode: DISTANCE threshold: 0.3 response: REPORT show_points: true show_normals: true }} }}\n'
-                  f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" response: REPORT show_points: true }} }}\n')
+                  f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" response: REPORT most_faces: 100 show_points: true }} }}\n')
     keys = " ".join(f"key {{ time: {t} transform {{ translation {{ x: {p[0]} y: {p[1]} z: {p[2]} }} }} }}" for t, p in PATH)
     text += f'node {{ name: "hills"\n{hills}}}\n'
     text += f'node {{ name: "hand" transform {{ translation {{ y: {PATH[0][1][1]} }} }}\n{knobs}  node {{ name: "motion" motion {{ mode: LOOP {keys} }} }}\n}}\n'

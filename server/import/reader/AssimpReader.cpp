@@ -249,6 +249,34 @@ std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     return turned.contains(lowerEnding) ? kY : notTurned.contains(lowerEnding) ? kZ : kUnknown;
 }
 
+/// The least power of two that brings a mesh's coordinates above 2^59; 0: it needs none.
+int raiseOf(const aiMesh& mesh) {
+    float farthest = 0;
+    for (const aiVector3D& p : std::span(mesh.mVertices, mesh.mNumVertices))
+        farthest = std::max({farthest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    return farthest > 0 ? std::max(0, 60 - std::ilogb(farthest)) : 0;
+}
+
+void scale(aiMesh& mesh, int exponent) {
+    for (aiVector3D& p : std::span(mesh.mVertices, mesh.mNumVertices))
+        p = {std::ldexp(p.x, exponent), std::ldexp(p.y, exponent), std::ldexp(p.z, exponent)};
+}
+
+/// Assimp joins vertices that are nearer than 1e-5 to each other, however small a mesh is. Made large meanwhile, which
+/// rounds nothing, only equal ones are joined.
+const aiScene* joinEqualVertices(Assimp::Importer& importer) {
+    aiScene* const scene = const_cast<aiScene*>(importer.GetScene());
+    std::vector<int> raised;
+    for (aiMesh* const mesh : std::span(scene->mMeshes, scene->mNumMeshes)) {
+        raised.push_back(raiseOf(*mesh));
+        scale(*mesh, raised.back());
+    }
+    const aiScene* const joined = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
+    if (joined == nullptr) return nullptr;
+    for (unsigned i = 0; i < joined->mNumMeshes; ++i) scale(*joined->mMeshes[i], -raised[i]);
+    return joined;
+}
+
 }  // namespace
 
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
@@ -273,9 +301,10 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
                                   [](const aiMesh* mesh) { return isBarePoints(*mesh); });
-    const unsigned ofFaces = toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords |
-                             aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure;
+    const unsigned ofFaces =
+        toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords | aiProcess_ValidateDataStructure;
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
+    if (scene != nullptr && !bare) scene = joinEqualVertices(importer);
     std::string reason = firstLine(importer.GetErrorString());
     std::optional<std::string> mended;
     // Assimp's own check refuses all for one fault, and has deleted the scene then.
@@ -289,7 +318,10 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
             mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}", reason.substr(kInvalid.size()),
                                  gone.empty() ? "" : "; left out are ", fmt::join(gone, ", "));
             const unsigned unchecked = ofFaces & ~static_cast<unsigned>(aiProcess_ValidateDataStructure);
-            if (scene->mNumMeshes > 0) scene = again.ApplyPostProcessing(aiProcess_FlipUVs | unchecked);
+            if (scene->mNumMeshes > 0) {
+                scene = again.ApplyPostProcessing(aiProcess_FlipUVs | unchecked);
+                if (scene != nullptr) scene = joinEqualVertices(again);
+            }
         }
         if (scene == nullptr) reason = firstLine(again.GetErrorString());
         if (scene != nullptr && scene->mRootNode == nullptr) reason = "it holds no node";

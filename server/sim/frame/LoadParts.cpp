@@ -8,6 +8,7 @@
 #include "common/cores/Animation.h"
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Motion.h"
+#include "common/cores/ParticleEmitter.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/AppearingOrder.h"
 
@@ -125,9 +126,14 @@ FieldColumn holdMasses(ChangeList& list) {
 class Cutter {
 public:
     Cutter(ChangeList list, const LoadPartLimits& limits)
-        : list_(std::move(list)), limits_(limits), count_(list_.creations.size()),
-          held_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>), holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>)},
-          appearing_(appearingOrder(list_.placements, count_, limits.seen)), appears_(list_.placements.size()) {
+        : list_(std::move(list)),
+          limits_(limits),
+          count_(list_.creations.size()),
+          held_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>),
+                holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>),
+                holdPlaying(list_, typeOf<ParticleEmitter>(), fieldId<&ParticleEmitter::playing>)},
+          appearing_(appearingOrder(list_.placements, count_, limits.seen)),
+          appears_(list_.placements.size()) {
         std::ranges::sort(list_.creations, {}, &Creation::id);
         for (const std::vector<std::uint32_t>& rows : appearing_)
             for (const std::uint32_t row : rows) appears_[row] = true;
@@ -253,7 +259,7 @@ private:
     ChangeList list_;
     const LoadPartLimits& limits_;
     const std::uint64_t count_;
-    std::array<Held, 2> held_;
+    std::array<Held, 3> held_;
     std::vector<FieldColumn> go_;
     const std::vector<std::vector<std::uint32_t>> appearing_;
     std::vector<bool> appears_;  ///< by placement

@@ -68,8 +68,11 @@ std::vector<MotionStep> Motions::advance(const Aspect& scene, double seconds) co
         const std::span<const double> keys = motion.keys.as<double>();
         double time = motion.time + seconds;
         if (motion.mode == Motion::kOnce) time = std::min(time, keyTime(keys, keys.size() / kScalarsPerKey - 1));
-        byTarget.add(motion.target).value = {
-            .motion = id, .target = motion.target, .time = time, .pose = poseAt(keys, motion.mode, time)};
+        byTarget.add(motion.target).value = {.motion = id,
+                                             .target = motion.target,
+                                             .from = motion.time,
+                                             .time = time,
+                                             .pose = poseAt(keys, motion.mode, time)};
     }
     std::vector<MotionStep> steps;
     for (const auto& [target, step] : byTarget.ascending()) steps.push_back(step);
@@ -93,7 +96,8 @@ void Motions::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBu
     for (const MotionStep& step : wanted_) {
         if (!outcome.granted.contains(step.motion)) continue;
         const Motion* motion = scene.get<Motion>(step.motion);
-        if (motion && motion->time != step.time)
+        // A hand may have set its time: that is a seek.
+        if (motion && motion->time == step.from && motion->time != step.time)
             list.set(step.motion, typeOf<Motion>(), fieldId<&Motion::time>, toValue(step.time));
     }
 }

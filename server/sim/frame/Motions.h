@@ -17,7 +17,8 @@ namespace tessera {
 struct MotionStep {
     ObjectId motion;
     ObjectId target;  ///< a Transform
-    double time = 0;  ///< the motion's local time if the wish is granted
+    double from = 0;  ///< the motion's local time, as it is
+    double time = 0;  ///< if the wish is granted
     Pose pose;
 };
 

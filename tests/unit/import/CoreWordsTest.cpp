@@ -61,6 +61,18 @@ TEST(CoreWords, WhatIsWrongIsNamedWithItsPlace) {
               std::string::npos);
 }
 
+TEST(CoreWords, ANumberThatIsNoWordIsLeftOutAndNamed) {
+    Expected<ImportedScene> scene =
+        importCore("\n node { name: \"bare\" core { particle_emitter { place: 7 rate: 5 } } }");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    ASSERT_EQ(scene->notes.size(), 1u);
+    EXPECT_NE(scene->notes[0].find("core.tsct:2:"), std::string::npos) << scene->notes[0];
+    EXPECT_NE(scene->notes[0].find("wrote place 7 of ParticleEmitter: not understood, left out"), std::string::npos)
+        << scene->notes[0];
+    const ImportedAspect aspect(std::move(*scene));
+    EXPECT_EQ(aspect.core<ParticleEmitter>("/bare")->place, ParticleEmitter().place);
+}
+
 // A text without letters and a cloud without points are no bytes both.
 TEST(CoreWords, KindsThatAreTheSameBytesAreCoresOfTheirOwn) {
     Expected<ImportedScene> scene = importCore(R"(

@@ -186,5 +186,25 @@ TEST(StlFiles, AFacetOfMoreThanThreeCornersIsShownWhole) {
     EXPECT_TRUE(bad.refused && bad.says("'a.stl' cannot be read: line 7: 'x' is no number")) << bad.said;
 }
 
+// Assimp joins what is nearer than 1e-5 to each other.
+TEST(ObjFiles, VerticesThatDifferStayApartHoweverSmallTheModelIs) {
+    constexpr int kSide = 5;
+    for (const double spacing : {1.0, 1e-4, 1e-5, 1e-6, 1e-8, 1e6}) {
+        std::string text;
+        for (int i = 0; i < kSide; ++i)
+            for (int j = 0; j < kSide; ++j) text += fmt::format("v {} {} 0\n", i * spacing, j * spacing);
+        for (int i = 0; i + 1 < kSide; ++i)
+            for (int j = 1; j < kSide; ++j) {
+                const int at = i * kSide + j;
+                text +=
+                    fmt::format("f {} {} {}\nf {} {} {}\n", at, at + kSide, at + 1, at + 1, at + kSide, at + kSide + 1);
+            }
+        const MeshText shown = meshTextOf("a.obj", text);
+        EXPECT_EQ(shown.triangles, 32u) << spacing;
+        EXPECT_NEAR(shown.area / spacing / spacing, 16, 1e-5) << spacing;
+        EXPECT_EQ(shown.normals, std::size_t{12} * kSide * kSide) << spacing << ": equal ones are joined";
+    }
+}
+
 }  // namespace
 }  // namespace tessera

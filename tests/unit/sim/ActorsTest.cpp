@@ -335,17 +335,31 @@ TEST(Actors, OfAnimationAndSkinsTheLaterRowSaysTheSkinsPose) {
     EXPECT_EQ(contest.at<Skin>(skin).pose.as<float>()[3], contest.later("animations", "skins") == "skins" ? 3 : 9);
 }
 
-// What goes on with what was wanted is said when the outcome is known: after whatever else.
-TEST(Actors, AMotionsClockGoesOnThoughAnAnimationSetsIt) {
+TEST(Actors, OfMotionAndAnimationOrPeopleTheLaterRowSaysTheMotionsTime) {
     Contest contest;
     const ObjectId place = contest.make.transform(Vec3d::Zero());
     contest.make.node("thing", kRootNode, place);
     const ObjectId motion = contest.move(place, {1, 0, 0});
-    contest.animate(motion, "time", {50});
     contest.begin();
     contest.frame();
     contest.frame();
     EXPECT_EQ(contest.at<Motion>(motion).time, kSecondsPerFrame);
+    ChangeListBuilder hand;
+    setField<&Motion::time>(hand, Contest::real(motion), 7.0);
+    contest.frame(test::one(hand.take()));
+    EXPECT_EQ(contest.at<Motion>(motion).time,
+              contest.later("motions", "people") == "people" ? 7 : 2 * kSecondsPerFrame);
+    contest.frame();
+    EXPECT_EQ(contest.at<Motion>(motion).time, 7 + kSecondsPerFrame) << "and it plays on";
+
+    Contest other;
+    const ObjectId otherPlace = other.make.transform(Vec3d::Zero());
+    other.make.node("thing", kRootNode, otherPlace);
+    const ObjectId driven = other.move(otherPlace, {1, 0, 0});
+    other.animate(driven, "time", {50});
+    other.begin();
+    other.frame();
+    EXPECT_EQ(other.at<Motion>(driven).time, other.later("motions", "animations") == "animations" ? 50 : 0);
 }
 
 // A new one is its class and a row: here a row alone.

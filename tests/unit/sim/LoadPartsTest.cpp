@@ -6,6 +6,7 @@
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Environment.h"
 #include "common/cores/Interest.h"
+#include "common/cores/ParticleEmitter.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/view/LevelChoice.h"
 #include "tests/property/Seeds.h"
@@ -44,7 +45,17 @@ ChangeList forest(Random& random, std::size_t count, ObjectId parent = kRootNode
     const ObjectId still = make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}});
     setField<&Motion::playing>(make.builder, still, false);
     make.node("still", order[1], still);
+    const ObjectId stream = make.create<ParticleEmitter>();
+    setField<&ParticleEmitter::speed>(make.builder, stream, 1.0);
+    make.node("stream", order[2], stream);
     return make.builder.take();
+}
+
+/// Whether a list lets the time of an emitter go on.
+bool timeSaid(const ChangeList& list) {
+    return std::ranges::any_of(list.columns, [](const FieldColumn& column) {
+        return column.type == typeOf<ParticleEmitter>() && column.field == fieldId<&ParticleEmitter::time>;
+    });
 }
 
 /// What a desk does: a part in each frame.
@@ -98,6 +109,7 @@ TEST(LoadParts, AreBoundedHiddenAndMakeTheSameScene) {
                 EXPECT_GT(simulation.scene().objectCount(), before);
                 EXPECT_EQ(simulation.scene().root().children.size(), 0u) << "it appears whole";
                 EXPECT_EQ(simulation.motions().playingCount(), 0u) << "what nobody sees does not go on";
+                EXPECT_FALSE(timeSaid(*result.commit.list)) << "nor does a stream";
             }
         }
         EXPECT_EQ(simulation.motions().playingCount(), 1u);
@@ -106,11 +118,13 @@ TEST(LoadParts, AreBoundedHiddenAndMakeTheSameScene) {
     });
 }
 
-/// Motions play, and move nothing: their keys are unsound.
+/// Motions play, and move nothing: their keys are unsound. Emitters play at no speed.
 void standStill(ChangeList& list) {
     for (FieldColumn& column : list.columns)
         if (column.type == typeOf<Motion>() && column.field == fieldId<&Motion::keys>)
             for (Blob& keys : std::get<std::vector<Blob>>(column.values)) keys = Blob();
+        else if (column.type == typeOf<ParticleEmitter>() && column.field == fieldId<&ParticleEmitter::speed>)
+            for (double& speed : std::get<std::vector<double>>(column.values)) speed = 0;
 }
 
 /// A tree of any shape: chains, broad ones, such as grow anywhere; with three tops at most.
