@@ -36,6 +36,7 @@ class Field:
         self.unit: str = json_field["unit"]
         self.words: Mapping[str, int] = json_field.get("words", {})
         self.flags: bool = json_field.get("flags", False)
+        self.to: str = json_field.get("to", "")  # of references: the type's name, "any core" or "anything"
         self.default = json_field["default"]
         self.where = f"{owner}.{self.name}"
         self.floats_each: int = json_field.get("floats_each", 0)
