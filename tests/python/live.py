@@ -19,10 +19,12 @@ YARD = ROOT / "tests/data/scenes/yard.tsct"
 class Live:
     """`with Live(…) as wall_of_processes:`; `address` is where its server listens."""
 
-    def __init__(self, wall="1x1", scene=YARD, surface=None, size=None, options=(), port=0):
+    def __init__(self, wall="1x1", scene=YARD, surface=None, size=None, options=(), port=0, journal=False):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tessera-python-"))
         self._wall, self._scene, self._surface, self._options, self._port = wall, scene, surface, list(options), port
         self._size = ["--size", size] if size else []
+        if journal:
+            self._options += ["--journal", str(self.folder / "journal")]
         self._processes = []
         self.server = None
 
@@ -61,7 +63,7 @@ class Live:
         deadline = time.monotonic() + PATIENCE
         while True:
             found = re.search(r"listening on (127\.0\.0\.1:(\d+))", self.log("server"))
-            if found:
+            if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")):  # the scene comes after the port
                 break
             if self.server.poll() is not None or time.monotonic() > deadline:
                 raise RuntimeError(f"the server did not start: {self.log('server')}")

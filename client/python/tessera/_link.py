@@ -181,7 +181,7 @@ class Link:
             self._closing = True
             self._ended = self._ended or NetworkError("this wall has been closed")
             self._state.notify_all()
-        os.write(self._wake_write, b"x")
+        os.close(self._wake_write)  # whoever waits for the other end wakes up
         if threading.current_thread() is not self._thread:
             self._thread.join(2.0)
 

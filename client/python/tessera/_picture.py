@@ -27,8 +27,10 @@ def decode_png(data: memoryview) -> np.ndarray:
     at, packed, head = 8, [], None
     while at + 8 <= len(data):
         size, kind = struct.unpack_from(">I4s", data, at)
+        if at + 12 + size > len(data):
+            raise BadInput("a PNG is cut off")
         if kind == b"IHDR":
-            head = struct.unpack_from(">IIBBBBB", data, at + 8)
+            head = struct.unpack(">IIBBBBB", data[at + 8:at + 8 + size])
         elif kind == b"IDAT":
             packed.append(data[at + 8:at + 8 + size])
         at += 12 + size
@@ -38,7 +40,10 @@ def decode_png(data: memoryview) -> np.ndarray:
     if bits != 8 or colours not in _CHANNELS or interlaced:
         raise Unsupported(f"a PNG of {bits} bits and colour type {colours}")
     each = _CHANNELS[colours]
-    rows = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
+    try:
+        rows = np.frombuffer(zlib.decompress(b"".join(packed)), np.uint8)
+    except zlib.error as error:
+        raise BadInput(f"a PNG is damaged: {error}") from None
     if rows.size != height * (1 + width * each):
         raise BadInput("a PNG is cut off")
     rows = rows.reshape(height, 1 + width * each)
@@ -136,7 +141,7 @@ def layout_of(configuration: memoryview) -> tuple[int, int, list[Tile]]:
     screens: dict[bytes, tuple[int, list[int], list[int], int, int]] = {}
     width = height = 0
     for screen in map(_message, wall.get(2, [])):
-        grid = _message(screen.get(5, [b""])[-1])
+        grid = _message(screen.get(6, [b""])[-1])
         columns = _sizes(grid, max(1, _number(grid, 1)), 3, 5)
         rows = _sizes(grid, max(1, _number(grid, 2)), 4, 6)
         across, along = _number(grid, 9), _number(grid, 10)  # shown by two neighbours
