@@ -91,7 +91,6 @@ ROWS = {
     "PYTHONPATH=build/python deploy/examples/python/parts.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/parts.py $WALL --frames 3", says="moved 3 parts"),
     "PYTHONPATH=build/python deploy/examples/python/swarm.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/swarm.py $WALL --frames 3", says="moved 10000"),
     "build/bin/tessera-wall --wall 1x1 --window --scene tests/data/scenes/yard.tsct &": Row("", elsewhere="run-wall --window; the line below it is run on a wall without one"),
-    "tests/python/run.py live": Row("Tests", "TESSERA_BUILD=$BUILT tests/python/run.py codec"),
     "tessera-ctl --server ADDR:PORT status": asked("ctl status", says="frame"),
     "tessera-ctl --server master:7000 status": asked("ctl status", says="frame"),
     "tessera-ctl --server … status": asked("ctl status"),

@@ -60,11 +60,12 @@ class Examples(unittest.TestCase):
                                   env={**os.environ, "PYTHONPATH": str(BUILD / "python"), "TESSERA_SERVER": live.address, "FRAMES": "5"})
             self.assertEqual((done.returncode, done.stderr), (0, ""))
 
-    @unittest.skipUnless(importlib.util.find_spec("nbconvert"), "jupyter-nbconvert is not installed (apt-get install jupyter-nbconvert python3-ipykernel)")
+    @unittest.skipUnless(importlib.util.find_spec("nbconvert") and importlib.util.find_spec("ipykernel"),
+                         "jupyter is not installed (apt-get install jupyter-nbconvert python3-ipykernel)")
     def test_the_notebook_is_executed(self):
         with Live(surface="osmesa", size="96x54") as live:
-            done = subprocess.run([sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir", str(live.folder), str(EXAMPLES / "plot.ipynb")],
-                                  capture_output=True, text=True, timeout=3 * PATIENCE,
+            command = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir", str(live.folder), str(EXAMPLES / "plot.ipynb")]
+            done = subprocess.run(command, capture_output=True, text=True, timeout=3 * PATIENCE,
                                   env={**os.environ, "PYTHONPATH": str(BUILD / "python"), "TESSERA_SERVER": live.address, "FRAMES": "5"})
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("image/png", (live.folder / "plot.ipynb").read_text())

@@ -90,9 +90,11 @@ class Strangers(unittest.TestCase):
         self.refused(lambda connection: connection.sendall(b"TSRA"), tessera.Timeout, "in time")
 
     def test_another_protocol(self):
-        self.refused(lambda connection: connection.sendall(b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"), tessera.NetworkError, "not a Tessera server: it began a message with .*HTTP")
-        self.refused(lambda connection: connection.sendall(struct.pack("<4sHHIIQQ", b"TSRA", 9, 11, 0, 0, 0, 0)), tessera.NetworkError, "version 9")
-        self.refused(lambda connection: connection.sendall(struct.pack("<4sHHIIQQ", b"TSRA", 1, 11, 0xFFFFFFFF, 0, 0, 0)), tessera.NetworkError, "announced a message of type 11 with 4294967295 bytes")
+        web = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"
+        self.refused(lambda connection: connection.sendall(web), tessera.NetworkError, "not a Tessera server: it began a message with .*HTTP")
+        for version, size, what in ((9, 0, "version 9"), (1, 0xFFFFFFFF, "announced a message of type 11 with 4294967295 bytes")):
+            header = struct.pack("<4sHHIIQQ", b"TSRA", version, 11, size, 0, 0, 0)
+            self.refused(lambda connection: connection.sendall(header), tessera.NetworkError, what)
         self.refused(lambda connection: connection.close(), tessera.NetworkError, "closed the connection|reset")
 
     def test_a_refusal_is_told_in_its_words(self):

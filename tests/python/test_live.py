@@ -122,7 +122,8 @@ class Edits(OnAWall):
         self.assertEqual((made[7].scale, made[8].scale), ((3.0, 3.0, 3.0), (2.0, 2.0, 2.0)))
         nodes.name = [f"m{at}" for at in range(300)]
         self.assertEqual(len(self.wall.nodes("/many/m*")), 300)
-        for wrong, what in ((np.zeros((299, 3)), "299 × 3 numbers instead of 300 × 3"), (np.zeros((300, 2)), "300 × 2"), (np.full((300, 3), np.nan), "not all numbers are finite")):
+        for wrong, what in ((np.zeros((299, 3)), "299 × 3 numbers instead of 300 × 3"), (np.zeros((300, 2)), "300 × 2"),
+                            (np.full((300, 3), np.nan), "not all numbers are finite")):
             with self.assertRaisesRegex(tessera.BadInput, what):
                 nodes.translation = wrong
         with self.assertRaisesRegex(tessera.BadInput, "several types"):

@@ -8,9 +8,10 @@ from typing import Any, Mapping, Optional
 
 import numpy as np
 
+from ._types import Array
 from . import _wire
 from ._described import encode_message
-from ._hash import array_id
+from ._hash import array_id, hash64_of
 from ._link import BULK, Link, receive_all
 from ._schema import Field, Schema
 from .errors import LimitExceeded, NetworkError, NotFound, TesseraError
@@ -20,7 +21,7 @@ _IN_FLIGHT = 4
 _MOST_OF_A_PIECE = 4096  # arrays
 
 
-def uploads_of(schema: Schema, arrays: Mapping[bytes, np.ndarray]) -> tuple[list[_wire.Chain], list[_wire.Part]]:
+def uploads_of(schema: Schema, arrays: Mapping[bytes, Array]) -> tuple[list[_wire.Chain], list[_wire.Part]]:
     """Messages that go before the proposal, and the small arrays that go with it: the server puts the former together while frames go by."""
     limits = schema.limits
     total = sum(data.nbytes for data in arrays.values())
@@ -40,7 +41,7 @@ def uploads_of(schema: Schema, arrays: Mapping[bytes, np.ndarray]) -> tuple[list
             pieces.append((bytearray(), _wire.Chain()))
             room = piece
         pieces[-1][0].extend(name)
-        whole = memoryview(data)
+        whole = bytes_of(data)
         if not alone:
             pieces[-1][1].append(whole)
             room -= data.nbytes
@@ -52,6 +53,11 @@ def uploads_of(schema: Schema, arrays: Mapping[bytes, np.ndarray]) -> tuple[list
         room = 0
     said = schema.messages["Upload"]
     return [encode_message(said, {"blobs": names, "bytes": data}) for names, data in pieces], small
+
+
+def bytes_of(data: Array) -> memoryview:
+    """Of an array of bytes, where they lie."""
+    return data.data
 
 
 class Fetcher:
@@ -68,7 +74,7 @@ class Fetcher:
             self._socket.close()
             self._socket = None
 
-    def fetch(self, name: Any, field: Field) -> np.ndarray:
+    def fetch(self, name: Any, field: Field) -> Array:
         """Named by a record of hash and size: rows of a field's elements, or bytes."""
         size = int(name["bytes"])
         data = np.empty(size, np.uint8)
@@ -89,12 +95,12 @@ class Fetcher:
         found = data.view(field.element)
         return found.reshape(-1, field.each) if field.each > 1 else found
 
-    def _fetch(self, name: Any, data: np.ndarray, deadline: float) -> None:
+    def _fetch(self, name: Any, data: Array, deadline: float) -> None:
         if self._socket is None or self._generation != self._link.generation:
             self.close()
             self._socket = self._link.open_bulk(deadline)
             self._generation = self._link.generation
-        sock, target = self._socket, memoryview(data)
+        sock, target = self._socket, bytes_of(data)
         asked = got = 0
         while got < data.nbytes:
             while asked < data.nbytes and asked - got < _IN_FLIGHT * _CHUNK:
@@ -128,6 +134,6 @@ class Fetcher:
             raise NetworkError("the server sent a piece of an array that makes no sense")
         place = target[offset:offset + size]
         receive_all(sock, place, deadline)
-        if _wire.hash64_of([begin, head, place], header.seed) != header.checksum:
+        if hash64_of([begin, head, place], header.seed) != header.checksum:
             raise NetworkError("a piece of an array came damaged")
         return size

@@ -6,6 +6,7 @@ from typing import Any, Iterable, NamedTuple, Sequence
 
 import numpy as np
 
+from ._types import Array
 from . import _wire
 from ._schema import BLOB, BOOL, FLOAT, DOUBLE, INT, KINDS, MATRIX, REF, REFS, SCALARS, TEXT, Field, Schema, Type
 from .errors import BadInput, Unsupported
@@ -23,7 +24,7 @@ class Column(NamedTuple):
 
     type: Type
     field: Field
-    ids: np.ndarray
+    ids: Array
     values: Any
 
 
@@ -31,15 +32,15 @@ class Changes(NamedTuple):
     """A list as it came: who was created, placed, changed and destroyed, in this order."""
 
     sequence: int
-    created: np.ndarray  # "id", "type"
-    placed: np.ndarray  # "node", "parent" (0: taken out), "index"
+    created: Array  # "id", "type"
+    placed: Array  # "node", "parent" (0: taken out), "index"
     columns: list[Column]
-    ranges: np.ndarray  # parts of arrays that were written
-    destroyed: np.ndarray
+    ranges: Array  # parts of arrays that were written
+    destroyed: Array
 
 
-def encode(creations: Sequence[tuple[int, int]], placements: Sequence[tuple[int, int, int]], columns: Iterable[tuple[Type, Field, np.ndarray, _wire.Part]],
-           ranges: np.ndarray, range_bytes: _wire.Part, destructions: Sequence[int]) -> _wire.Chain:
+def encode(creations: Sequence[tuple[int, int]], placements: Sequence[tuple[int, int, int]], columns: Iterable[tuple[Type, Field, Array, _wire.Part]],
+           ranges: Array, range_bytes: _wire.Part, destructions: Sequence[int]) -> _wire.Chain:
     head = bytearray()
     made = np.array(creations, np.uint64).reshape(-1, 2)
     placed = np.array(placements, np.uint64).reshape(-1, 3)
@@ -62,7 +63,7 @@ def pack_texts(texts: Sequence[bytes]) -> bytes:
     return struct.pack(f"<{len(texts)}I", *map(len, texts)) + b"".join(texts)
 
 
-def pack_refs(lists: Sequence[np.ndarray]) -> bytes:
+def pack_refs(lists: Sequence[Array]) -> bytes:
     return struct.pack(f"<{len(lists)}I", *map(len, lists)) + b"".join(each.tobytes() for each in lists)
 
 

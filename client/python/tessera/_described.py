@@ -6,6 +6,7 @@ from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
+from ._types import DType
 from . import _wire
 from ._schema import Said, nearest
 from .errors import BadInput, UnknownField, Unsupported
@@ -63,10 +64,10 @@ def _dtype_of_field(field: Mapping[str, Any]) -> Any:
     return np.dtype((scalar, (field["count"],))) if field.get("count", 1) > 1 else scalar
 
 
-_RECORDS: dict[int, np.dtype] = {}
+_RECORDS: dict[int, DType] = {}
 
 
-def record_of(field: Mapping[str, Any]) -> np.dtype:
+def record_of(field: Mapping[str, Any]) -> DType:
     """The layout of a record of a part."""
     known = _RECORDS.get(id(field))
     if known is None:
@@ -84,9 +85,9 @@ def _whole(value: Any, field: Mapping[str, Any], where: str) -> int:
     if words and isinstance(value, str):
         if value not in words:
             raise BadInput(f"{where}: \"{value}\" is none of {', '.join(words)}")
-        return words.index(value)
+        return int(words.index(value))
     try:
-        number = value.__index__()
+        number = int(value.__index__())
     except AttributeError:
         raise BadInput(f"{where}: {value!r} is no whole number") from None
     if number < 0 or number >= 1 << 64:
@@ -336,7 +337,7 @@ def decode(known: Mapping[int, Said], body: memoryview) -> Told:
 # ---- messages of the session (common/session/MessageFields.h)
 
 @functools.lru_cache(maxsize=None)
-def _blob_record() -> np.dtype:
+def _blob_record() -> DType:
     return np.dtype([("low", "<u8"), ("high", "<u8"), ("bytes", "<u8")])
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, Mapping, Optional, Union
 
 import numpy as np
 
+from ._types import Array
 from . import _changes, _values, _wire
 from ._described import Told
 from ._schema import REF, REFS, BLOB, TEXT, Field, Type
@@ -19,10 +20,10 @@ class _Column:
     """New values of one field: whole arrays, and single ones, of which the last of an object counts."""
 
     def __init__(self) -> None:
-        self.arrays: list[tuple[np.ndarray, Any]] = []
+        self.arrays: list[tuple[Array, Any]] = []
         self.single: dict[int, Any] = {}
 
-    def rows(self, field: Field) -> tuple[np.ndarray, _wire.Part]:
+    def rows(self, field: Field) -> tuple[Array, _wire.Part]:
         if not self.single and len(self.arrays) == 1 and isinstance(self.arrays[0][1], np.ndarray):
             ids, values = self.arrays[0]
             if len(ids) < 2 or bool((ids[1:] > ids[:-1]).all()) or len(np.unique(ids)) == len(ids):
@@ -148,7 +149,7 @@ class Edit:
         row = _values.row(field, value, self._resolve, self._arrays)
         self._column(kind, field).single[number] = row
 
-    def _put_many(self, kind: Type, field: Field, ids: np.ndarray, values: Any) -> None:
+    def _put_many(self, kind: Type, field: Field, ids: Array, values: Any) -> None:
         rows = _values.many(field, values, len(ids), self._resolve, self._arrays)
         column = self._column(kind, field)
         if column.single:  # a later word counts

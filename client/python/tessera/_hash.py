@@ -12,6 +12,8 @@ from typing import Any, Iterable
 
 import numpy as np
 
+from ._types import Array
+
 if sys.byteorder != "little":
     raise ImportError("tessera: the wire is little-endian, and this machine is not")
 
@@ -51,7 +53,7 @@ _digest.restype = ctypes.c_uint64
 _digest.argtypes = [ctypes.c_void_p]
 
 
-def _place(buffer: Any) -> tuple[np.ndarray, int, int]:
+def _place(buffer: Any) -> tuple[Array, int, int]:
     """The bytes (which the caller keeps), their address and how many they are."""
     view = np.frombuffer(buffer, np.uint8) if len(buffer) else np.empty(0, np.uint8)
     return view, view.ctypes.data, view.nbytes
@@ -59,7 +61,7 @@ def _place(buffer: Any) -> tuple[np.ndarray, int, int]:
 
 def hash64(buffer: Any, seed: int = 0) -> int:
     if isinstance(buffer, bytes):
-        return int(_hash64(ctypes.cast(buffer, ctypes.c_void_p), len(buffer), seed))
+        return int(_hash64(buffer, len(buffer), seed))
     view, at, size = _place(buffer)
     return int(_hash64(at, size, seed))
 
@@ -71,7 +73,7 @@ def hash64_of(buffers: Iterable[Any], seed: int) -> int:
         _reset(state, seed)
         for buffer in buffers:
             if isinstance(buffer, bytes):
-                _update(state, ctypes.cast(buffer, ctypes.c_void_p), len(buffer))
+                _update(state, buffer, len(buffer))
             else:
                 view, at, size = _place(buffer)
                 _update(state, at, size)
@@ -80,7 +82,7 @@ def hash64_of(buffers: Iterable[Any], seed: int) -> int:
         _free(state)
 
 
-def array_id(data: np.ndarray, leaf_bytes: int) -> bytes:
+def array_id(data: Array, leaf_bytes: int) -> bytes:
     """The name of an array (16 bytes): the hash of its bytes; of more than a leaf, of its leaves' hashes (common/base/Blob.h)."""
     at, size = data.ctypes.data, data.nbytes
     if size <= leaf_bytes:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._types import Array
 from . import _wire
 from ._described import Told
 from .errors import BadInput, Unsupported
@@ -20,7 +21,7 @@ _CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # by PNG's colour types
 _NONE, _SUB, _UP, _AVERAGE, _PAETH = range(5)
 
 
-def decode_png(data: memoryview) -> np.ndarray:
+def decode_png(data: memoryview) -> Array:
     """Height × width × 3, of 8 bits; grey as colours, alpha left away."""
     if bytes(data[:8]) != _SIGNATURE:
         raise BadInput("it is no PNG")
@@ -51,7 +52,7 @@ def decode_png(data: memoryview) -> np.ndarray:
     return np.repeat(pixels[:, :, :1], 3, axis=2) if each < 3 else pixels[:, :, :3]
 
 
-def _unfiltered(filters: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _unfiltered(filters: Array, rows: Array) -> Array:
     if (filters == _SUB).all():
         return np.add.accumulate(rows, axis=1, dtype=np.uint8)
     pixels = np.zeros_like(rows)
@@ -69,7 +70,7 @@ def _unfiltered(filters: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return pixels
 
 
-def _by_neighbours(kind: int, row: np.ndarray, above: np.ndarray, out: np.ndarray) -> None:
+def _by_neighbours(kind: int, row: Array, above: Array, out: Array) -> None:
     left = corner = np.zeros(row.shape[1], int)
     for at in range(len(row)):
         up = above[at].astype(int)
@@ -83,7 +84,7 @@ def _by_neighbours(kind: int, row: np.ndarray, above: np.ndarray, out: np.ndarra
         left, corner = out[at].astype(int), up
 
 
-def encode_png(pixels: np.ndarray) -> bytes:
+def encode_png(pixels: Array) -> bytes:
     """Of height × width × 3 (uint8)."""
     height, width, _ = pixels.shape
     rows = np.empty((height, 1 + width * 3), np.uint8)
@@ -160,7 +161,7 @@ def layout_of(configuration: memoryview) -> tuple[int, int, list[Tile]]:
     return width, height, tiles
 
 
-def mosaic_of(configuration: memoryview, images: Told) -> np.ndarray:
+def mosaic_of(configuration: memoryview, images: Told) -> Array:
     """One eye: the centre's where a tile has it, else the left one."""
     width, height, tiles = layout_of(configuration)
     eye = min((tile.eye for tile in tiles), default=0)

@@ -10,6 +10,7 @@ from typing import Any, Iterable, Mapping, Optional
 
 import numpy as np
 
+from ._types import DType
 from .errors import UnknownField
 
 # The shapes that a field can have, as change.proto numbers them.
@@ -48,7 +49,7 @@ class Field:
         return self.floats_each or self.doubles_each
 
     @property
-    def element(self) -> np.dtype:
+    def element(self) -> DType:
         return np.dtype("<f4" if self.floats_each else "<f8" if self.doubles_each else "u1")
 
 

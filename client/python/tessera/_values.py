@@ -5,6 +5,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
+from ._types import Array
 from . import _wire
 from ._changes import pack_refs, pack_texts
 from ._hash import array_id
@@ -19,9 +20,9 @@ class Arrays:
 
     def __init__(self, leaf_bytes: int) -> None:
         self._leaf_bytes = leaf_bytes
-        self.by_name: dict[bytes, np.ndarray] = {}
+        self.by_name: dict[bytes, Array] = {}
 
-    def name_of(self, data: np.ndarray) -> bytes:
+    def name_of(self, data: Array) -> bytes:
         """24 bytes: its hash and size; zeros of an empty one."""
         if data.nbytes == 0:
             return bytes(24)
@@ -31,7 +32,7 @@ class Arrays:
         return name
 
 
-def numbers(field: Field, value: Any, rows: Optional[int] = None) -> np.ndarray:
+def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
     """One value, or `rows` of them, of a field of numbers: as it lies on the wire, without a copy where it does already."""
     dtype = SCALARS[field.kind]
     given = np.asarray(value)
@@ -65,7 +66,7 @@ def _of_words(field: Field, value: Any) -> int:
     return found
 
 
-def array(field: Field, value: Any) -> np.ndarray:
+def array(field: Field, value: Any) -> Array:
     """An array of bytes or numbers as it lies on the wire; no copy where it does already."""
     if value is None:
         return np.zeros(0, np.uint8)

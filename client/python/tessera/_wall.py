@@ -7,6 +7,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
+from ._types import Array
 from . import _changes, _door, _values, _wire
 from ._arrays import Fetcher, uploads_of
 from ._described import Told, decode, encode
@@ -171,7 +172,7 @@ class Wall:
 
     # ---- what is seen
 
-    def image(self) -> np.ndarray:
+    def image(self) -> Array:
         """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless, and not older than
         this program's last granted edit. Tiles that nobody draws are black."""
         deadline = time.monotonic() + self.timeout
@@ -207,14 +208,14 @@ class Wall:
 
     # ---- collisions
 
-    def contacts(self) -> np.ndarray:
+    def contacts(self) -> Array:
         """What touches in the newest frame."""
-        found: np.ndarray = self.ask("GetContacts").contacts
+        found: Array = self.ask("GetContacts").contacts
         return found
 
-    def questions(self) -> np.ndarray:
+    def questions(self) -> Array:
         """Motions that were stopped and wait for a decision."""
-        found: np.ndarray = self.ask("GetQuestions").questions
+        found: Array = self.ask("GetQuestions").questions
         return found
 
     def respond(self, question: Any, decision: str, **pose: Any) -> None:
@@ -260,7 +261,7 @@ class Wall:
             raise Refused(f"{request} is a step of its own: it cannot stand within an edit")
         return self.ask(request, **members)
 
-    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, np.ndarray], gesture: int, timeout: Optional[float]) -> Told:
+    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
         uploads, small = uploads_of(self.schema, arrays)
         body = encode(self.schema.request("ProposeChanges"), {"list": changes, "blobs": small, "gesture": gesture})
         return self._answer(self._link.request(body, uploads, timeout), timeout)
@@ -357,7 +358,7 @@ class Wall:
                 values[column.field.name] = int(value["bytes"]) if column.field.kind == BLOB else self._value(column.field, value)
         return values
 
-    def _read_many(self, owner: Type, field: Field, ids: np.ndarray) -> np.ndarray:
+    def _read_many(self, owner: Type, field: Field, ids: Array) -> Array:
         told: dict[int, Any] = {}
         for content in self._content(ids.tolist()):
             for column in content.columns:

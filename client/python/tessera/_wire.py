@@ -6,6 +6,7 @@ from typing import Any, Iterator, Sequence, Union
 
 import numpy as np
 
+from ._types import Array
 from ._hash import hash64, hash64_of
 from .errors import BadInput, NetworkError
 
@@ -46,11 +47,11 @@ def put_bytes(head: bytearray, number: int, value: Buffer) -> None:
 
 
 def bits_of(number: float) -> int:
-    return _U64.unpack(_DOUBLE.pack(number))[0]
+    return int(_U64.unpack(_DOUBLE.pack(number))[0])
 
 
 def number_of(bits: int) -> float:
-    return _DOUBLE.unpack(_U64.pack(bits))[0]
+    return float(_DOUBLE.unpack(_U64.pack(bits))[0])
 
 
 def take_varint(view: memoryview, at: int) -> tuple[int, int]:
@@ -131,9 +132,9 @@ class Chain:
 Part = Union[Buffer, Chain]
 
 
-def view_of(array: np.ndarray) -> Part:
+def view_of(array: Array) -> Part:
     """The bytes of an array, where they lie. It must be contiguous."""
-    return memoryview(array.reshape(-1).view(np.uint8)) if array.nbytes else b""
+    return array.reshape(-1).view(np.uint8).data if array.nbytes else b""
 
 
 def join_parts(head: Buffer, parts: Sequence[Part]) -> Chain:

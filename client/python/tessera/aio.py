@@ -12,6 +12,7 @@ from typing import Any, AsyncIterator, Callable, Optional, TypeVar
 
 import numpy as np
 
+from ._types import Array
 from ._described import Told, decode, encode
 from ._subscription import Subscription
 from ._wall import Wall as _Wall
@@ -79,7 +80,7 @@ class Wall:
     async def load(self, path: str, **placing: Any) -> Node:
         return await self.run(self.wall.load, path, **placing)
 
-    async def image(self) -> np.ndarray:
+    async def image(self) -> Array:
         return await self.run(self.wall.image)
 
     async def undo(self) -> Told:

@@ -5,6 +5,7 @@ from typing import Any, Optional
 
 import numpy as np
 
+from ._types import Array
 from ._schema import nearest
 from .errors import BadInput
 
@@ -17,7 +18,7 @@ _MAPS: dict[str, list[int]] = {
 NAMES = tuple(_MAPS)
 
 
-def _table(name: str) -> np.ndarray:
+def _table(name: str) -> Array:
     if name not in _MAPS:
         raise BadInput(f"there is no colour map \"{name}\"; there is {', '.join(_MAPS)}{nearest(name, _MAPS)}")
     stops = np.array([[colour >> 16, colour >> 8 & 255, colour & 255] for colour in _MAPS[name]], float)
@@ -25,7 +26,7 @@ def _table(name: str) -> np.ndarray:
     return np.stack([np.interp(at, np.arange(len(stops)), stops[:, each]) for each in range(3)], 1).round().astype(np.uint8)
 
 
-def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, float]] = None) -> np.ndarray:
+def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, float]] = None) -> Array:
     """N × 4 (uint8, sRGB and alpha). `clim`: what the first and last colour stand for; None: the least and greatest. NaN is grey."""
     values = np.asarray(scalars, float).reshape(-1)
     good = np.isfinite(values)
@@ -37,7 +38,7 @@ def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, 
     return colours
 
 
-def of_any(colours: Any, rows: int, where: str) -> np.ndarray:
+def of_any(colours: Any, rows: int, where: str) -> Array:
     """N × 3 or N × 4, floats from 0 to 1 or bytes, as N × 4 bytes; without a copy where it is that already."""
     given = np.asarray(colours)
     if given.ndim != 2 or given.shape[0] != rows or given.shape[1] not in (3, 4):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence
 
 import numpy as np
 
+from ._types import Array
 from ._described import Told
 from ._schema import BLOB, REF, REFS, Field, Type, nearest
 from .errors import BadInput, NotFound, Refused, UnknownField
@@ -206,8 +207,11 @@ class Nodes:
     edit, and costs no work for each of them here; a plural (`nodes.translations`) means the same."""
 
     __slots__ = ("_wall", "ids", "cores", "_type", "_generation")
-    ids: np.ndarray
-    cores: np.ndarray
+    _wall: "Wall"
+    _type: Optional[Type]
+    _generation: int
+    ids: Array
+    cores: Array
 
     def __init__(self, wall: "Wall", ids: Any, cores: Any, kind: Optional[Type]) -> None:
         for name, value in (("_wall", wall), ("ids", np.asarray(ids, "<u8")), ("cores", np.asarray(cores, "<u8")), ("_type", kind),
@@ -223,11 +227,11 @@ class Nodes:
     def __repr__(self) -> str:
         return f"<{len(self)} nodes ({self._type.name if self._type else 'no core'})>"
 
-    def __getattr__(self, name: str) -> np.ndarray:
+    def __getattr__(self, name: str) -> Array:
         if name.startswith("_"):
             raise AttributeError(name)
         owner, field, ids = self._found(name)
-        found: np.ndarray = self._wall._read_many(owner, field, ids)
+        found: Array = self._wall._read_many(owner, field, ids)
         return found
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -240,7 +244,7 @@ class Nodes:
         edit.set(self, **fields)
         return None if current else edit.commit()
 
-    def _found(self, name: str) -> tuple[Type, Field, np.ndarray]:
+    def _found(self, name: str) -> tuple[Type, Field, Array]:
         if self._generation != self._wall._link.generation and not self._wall.keeps_numbers:
             raise NotFound("these nodes were found before the connection broke; look them up again")
         kind = self._wall.schema.type("Node")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
+from ._types import Array
 from . import colours
 from .errors import BadInput, NotFound
 
@@ -18,15 +19,15 @@ if TYPE_CHECKING:
 class Shape:
     """Arrays as a Geometry has them."""
 
-    positions: np.ndarray  # N × 3 (float32)
+    positions: Array  # N × 3 (float32)
     primitive: str = "triangles"
-    indices: Optional[np.ndarray] = None  # uint32
-    lengths: Optional[np.ndarray] = None  # uint32, of polygons and strips
-    colours: Optional[np.ndarray] = None  # N × 4 (uint8)
-    normals: Optional[np.ndarray] = None  # N × 3 (float32)
+    indices: Optional[Array] = None  # uint32
+    lengths: Optional[Array] = None  # uint32, of polygons and strips
+    colours: Optional[Array] = None  # N × 4 (uint8)
+    normals: Optional[Array] = None  # N × 3 (float32)
 
 
-def _places(value: Any, where: str) -> np.ndarray:
+def _places(value: Any, where: str) -> Array:
     given = np.asarray(value)
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "fiu":
         raise BadInput(f"{where}: an array of shape {given.shape} and type {given.dtype}; places are N × 3 numbers")
@@ -35,7 +36,7 @@ def _places(value: Any, where: str) -> np.ndarray:
     return np.ascontiguousarray(given, np.float32)
 
 
-def _corners(value: Any, vertices: int, where: str) -> np.ndarray:
+def _corners(value: Any, vertices: int, where: str) -> Array:
     """Numbers of vertices, of any shape."""
     given = np.asarray(value)
     if given.size and given.dtype.kind not in "iu":
@@ -45,7 +46,7 @@ def _corners(value: Any, vertices: int, where: str) -> np.ndarray:
     return np.ascontiguousarray(given, np.uint32)
 
 
-def _of_rows(shape: Shape, faces: np.ndarray, where: str) -> Shape:
+def _of_rows(shape: Shape, faces: Array, where: str) -> Shape:
     if faces.ndim != 2 or faces.shape[1] < 3:
         raise BadInput(f"{where}: faces of shape {faces.shape}; wanted is M × 3, or more corners each")
     if faces.shape[1] == 3:
@@ -56,7 +57,7 @@ def _of_rows(shape: Shape, faces: np.ndarray, where: str) -> Shape:
     return shape
 
 
-def _of_packed(shape: Shape, packed: np.ndarray, primitive: str, where: str) -> Shape:
+def _of_packed(shape: Shape, packed: Array, primitive: str, where: str) -> Shape:
     """VTK's way: of each face how many corners it has, and these, one behind the other."""
     flat = np.asarray(packed).reshape(-1)
     sizes, starts, at = [], [], 0
@@ -127,7 +128,7 @@ def shape_of(x: Any) -> Shape:
         own = _filled(visual, "vertex_colors")
     if own is not None and len(np.asarray(own)) == rows:
         shape.colours = colours.of_any(own, rows, where)
-    elif kind == "face" and shape.primitive == "triangles" and shape.indices is not None and _filled(visual, "face_colors") is not None:
+    elif visual is not None and kind == "face" and shape.primitive == "triangles" and shape.indices is not None and _filled(visual, "face_colors") is not None:
         painted = colours.of_any(visual.face_colors, len(shape.indices), where)  # each face gets corners of its own
         shape.positions, shape.indices = np.ascontiguousarray(shape.positions[shape.indices.reshape(-1)]), None
         shape.colours = np.repeat(painted, 3, axis=0)
@@ -182,12 +183,13 @@ class Shown:
         if found:
             node, geometry, material = found
             edit.set(geometry, **fields)
-            for target, values in ((node, pose), (material, look)):
-                if values:
-                    edit.set(target, **values)
+            edit.set(node, **pose)
+            edit.set(material, **look)
         else:
-            white = {"baseColor": (1.0, 1.0, 1.0, 1.0)} if shape.colours is not None else {}
-            material = edit.object("Material", **{"doubleSided": shape.primitive not in ("points", "lines"), **white, **look})
+            fresh: dict[str, Any] = {"doubleSided": shape.primitive not in ("points", "lines")}
+            if shape.colours is not None:
+                fresh["baseColor"] = (1.0, 1.0, 1.0, 1.0)
+            material = edit.object("Material", **{**fresh, **look})
             node = edit.create(path, "Transform", **pose)
             inner = edit.create(f"{path}/shape", "Geometry", material=material, **{name: value for name, value in fields.items() if value is not None})
             geometry = edit._made[inner._core]
