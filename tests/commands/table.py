@@ -96,6 +96,7 @@ ROWS = {
     "tessera-ctl --server … status": asked("ctl status"),
     "tessera-ctl status": asked("ctl status"),
     "tessera-ctl types": Row("Asked", "tessera-ctl types", says="Geometry"),
+    "tessera-ctl types --json": Row("Asked", "tessera-ctl types --json", says="schema"),
     "tessera-ctl requests": Row("Asked", "tessera-ctl requests", says="LoadFile"),
     "tessera-ctl requests --json": Row("Asked", "tessera-ctl requests --json", says="stays_open"),
     "tessera-ctl requests --proto > proto/application.proto": Row("Asked", "tessera-ctl requests --proto", says="RequestHead"),
