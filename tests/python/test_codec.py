@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 
+import tessera
 from tessera import _changes, _described, _hash, _wire
 from tessera._schema import schema
 from tessera.errors import BadInput, UnknownField
@@ -67,8 +68,28 @@ class KeptBytes(unittest.TestCase):
                 continue
             known = {each.number: each for each in (schema().answers if kind == "answer" else schema().notices).values()}
             for size in range(0, len(data) - 1, 7):
-                with self.assertRaises((BadInput, ValueError, _described.Unsupported)):
+                with self.assertRaises(tessera.TesseraError):
                     _described.decode(known, data[:size])
+
+
+    def test_whatever_bytes_come_they_are_read_or_refused(self):
+        dice = np.random.default_rng(1)
+        kept = [(kind, np.frombuffer(data, np.uint8)) for kind, _, data in kept_bytes() if kind in ("answer", "notice", "list")]
+        read = refused = 0
+        for turn in range(4000):
+            kind, data = kept[turn % len(kept)]
+            spoiled = data.copy()
+            spoiled[dice.integers(0, len(data), 1 + turn % 3)] = dice.integers(0, 256, 1 + turn % 3)
+            view = memoryview(spoiled.tobytes())
+            try:
+                if kind == "list":
+                    _changes.decode(schema(), view)
+                else:
+                    _described.decode(schema().answers if kind == "answer" else schema().notices, view)
+                read += 1
+            except tessera.TesseraError:
+                refused += 1
+        self.assertTrue(read > 100 and refused > 100, (read, refused))
 
 
 class Heads(unittest.TestCase):

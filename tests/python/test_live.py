@@ -227,6 +227,20 @@ class Refusals(OnAWall):
         with self.assertRaisesRegex(tessera.BadInput, "roughness"):
             self.wall["/carriage/body"].core.material.roughness = 9
 
+    def test_every_request_that_is_described_is_answered_as_described(self):
+        answered = 0
+        for said in self.wall.schema.requests.values():
+            needed = {field["name"]: (0, 0, 0) for field in said.fields if field["type"] == "Vector" and not field.get("optional")}
+            with self.subTest(request=said.name):
+                try:
+                    told = self.wall.ask(said.name, **needed)
+                except tessera.TesseraError as error:
+                    self.assertNotIsInstance(error, (tessera.NetworkError, tessera.UnknownField), said.name)
+                else:
+                    self.assertEqual(repr(told).split("(")[0], said.answer)
+                    answered += 1
+        self.assertGreater(answered, 12)
+
     def test_the_link_outlives_refusals(self):
         for _ in range(20):
             with self.assertRaises(tessera.TesseraError):

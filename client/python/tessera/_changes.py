@@ -9,7 +9,7 @@ import numpy as np
 from ._types import Array
 from . import _wire
 from ._schema import BLOB, BOOL, FLOAT, DOUBLE, INT, KINDS, MATRIX, REF, REFS, SCALARS, TEXT, Field, Schema, Type
-from .errors import BadInput, Unsupported
+from .errors import BadInput, TesseraError, Unsupported
 
 FIRST_PLACEHOLDER = 1 << 63  # ids from here up stand for objects that a list creates
 LAST = 0xFFFFFFFF  # an index: behind all others
@@ -86,7 +86,14 @@ def _unpack(field: Field, data: memoryview, rows: int) -> Any:
 
 
 def decode(schema: Schema, data: memoryview, sequence: int = 0) -> Changes:
-    """Arrays in it are views of `data`. Unsupported: types or fields that this version does not know."""
+    """Arrays in it are views of `data`. Unsupported: types or fields that this version does not know. BadInput: it makes no sense."""
+    try:
+        return _decode(schema, data, sequence)
+    except (ValueError, LookupError, TypeError) as error:
+        raise error if isinstance(error, TesseraError) else BadInput(f"a list of changes makes no sense: {error}") from None
+
+
+def _decode(schema: Schema, data: memoryview, sequence: int) -> Changes:
     head, parts = _wire.split_parts(data)
     if len(parts) < _FIRST_COLUMN_PART:
         raise BadInput(f"a list of changes with {len(parts)} parts")
@@ -99,7 +106,7 @@ def decode(schema: Schema, data: memoryview, sequence: int = 0) -> Changes:
     for number, form, value in _wire.fields_of(head):
         if number != 1 or form != _wire.BYTES:
             continue
-        said = {at: word for at, _, word in _wire.fields_of(value)}
+        said = {at: word for at, form, word in _wire.fields_of(value) if form == _wire.VARINT}
         kind = schema.types_by_number.get(said.get(1, 0))
         field = kind.by_number.get(said.get(2, 0)) if kind else None
         if kind is None or field is None or field.kind != said.get(3, 0) or part + 2 > len(parts):

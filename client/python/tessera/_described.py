@@ -9,7 +9,7 @@ import numpy as np
 from ._types import DType
 from . import _wire
 from ._schema import Said, nearest
-from .errors import BadInput, UnknownField, Unsupported
+from .errors import BadInput, TesseraError, UnknownField, Unsupported
 
 VECTORS = {"Vector": 3, "Rotation": 4, "Place": 2}
 _SCALARS = {"bool": "<u4", "word": "<u4", "text": "<u4", "double": "<f8"}
@@ -252,6 +252,12 @@ def _taken(field: Mapping[str, Any], value: Any) -> Any:
     return words[value] if words and value < len(words) else value
 
 
+def _kind_of(field: Mapping[str, Any]) -> int:
+    if field["type"] == "text" or field["type"] in VECTORS or "fields" in field:
+        return _wire.BYTES
+    return _wire.FIXED if field["type"] in ("double", "fixed64") else _wire.VARINT
+
+
 def _take_head(fields: Sequence[Mapping[str, Any]], head: memoryview, name: str) -> Told:
     values = {field["name"]: _zero(field) for field in fields if not field.get("part")}
     by_number = {field["number"]: field for field in fields if not field.get("part")}
@@ -259,9 +265,11 @@ def _take_head(fields: Sequence[Mapping[str, Any]], head: memoryview, name: str)
         field = by_number.get(number)
         if field is None:
             continue
+        single = form == _kind_of(field)  # of another kind it is as if it were not there
         if not field.get("many"):
-            values[field["name"]] = _taken(field, value)
-        elif form == _wire.BYTES and field["type"] != "text" and "fields" not in field:
+            if single:
+                values[field["name"]] = _taken(field, value)
+        elif form == _wire.BYTES and not single:
             if field["type"] == "double":
                 values[field["name"]].extend(np.frombuffer(value, "<f8").tolist())
             else:
@@ -269,7 +277,7 @@ def _take_head(fields: Sequence[Mapping[str, Any]], head: memoryview, name: str)
                 while at < len(value):
                     element, at = _wire.take_varint(value, at)
                     values[field["name"]].append(_taken(field, element))
-        else:
+        elif single:
             values[field["name"]].append(_taken(field, value))
     return Told(name, values)
 
@@ -322,7 +330,14 @@ def _has_parts(key: int, field: Mapping[str, Any]) -> bool:
 
 
 def decode(known: Mapping[int, Said], body: memoryview) -> Told:
-    """Which of them it is, with its members. Unsupported: none of these."""
+    """Which of them it is, with its members. Unsupported: none of these. BadInput: it makes no sense."""
+    try:
+        return _decode(known, body)
+    except (ValueError, LookupError, TypeError, OverflowError) as error:
+        raise error if isinstance(error, TesseraError) else BadInput(f"what the server told makes no sense: {error}") from None
+
+
+def _decode(known: Mapping[int, Said], body: memoryview) -> Told:
     head, parts = _wire.split_parts(body)
     for number, kind, value in _wire.fields_of(head):
         said = known.get(number)
@@ -368,7 +383,13 @@ def encode_message(said: Said, values: Mapping[str, Any]) -> _wire.Chain:
 def decode_message(said: Said, payload: memoryview) -> dict[str, Any]:
     """Its members by name: of a "list" its `sequence`, `state_hash`, `list` and `blobs`."""
     head, parts = _wire.split_parts(payload)
-    numbers = {number: value for number, _, value in _wire.fields_of(head)}
+    numbers: dict[int, int] = {}
+    texts: dict[int, memoryview] = {}
+    for at, kind, told in _wire.fields_of(head):
+        if kind == _wire.BYTES:
+            texts[at] = told
+        else:
+            numbers[at] = told
     left = iter(parts)
     values: dict[str, Any] = {}
     for field in said.fields:
@@ -376,7 +397,7 @@ def decode_message(said: Said, payload: memoryview) -> dict[str, Any]:
         if form in ("varint", "fixed"):
             values[name] = numbers.get(number, 0)
         elif form in ("text", "reason"):
-            values[name] = bytes(numbers.get(number, b"")).decode("utf-8", "replace")
+            values[name] = bytes(texts.get(number, b"")).decode("utf-8", "replace")
         elif form == "hash":
             values[name] = (numbers.get(number, 0), numbers.get(number + 1, 0))
         elif form == "blob":

@@ -133,7 +133,7 @@ class Link:
                     self._send(sock, "Upload", piece, deadline)
                 self._send(sock, "Request", encode_message(self.schema.messages["Request"], {"id": number, "body": body}), deadline)
             except Timeout:
-                sock.close()  # a message was cut off
+                self._break(sock)  # a message was cut off
                 raise
             except OSError as error:
                 self._break(sock)

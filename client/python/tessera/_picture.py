@@ -14,7 +14,7 @@ import numpy as np
 from ._types import Array
 from . import _wire
 from ._described import Told
-from .errors import BadInput, Unsupported
+from .errors import BadInput, LimitExceeded, Unsupported
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # by PNG's colour types
@@ -164,6 +164,8 @@ def layout_of(configuration: memoryview) -> tuple[int, int, list[Tile]]:
 def mosaic_of(configuration: memoryview, images: Told) -> Array:
     """One eye: the centre's where a tile has it, else the left one."""
     width, height, tiles = layout_of(configuration)
+    if width * height > 1 << 31:
+        raise LimitExceeded(f"the picture of this wall has {width} x {height} pixels")
     eye = min((tile.eye for tile in tiles), default=0)
     pictures = {told.tile: told for told in images.tiles}
     whole = np.zeros((height, width, 3), np.uint8)
