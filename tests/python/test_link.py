@@ -171,6 +171,7 @@ class Return(unittest.TestCase):
                 while next(changes).sequence < last:
                     continue
                 self.assertGreater(frames.latest(PATIENCE).frame, 0)
+                self.assertEqual((frames.gaps, changes.gaps), (1, 1))
                 frames._told.clear()
                 self.assertGreater(next(frames).frame, 0)
 

@@ -22,6 +22,7 @@ class Subscription:
     def __init__(self, what: str, timeout: Optional[float], most: int) -> None:
         self.what = what
         self.missed = 0  #: so many went unread because `most` waited already
+        self.gaps = 0  #: so often the connection broke and came back: what happened meanwhile was not told
         self._timeout = timeout
         self._told: Deque[Any] = collections.deque()
         self._most = most
@@ -147,6 +148,9 @@ class Subscriptions:
     def back(self) -> None:
         """The connection broke and is there again: what was subscribed to is subscribed to."""
         wishes = self._wishes()
+        with self._lock:
+            for news in self._open:
+                news.gaps += 1
         if wishes:
             self._wall._link.say("Request", {"id": 0, "body": encode(self._wall.schema.request("SubscribeNews"), wishes)})
 
@@ -166,7 +170,7 @@ class ChangesSubscription(Subscription):
         self._begun = threading.Event()
         self._link: Optional[Link] = None
         self._link = Link(wall.schema, wall.address, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
-                          token=wall._link._credentials, on_message=self._told_of, on_back=lambda: None, on_end=self._over)
+                          token=wall._link._credentials, on_message=self._told_of, on_back=self._back, on_end=self._over)
         if not self._begun.wait(wall.timeout):
             self.close()
             raise Timeout(f"the server at {wall.address} did not hand out its scene within {wall.timeout:g} s")
@@ -181,6 +185,9 @@ class ChangesSubscription(Subscription):
         link = self._link
         if link is not None:
             link.say("Synced", {"sequence": said["sequence"], "state_hash": said["state_hash"]})
+
+    def _back(self) -> None:
+        self.gaps += 1
 
     def _over(self, why: Optional[TesseraError]) -> None:
         self._begun.set()

@@ -230,7 +230,8 @@ class Wall:
     def follow(self, what: str, *, timeout: Optional[float] = None, most: int = 1024, **options: bool) -> Subscription:
         """An iterator of what the server tells of each frame from now on: "frames", "contacts", "events" (`stays=True`: those that go
         on, too), "distances", "questions", "picks", "poses", or "changes" of the scene. It waits for the next one, at most `timeout`
-        seconds (Timeout; None: however long), and ends when the wall does. Of `most` that wait unread the oldest go; `missed` counts them."""
+        seconds (Timeout; None: however long), and ends when the wall does. Of `most` that wait unread the oldest go; `missed` counts them,
+        `gaps` how often the connection broke and came back."""
         if what == "changes":
             return ChangesSubscription(self, timeout, most)
         return self._subscriptions.open(what, timeout, most, options)
