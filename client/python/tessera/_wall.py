@@ -23,6 +23,7 @@ from .shapes import Shown
 
 _NAMES_AT_ONCE = 64  # what is asked for costs the server time between two frames
 _LOAD_TIMEOUT = 120.0
+_MOST_TAKEN = 4096  # names of arrays
 
 
 class Wall:
@@ -38,6 +39,7 @@ class Wall:
         self._local = threading.local()
         self._subscriptions = Subscriptions(self)
         self._keeps: dict[int, bool] = {}
+        self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
         self._shown = Shown(self)
         self._link = Link(self.schema, self.address, name=name, timeout=timeout, redial=redial, follows=False,
                           token=_door._credentials(self.address), on_message=self._subscriptions.told, on_back=self._subscriptions.back,
@@ -263,6 +265,20 @@ class Wall:
         return self.ask(request, **members)
 
     def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
+        """Arrays that the server took earlier are named alone. Where it has one no more it says NotFound, and all of them are sent."""
+        fresh = {name: data for name, data in arrays.items() if name not in self._taken}
+        try:
+            told = self._said(changes, fresh, gesture, timeout)
+        except NotFound:
+            if len(fresh) == len(arrays):
+                raise
+            told = self._said(changes, arrays, gesture, timeout)
+        self._taken.update(dict.fromkeys(arrays))
+        for name in list(self._taken)[:max(0, len(self._taken) - _MOST_TAKEN)]:
+            self._taken.pop(name, None)
+        return told
+
+    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
         uploads, small = uploads_of(self.schema, arrays)
         body = encode(self.schema.request("ProposeChanges"), {"list": changes, "blobs": small, "gesture": gesture})
         return self._answer(self._link.request(body, uploads, timeout), timeout)
