@@ -22,11 +22,16 @@ constexpr std::array<std::string_view, static_cast<std::size_t>(FieldForm::kList
 
 std::string_view partyText(Party party) {
     switch (party) {
-        case Party::kServer: return "server";
-        case Party::kHosts: return "hosts";
-        case Party::kApplications: return "applications";
-        case Party::kPeers: return "peers";
-        case Party::kAnybody: break;
+        case Party::kServer:
+            return "server";
+        case Party::kHosts:
+            return "hosts";
+        case Party::kApplications:
+            return "applications";
+        case Party::kPeers:
+            return "peers";
+        case Party::kAnybody:
+            break;
     }
     return "anybody";
 }

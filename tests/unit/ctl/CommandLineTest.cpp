@@ -320,7 +320,8 @@ TEST(CommandLine, RequestsAreListedWithoutAServer) {
         EXPECT_EQ(message["name"], info->name);
         EXPECT_EQ(message["most_bytes"], info->maxPayload);
     }
-    EXPECT_EQ(wire["messages"][1]["fields"][0], nlohmann::json::parse(R"({"name":"protocol","form":"varint","number":1})"));
+    EXPECT_EQ(wire["messages"][1]["fields"][0],
+              nlohmann::json::parse(R"({"name":"protocol","form":"varint","number":1})"));
     EXPECT_EQ(wire["schema"], toHex(schemaHash()));
     EXPECT_EQ(wire["errors"].size(), static_cast<std::size_t>(ErrorCode::kFailed) + 1);
     EXPECT_EQ(wire["errors"][static_cast<std::size_t>(ErrorCode::kRefused)], "refused");
