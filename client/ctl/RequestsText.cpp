@@ -4,6 +4,7 @@
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/TextTable.h"
+#include "client/ctl/WireText.h"
 #include "common/base/Version.h"
 #include "common/request/Catalogue.h"
 #include "common/request/Requests.h"
@@ -33,6 +34,7 @@ Json fieldJson(const MemberText& member) {
     say("optional", true, member.optional);
     say("many", true, member.many);
     say("part", true, member.isPart);
+    say("rest", true, member.isRest);
     say("bytes", member.bytes, member.bytes > 0);
     say("count", member.count, member.count > 1);
     if (!member.members.empty()) json["fields"] = fieldsJson(member.members);
@@ -87,7 +89,8 @@ std::string requestsJson() {
                      {"requests", std::move(requests)},
                      {"answers", toldJson(allAnswers(), &ToldInfo::answer)},
                      {"notices", toldJson(allNotices(), &ToldInfo::notice)},
-                     {"former", kFormerRequests}});
+                     {"former", kFormerRequests},
+                     {"wire", wireJson()}});
 }
 
 }  // namespace tessera

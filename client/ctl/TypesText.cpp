@@ -6,6 +6,7 @@
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
+#include "common/base/Hash.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -61,6 +62,7 @@ nlohmann::ordered_json fieldJson(const TypeInfo& type, const FieldEntry& field) 
     json["default"] = valueJson(field.load(type.freshObject()));
     if (std::isfinite(field.least)) json["least"] = field.least;
     if (std::isfinite(field.greatest)) json["greatest"] = field.greatest;
+    if (field.wordUse == WordUse::kFlags) json["flags"] = true;
     if (field.wordUse != WordUse::kNone)
         for (const FieldWord& word : field.words()) json["words"][std::string(word.word)] = word.number;
     return json;
@@ -88,7 +90,7 @@ std::string typesJson() {
         for (const FieldEntry& field : type.fields) fields.push_back(fieldJson(type, field));
         types.push_back({{"name", type.name}, {"number", type.type.value}, {"core", type.isCore}, {"fields", std::move(fields)}});
     }
-    return jsonLine({{"types", std::move(types)}});
+    return jsonLine({{"schema", toHex(schemaHash())}, {"types", std::move(types)}});
 }
 
 }  // namespace tessera

@@ -66,6 +66,7 @@ ROWS = {
     './deploy/run-bench compile --cores "Material Camera"': Row("", elsewhere="as without --cores, and once more for each"),
     "./deploy/run-bench compile --all": Row("", elsewhere="as without --all, and half an hour more"),
     "./deploy/run-bench lock --runs 5 --size 640x360": Row("Benches", "run_bench lock --runs 1 --size 64x36 --frames 20 --walls nothing --cases idle --privileges with"),
+    "./deploy/run-bench door": Row("Benches", "run_bench door --seconds 1"),
     "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
     "./deploy/run-wall --gallery": Row("Gallery", "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall 1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms", leaves=("out/gallery.png",)),
     "./deploy/run-wall --scene ANY.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),
@@ -86,11 +87,16 @@ ROWS = {
     "TESSERA_SEED=N build/bin/unit_subdivision": Row("Tests", "TESSERA_SEED=7 $BUILT/bin/unit_subdivision --gtest_filter=LimitEvaluator.HasNoGapsAcrossAnyEdge", says=RAN),
 
     # ------------------------------------------------------------------ on a wall that runs
+    # Programs in Python.
+    "PYTHONPATH=build/python deploy/examples/python/parts.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/parts.py $WALL --frames 3", says="moved 3 parts"),
+    "PYTHONPATH=build/python deploy/examples/python/swarm.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/swarm.py $WALL --frames 3", says="moved 10000"),
+    "build/bin/tessera-wall --wall 1x1 --window --scene tests/data/scenes/yard.tsct &": Row("", elsewhere="run-wall --window; the line below it is run on a wall without one"),
     "tessera-ctl --server ADDR:PORT status": asked("ctl status", says="frame"),
     "tessera-ctl --server master:7000 status": asked("ctl status", says="frame"),
     "tessera-ctl --server … status": asked("ctl status"),
     "tessera-ctl status": asked("ctl status"),
     "tessera-ctl types": Row("Asked", "tessera-ctl types", says="Geometry"),
+    "tessera-ctl types --json": Row("Asked", "tessera-ctl types --json", says="schema"),
     "tessera-ctl requests": Row("Asked", "tessera-ctl requests", says="LoadFile"),
     "tessera-ctl requests --json": Row("Asked", "tessera-ctl requests --json", says="stays_open"),
     "tessera-ctl requests --proto > proto/application.proto": Row("Asked", "tessera-ctl requests --proto", says="RequestHead"),

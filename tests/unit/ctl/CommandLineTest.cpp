@@ -6,8 +6,10 @@
 
 #include <sstream>
 
+#include "common/base/Hash.h"
 #include "common/cores/Interest.h"
 #include "common/scene/FieldTable.h"
+#include "common/session/Messages.h"
 
 namespace tessera {
 namespace {
@@ -309,6 +311,24 @@ TEST(CommandLine, RequestsAreListedWithoutAServer) {
                   std::string::npos);
         byName[request["name"]] = request;
     }
+    // And what is said around them: each message, each code, the hash that a Hello carries.
+    const auto wire = json["wire"];
+    ASSERT_EQ(wire["messages"].size(), std::variant_size_v<Message>);
+    for (const auto& message : wire["messages"]) {
+        const MessageInfo* info = findInfo(message["number"].get<std::uint16_t>());
+        ASSERT_TRUE(info) << message["number"];
+        EXPECT_EQ(message["name"], info->name);
+        EXPECT_EQ(message["most_bytes"], info->maxPayload);
+    }
+    EXPECT_EQ(wire["messages"][1]["fields"][0],
+              nlohmann::json::parse(R"({"name":"protocol","form":"varint","number":1})"));
+    EXPECT_EQ(wire["schema"], toHex(schemaHash()));
+    EXPECT_EQ(wire["errors"].size(), static_cast<std::size_t>(ErrorCode::kFailed) + 1);
+    EXPECT_EQ(wire["errors"][static_cast<std::size_t>(ErrorCode::kRefused)], "refused");
+    EXPECT_EQ(wire["limits"]["upload_piece_bytes"], limits::kUploadPieceBytes);
+    EXPECT_EQ(byName["ProposeChanges"]["fields"][2]["rest"], true);
+    EXPECT_EQ(nlohmann::json::parse(textOf("types --json"))["schema"], toHex(schemaHash()));
+
     EXPECT_EQ(byName["LoadFile"]["role"], "operator");
     EXPECT_EQ(byName["LoadAsset"]["role"], "editor");
     EXPECT_EQ(byName["GetImages"]["role"], "viewer");

@@ -1,0 +1,199 @@
+"""Iterators of what the server tells, frame by frame."""
+from __future__ import annotations
+
+import collections
+import threading
+import time
+from typing import TYPE_CHECKING, Any, Deque, Iterator, Mapping, Optional
+
+from . import _changes
+from ._described import decode, encode
+from ._link import Link
+from ._schema import nearest
+from .errors import NetworkError, TesseraError, Timeout, UnknownField
+
+if TYPE_CHECKING:
+    from ._wall import Wall
+
+
+class Subscription:
+    """An iterator; any number of threads may take from it. Close it, or use `with`, when nothing more is wanted."""
+
+    def __init__(self, what: str, timeout: Optional[float], most: int) -> None:
+        self.what = what
+        self.missed = 0  #: so many went unread because `most` waited already
+        self.gaps = 0  #: so often the connection broke and came back: what happened meanwhile was not told
+        self._timeout = timeout
+        self._told: Deque[Any] = collections.deque()
+        self._most = most
+        self._changed = threading.Condition()
+        self._ended = False
+        self._why: Optional[TesseraError] = None
+
+    def __iter__(self) -> Iterator[Any]:
+        return self
+
+    def __next__(self) -> Any:
+        return self.get(self._timeout)
+
+    def get(self, timeout: Optional[float] = None) -> Any:
+        """The next one. Timeout: none came; StopIteration: the wall is over, or this was closed."""
+        deadline = None if timeout is None else time.monotonic() + timeout
+        with self._changed:
+            while not self._told:
+                if self._ended:
+                    if self._why is not None:
+                        raise self._why
+                    raise StopIteration
+                if not self._changed.wait(None if deadline is None else max(0.0, deadline - time.monotonic())):
+                    raise Timeout(f"nothing of \"{self.what}\" came within {timeout:g} s")
+            return self._told.popleft()
+
+    def latest(self, timeout: Optional[float] = None) -> Any:
+        """The newest one; those before it are passed over."""
+        newest = self.get(timeout)
+        with self._changed:
+            if self._told:
+                newest = self._told[-1]
+                self._told.clear()
+        return newest
+
+    def close(self) -> None:
+        self._end(None)
+
+    def __enter__(self) -> "Subscription":
+        return self
+
+    def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
+        self.close()
+
+    def _put(self, told: Any) -> None:
+        with self._changed:
+            if self._ended:
+                return
+            if len(self._told) >= self._most:
+                self._told.popleft()
+                self.missed += 1
+            self._told.append(told)
+            self._changed.notify()
+
+    def _end(self, why: Optional[TesseraError]) -> None:
+        with self._changed:
+            self._ended, self._why = True, self._why or why
+            self._changed.notify_all()
+
+
+class _News(Subscription):
+    def __init__(self, owner: "Subscriptions", what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> None:
+        super().__init__(what, timeout, most)
+        self._owner = owner
+        self.wishes = {what: True, **options}
+
+    def close(self) -> None:
+        super().close()
+        self._owner.forget(self)
+
+
+class Subscriptions:
+    """What one connection is told: the wishes of all iterators together."""
+
+    def __init__(self, wall: "Wall") -> None:
+        self._wall = wall
+        self._lock = threading.Lock()
+        self._open: list[_News] = []
+
+    def open(self, what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> Subscription:
+        schema = self._wall.schema
+        if what not in schema.subscriptions:
+            known = [*schema.subscriptions, "changes"]
+            raise UnknownField(f"nothing of \"{what}\" is told; there is {', '.join(known)}{nearest(what, known)}")
+        news = _News(self, what, timeout, most, options)
+        encode(schema.request("SubscribeNews"), news.wishes)  # refuses unknown options before anything is changed
+        with self._lock:
+            self._open.append(news)
+        try:
+            self._wall.ask("SubscribeNews", **self._wishes())
+        except BaseException:
+            self.forget(news, False)
+            raise
+        return news
+
+    def forget(self, news: _News, say: bool = True) -> None:
+        with self._lock:
+            if news not in self._open:
+                return
+            self._open.remove(news)
+        if say and self._wall.connected:
+            try:
+                self._wall.ask("SubscribeNews", **self._wishes())
+            except TesseraError:
+                pass  # it is told of more than it wants
+
+    def _wishes(self) -> dict[str, bool]:
+        with self._lock:
+            return {name: True for news in self._open for name, wanted in news.wishes.items() if wanted}
+
+    # ---- of the thread that reads
+
+    def told(self, name: str, said: Mapping[str, Any]) -> None:
+        if name != "Notice" or not self._open:
+            return
+        schema = self._wall.schema
+        told = decode(schema.notices, said["body"])
+        with self._lock:
+            wanted = [news for news in self._open if schema.subscriptions[news.what] == told._said]
+        for news in wanted:
+            news._put(told)
+
+    def back(self) -> None:
+        """The connection broke and is there again: what was subscribed to is subscribed to."""
+        wishes = self._wishes()
+        with self._lock:
+            for news in self._open:
+                news.gaps += 1
+        if wishes:
+            self._wall._link.say("Request", {"id": 0, "body": encode(self._wall.schema.request("SubscribeNews"), wishes)})
+
+    def ended(self, why: Optional[TesseraError]) -> None:
+        with self._lock:
+            news = list(self._open)
+        for each in news:
+            each._end(why)
+
+
+class ChangesSubscription(Subscription):
+    """Every change of the scene, in order (`_changes.Changes`). A connection of its own follows the scene, so that nobody else pays."""
+
+    def __init__(self, wall: "Wall", timeout: Optional[float], most: int) -> None:
+        super().__init__("changes", timeout, most)
+        self._schema = wall.schema
+        self._begun = threading.Event()
+        self._link: Optional[Link] = None
+        self._link = Link(wall.schema, wall.address, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
+                          token=wall._link._credentials, on_message=self._told_of, on_back=self._back, on_end=self._over)
+        if not self._begun.wait(wall.timeout):
+            self.close()
+            raise Timeout(f"the server at {wall.address} did not hand out its scene within {wall.timeout:g} s")
+
+    def _told_of(self, name: str, said: Mapping[str, Any]) -> None:
+        if name == "Changes":
+            self._put(_changes.decode(self._schema, said["list"], said["sequence"]))
+        elif name != "Snapshot":
+            return
+        self._begun.set()
+        # What came before is not wanted: whoever asks has it from the server.
+        link = self._link
+        if link is not None:
+            link.say("Synced", {"sequence": said["sequence"], "state_hash": said["state_hash"]})
+
+    def _back(self) -> None:
+        self.gaps += 1
+
+    def _over(self, why: Optional[TesseraError]) -> None:
+        self._begun.set()
+        self._end(why)
+
+    def close(self) -> None:
+        super().close()
+        if self._link is not None:
+            self._link.close()

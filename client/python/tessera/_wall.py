@@ -1,0 +1,387 @@
+"""A running wall, as a program sees it."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from ._types import Array
+from . import _changes, _door, _values, _wire
+from ._arrays import Fetcher, uploads_of
+from ._described import Told, decode, encode
+from ._edit import Edit
+from ._hash import hash64
+from ._link import Link
+from ._picture import encode_png, mosaic_of
+from ._schema import BLOB, REF, REFS, Field, Type, schema
+from ._subscription import ChangesSubscription, Subscription, Subscriptions
+from .errors import BadInput, NotFound, Refused, TesseraError, Timeout, Unsupported
+from .objects import Node, Nodes, Object, many
+from .shapes import Shown
+
+_NAMES_AT_ONCE = 64  # what is asked for costs the server time between two frames
+_LOAD_TIMEOUT = 120.0
+_MOST_TAKEN = 4096  # names of arrays
+
+
+class Wall:
+    """Get one from `tessera.connect`. Any thread may call anything, at any time; each waits for its own answers, at most `timeout`
+    seconds (Timeout). A thread inside answers the server's heartbeats and dials again for `redial` seconds where the connection
+    breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again."""
+
+    def __init__(self, address: Optional[str] = None, *, name: str = "python", timeout: float = 10.0, redial: float = 60.0) -> None:
+        self.schema = schema()
+        self.address = _door.address_of(address)
+        self.timeout = timeout
+        self.name = name
+        self._local = threading.local()
+        self._subscriptions = Subscriptions(self)
+        self._keeps: dict[int, bool] = {}
+        self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
+        self._shown = Shown(self)
+        self._link = Link(self.schema, self.address, name=name, timeout=timeout, redial=redial, follows=False,
+                          token=_door._credentials(self.address), on_message=self._subscriptions.told, on_back=self._subscriptions.back,
+                          on_end=self._subscriptions.ended)
+        self._fetcher = Fetcher(self._link)
+
+    # ---- the connection
+
+    def close(self) -> None:
+        """Subscriptions end, and whoever waits is told."""
+        self._fetcher.close()
+        self._link.close()
+        self._subscriptions.ended(None)
+
+    def __enter__(self) -> "Wall":
+        return self
+
+    def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<tessera wall at {self.address}{'' if self.connected else ' (not connected)'}>"
+
+    @property
+    def connected(self) -> bool:
+        """False: the connection broke and is dialled again, or has ended."""
+        return self._link.connected
+
+    @property
+    def over(self) -> bool:
+        """The server has ended, as it was told to."""
+        return self._link.over
+
+    @property
+    def keeps_numbers(self) -> bool:
+        """Whether numbers of objects still mean the same after the connection broke: the server has a journal."""
+        generation = self._link.generation
+        if generation not in self._keeps:
+            self._keeps[generation] = generation == 0 or bool(self.status().journal)
+        return self._keeps[generation]
+
+    def ask(self, request: str, *, timeout: Optional[float] = None, **members: Any) -> Told:
+        """Any request that `tessera-ctl requests` lists, with its members; its answer. The other methods are shorter words for some."""
+        said = self.schema.request(request)
+        return self._answer(self._link.request(encode(said, members), (), timeout), timeout)
+
+    def _answer(self, future: Any, timeout: Optional[float]) -> Told:
+        return decode(self.schema.answers, self._link.answer(future, timeout))
+
+    def status(self) -> Told:
+        """How the wall is: hosts, frame, scene, journal, detail."""
+        return self.ask("GetStatus")
+
+    # ---- the scene
+
+    def __getitem__(self, path: str) -> Node:
+        """The node at a path ("/hall/crane") or number ("#17"). NotFound says which step failed."""
+        if not isinstance(path, str):
+            raise BadInput(f"{path!r} is no path of a node")
+        current = self._current()
+        made = current._paths.get(path) if current else None
+        return made or self._node(path)
+
+    def __contains__(self, path: str) -> bool:
+        return bool(self._describe([path])[0].id)
+
+    @property
+    def root(self) -> Node:
+        return self._node("/")
+
+    def find(self, expression: str, type: Optional[str] = None, below: Optional[Node] = None) -> list[Node]:
+        """The nodes that an expression names: "/hall/**/wheel*"; with `type` only those with such a core."""
+        found: list[Node] = []
+        after: Any = ()
+        number = self.schema.type(type).number if type else 0
+        while True:
+            page = self.ask("FindNodes", expression=expression, node=below._id if below else 1, core_type=number, page_size=256, after=after)
+            found.extend(self._node_of(info) for info in page.nodes)
+            after = page.next
+            if not len(after):
+                return found
+
+    def nodes(self, which: Union[str, Sequence[Union[str, Node]]]) -> Nodes:
+        """Many at once: of an expression, of paths, or of nodes. Their cores are of one type."""
+        if isinstance(which, str):
+            return many(self, self.find(which))
+        paths = [each for each in which if isinstance(each, str)]
+        told = dict(zip(paths, self._nodes(paths)))
+        return many(self, [told[each] if isinstance(each, str) else each for each in which])
+
+    def edit(self, undo: Optional[str] = None) -> Edit:
+        """`with wall.edit(): …` : all that this thread assigns and creates within is granted or refused as one. Edits in a row with the
+        same `undo` are taken back as one step."""
+        return Edit(self, undo)
+
+    def create(self, path: str, type: Optional[str] = "Transform", **fields: Any) -> Node:
+        """A new node at a path, with a new core of that type."""
+        current = self._current()
+        edit = current or self.edit()
+        node = edit.create(path, type, **fields)
+        if not current:
+            edit.commit()
+        return node
+
+    def object(self, type: str, **fields: Any) -> Object:
+        """A new object beside the tree, which something refers to: within the same edit, or it goes with the next undo."""
+        current = self._current()
+        edit = current or self.edit()
+        made = edit.object(type, **fields)
+        if not current:
+            edit.commit()
+        return made
+
+    def remove(self, path: str) -> Told:
+        return self[path].remove()
+
+    def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT, **placing: Any) -> Node:
+        """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands."""
+        parent = 0 if under is None else (self[under] if isinstance(under, str) else under)._id
+        if path.startswith("asset://"):
+            loaded = self.ask("LoadAsset", timeout=timeout, name=path[8:], parent=parent, **placing)
+        else:
+            loaded = self.ask("LoadFile", timeout=timeout, path=path, parent=parent, **placing)
+        return self._node(f"#{loaded.node}")
+
+    def undo(self) -> Told:
+        """Takes back the last step, whoever made it."""
+        return self.ask("UndoStep")
+
+    def redo(self) -> Told:
+        return self.ask("RedoStep")
+
+    # ---- what is seen
+
+    def image(self) -> Array:
+        """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless, and not older than
+        this program's last granted edit. Tiles that nobody draws are black."""
+        deadline = time.monotonic() + self.timeout
+        while True:
+            told = self.ask("GetImages", timeout=max(0.001, deadline - time.monotonic()))
+            frames = {int(tile.frame) for tile in told.tiles}
+            if len(frames) == 1:
+                return mosaic_of(self._link.configuration, told)
+            if not frames:
+                raise Refused("no host gave its picture in time: none draws now, or all are at a slow frame; status() says which")
+            if time.monotonic() >= deadline:
+                raise Timeout(f"the tiles show different frames, {min(frames)} to {max(frames)}")
+
+    def _repr_png_(self) -> Optional[bytes]:
+        """For notebooks."""
+        try:
+            return encode_png(self.image())
+        except TesseraError:
+            return None
+
+    def show(self, x: Any, path: Optional[str] = None, **look: Any) -> Node:
+        """Anything with vertices and faces, or points, on the wall (shapes.Shown.show says what it takes and which looks there are).
+        The same path again replaces what is there."""
+        return self._shown.show(x, path, **look)
+
+    def view(self, **wish: Any) -> None:
+        """`position`, `orientation`, `world_units_per_metre` of the wall; `user` and `head`; `reset`."""
+        self.ask("SetView", **wish)
+
+    def pick(self, x_px: float, y_px: float) -> Told:
+        """What is at a pixel of the first screen's mosaic, from its upper left; `node` is a number, `hit` false where there is nothing."""
+        return self.ask("PickAt", x_px=x_px, y_px=y_px)
+
+    # ---- collisions
+
+    def contacts(self) -> Array:
+        """What touches in the newest frame."""
+        found: Array = self.ask("GetContacts").contacts
+        return found
+
+    def questions(self) -> Array:
+        """Motions that were stopped and wait for a decision."""
+        found: Array = self.ask("GetQuestions").questions
+        return found
+
+    def respond(self, question: Any, decision: str, **pose: Any) -> None:
+        """Decides a question (its record, or its number): "stop", "pass", or "move" with `translation`, `rotation`, `scale`."""
+        if decision == "move":
+            pose = {"translation": (0, 0, 0), "rotation": (1, 0, 0, 0), "scale": (1, 1, 1), **pose}
+        number = question["id"] if isinstance(question, np.void) else question
+        self.ask("AnswerQuestion", question=int(number), decision=decision, **pose)
+
+    # ---- what happens
+
+    def follow(self, what: str, *, timeout: Optional[float] = None, most: int = 1024, **options: bool) -> Subscription:
+        """An iterator of what the server tells of each frame from now on: "frames", "contacts", "events" (`stays=True`: those that go
+        on, too), "distances", "questions", "picks", "poses", or "changes" of the scene. It waits for the next one, at most `timeout`
+        seconds (Timeout; None: however long), and ends when the wall does. Of `most` that wait unread the oldest go; `missed` counts them,
+        `gaps` how often the connection broke and came back."""
+        if what == "changes":
+            return ChangesSubscription(self, timeout, most)
+        return self._subscriptions.open(what, timeout, most, options)
+
+    def frames(self, timeout: Optional[float] = None) -> Subscription:
+        """`follow("frames")`: a wall's own clock."""
+        return self.follow("frames", timeout=timeout)
+
+    # ---- inside
+
+    def _enter(self, edit: Edit) -> None:
+        if self._current() is not None:
+            raise Refused("an edit is open already in this thread; edits do not stand one within the other")
+        self._local.edit = edit
+
+    def _leave(self, edit: Edit) -> None:
+        self._local.edit = None
+
+    def _current(self) -> Optional[Edit]:
+        current: Optional[Edit] = getattr(self._local, "edit", None)
+        return current
+
+    def _gesture(self, undo: Optional[str]) -> int:
+        return hash64(f"{undo}\0{id(self)}".encode()) | 1 if undo else 0
+
+    def _edits(self, request: str, **members: Any) -> Told:
+        if self._current() is not None:
+            raise Refused(f"{request} is a step of its own: it cannot stand within an edit")
+        return self.ask(request, **members)
+
+    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
+        """Arrays that the server took earlier are named alone. Where it has one no more it says NotFound, and all of them are sent."""
+        fresh = {name: data for name, data in arrays.items() if name not in self._taken}
+        try:
+            told = self._said(changes, fresh, gesture, timeout)
+        except NotFound:
+            if len(fresh) == len(arrays):
+                raise
+            told = self._said(changes, arrays, gesture, timeout)
+        self._taken.update(dict.fromkeys(arrays))
+        for name in list(self._taken)[:max(0, len(self._taken) - _MOST_TAKEN)]:
+            self._taken.pop(name, None)
+        return told
+
+    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
+        uploads, small = uploads_of(self.schema, arrays)
+        body = encode(self.schema.request("ProposeChanges"), {"list": changes, "blobs": small, "gesture": gesture})
+        return self._answer(self._link.request(body, uploads, timeout), timeout)
+
+    def _describe(self, names: Sequence[str], content: bool = False, paths: bool = False) -> list[Told]:
+        found: list[Told] = []
+        for at in range(0, len(names), _NAMES_AT_ONCE):
+            found.extend(self.ask("GetObjects", names=names[at:at + _NAMES_AT_ONCE], content=content, paths=paths).objects)
+        return found
+
+    def _node_of(self, info: Told) -> Node:
+        kind = self.schema.types_by_number[info.type]
+        if kind.name != "Node":
+            raise NotFound(f"#{info.id} is a {kind.name}, not a node")
+        return Node(self, info.id, kind, info.path, info.core, self.schema.types_by_number.get(info.core_type))
+
+    def _nodes(self, names: Sequence[str]) -> list[Node]:
+        found = self._describe(names, paths=True)
+        for info in found:
+            if not info.id:
+                raise NotFound(info.path)
+        return [self._node_of(info) for info in found]
+
+    def _node(self, name: str) -> Node:
+        return self._nodes([name])[0]
+
+    def _children(self, number: int) -> list[Node]:
+        children: list[int] = []
+        after: Any = ()
+        while True:
+            page = self.ask("GetTree", node=number, levels=1, after=after)
+            children.extend(page.nodes["node"][page.nodes["parent"] == number].tolist())
+            after = page.next
+            if not len(after):
+                return self._nodes([f"#{child}" for child in children])
+
+    def _reference(self, value: Any, field: Field) -> int:
+        if value is None:
+            return 0
+        if isinstance(value, str):
+            value = self._node(value)
+        if isinstance(value, Node) and field.to != "Node":
+            value._number()
+            if not value._core:
+                raise BadInput(f"{field.where}: {value.path} has no core, and it refers to {field.to}")
+            return value._core
+        if isinstance(value, Object):
+            return value._number()
+        if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+            return int(value)
+        raise BadInput(f"{field.where}: {value!r} is no object")
+
+    # Reading: what the server does not say of an object is as in a fresh one.
+
+    def _content(self, numbers: Sequence[int]) -> list[_changes.Changes]:
+        found = []
+        for at in range(0, len(numbers), _NAMES_AT_ONCE):
+            told = self.ask("GetObjects", names=[f"#{number}" for number in numbers[at:at + _NAMES_AT_ONCE]], content=True)
+            for info in told.objects:
+                if not info.id:
+                    raise NotFound(info.path)
+            found.append(_changes.decode(self.schema, told.content))
+        return found
+
+    def _value(self, field: Field, value: Any) -> Any:
+        if field.kind == BLOB:
+            return self._fetcher.fetch(value, field)
+        if field.kind == REF:
+            return self._object(int(value))
+        if field.kind == REFS:
+            return [self._object(number) for number in value.tolist()]
+        return _values.to_python(field, value)
+
+    def _object(self, number: int) -> Optional[Object]:
+        if number == 0:
+            return None
+        info = self._describe([f"#{number}"], paths=True)[0]
+        kind = self.schema.types_by_number.get(info.type)
+        if not info.id or kind is None:
+            return None
+        return self._node_of(info) if kind.name == "Node" else Object(self, number, kind)
+
+    def _read(self, owner: Type, field: Field, number: int) -> Any:
+        for column in self._content([number])[0].columns:
+            if column.type is owner and column.field is field and number in column.ids:
+                return self._value(field, column.values[column.ids.tolist().index(number)])
+        return _values.default(field)
+
+    def _read_all(self, owner: Type, number: int) -> dict[str, Any]:
+        values = {field.name: _values.default(field) for field in owner.fields.values()}
+        for column in self._content([number])[0].columns:
+            if column.type is owner and number in column.ids:
+                value = column.values[column.ids.tolist().index(number)]
+                values[column.field.name] = int(value["bytes"]) if column.field.kind == BLOB else self._value(column.field, value)
+        return values
+
+    def _read_many(self, owner: Type, field: Field, ids: Array) -> Array:
+        told: dict[int, Any] = {}
+        for content in self._content(ids.tolist()):
+            for column in content.columns:
+                if column.type is owner and column.field is field:
+                    told.update(zip(column.ids.tolist(), column.values))
+        if field.kind in (BLOB, REFS):
+            raise Unsupported(f"{field.where} is read object by object")
+        fresh = _values.default(field)
+        return np.array([_values.to_python(field, told[number]) if number in told else fresh for number in ids.tolist()])

@@ -1,0 +1,94 @@
+"""A wall of real processes on loopback for a test: a server, and clients that draw in memory or nothing. Ended by their ids, always."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+
+import tessera
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
+BIN = BUILD / "bin"
+PATIENCE = 60.0  # s; machines are shared
+YARD = ROOT / "tests/data/scenes/yard.tsct"
+
+
+class Live:
+    """`with Live(…) as wall_of_processes:`; `address` is where its server listens."""
+
+    def __init__(self, wall="1x1", scene=YARD, surface=None, size=None, options=(), port=0, journal=False):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tessera-python-"))
+        self._wall, self._scene, self._surface, self._options, self._port = wall, scene, surface, list(options), port
+        self._size = ["--size", size] if size else []
+        if journal:
+            self._options += ["--journal", str(self.folder / "journal")]
+        self._processes = []
+        self.server = None
+
+    def __enter__(self):
+        try:
+            self.start_server()
+            if self._surface:
+                with self.connect() as wall:
+                    hosts = [host.name for host in wall.status().hosts]
+                for host in hosts:
+                    self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface, "--threads", "0"], host)
+                self._wait_until_live(len(hosts))
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(self, kind, value, trace):
+        for process in reversed(self._processes):
+            if process.poll() is None:
+                process.terminate()
+        for process in self._processes:
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def connect(self, **options):
+        return tessera.connect(self.address, **{"timeout": PATIENCE, **options})
+
+    def start_server(self):
+        command = ["tessera-server", "--wall", self._wall, "--scene", str(self._scene), "--listen", f"127.0.0.1:{self._port}", *self._size, *self._options]
+        self.server = self._start(command, "server")
+        deadline = time.monotonic() + PATIENCE
+        while True:
+            found = re.search(r"listening on (127\.0\.0\.1:(\d+))", self.log("server"))
+            if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")):  # the scene comes after the port
+                break
+            if self.server.poll() is not None or time.monotonic() > deadline:
+                raise RuntimeError(f"the server did not start: {self.log('server')}")
+            time.sleep(0.02)
+        self.address, self._port = found.group(1), int(found.group(2))
+
+    def kill_server(self):
+        self.server.kill()
+        self.server.wait()
+
+    def log(self, name):
+        path = self.folder / f"{name}.log"
+        return path.read_text() if path.exists() else ""
+
+    def run(self, program, *arguments):
+        return subprocess.run([str(BIN / program), *arguments], capture_output=True, text=True, timeout=PATIENCE)
+
+    def _start(self, command, name):
+        with open(self.folder / f"{name}.log", "w") as log:
+            process = subprocess.Popen([str(BIN / command[0]), *command[1:]], stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+        self._processes.append(process)
+        return process
+
+    def _wait_until_live(self, hosts):
+        with self.connect() as wall:
+            for frame in wall.follow("frames", timeout=PATIENCE):
+                if len(frame.shown) == hosts:
+                    return

@@ -1,0 +1,232 @@
+"""The link: time-outs, strangers in a server's place, and the return after kill -9."""
+import asyncio
+import socket
+import struct
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import tessera
+from live import PATIENCE, Live
+from tessera import _described, _wire
+from tessera._link import receive_all
+from tessera._schema import schema
+
+
+class Stranger:
+    """Something that listens; `serve(connection)` is its manners, on a thread of its own."""
+
+    def __init__(self, serve):
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        self._serve = serve
+        self._open = []
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind, value, trace):
+        self._listener.close()
+        for connection in self._open:
+            connection.close()
+
+    def _run(self):
+        while True:
+            try:
+                connection, _ = self._listener.accept()
+            except OSError:
+                return
+            self._open.append(connection)
+            try:
+                self._serve(connection)
+            except OSError:
+                pass
+
+
+def say(connection, name, epoch=7, spoil=b"", **members):
+    payload = _described.encode_message(schema().messages[name], members)
+    connection.sendall(_wire.header_of(schema().messages[name].number, epoch, payload) + payload.joined() + spoil)
+
+
+def welcome(connection, **more):
+    hear(connection)
+    say(connection, "Welcome", **{"epoch": 7, "heartbeat_ms": 50, "lost_after_ms": 800, "token": (1, 2), **more})
+
+
+def hear(connection):
+    data = memoryview(bytearray(32))
+    receive_all(connection, data, time.monotonic() + PATIENCE)
+    header = _wire.Header(data)
+    payload = memoryview(bytearray(header.size))
+    receive_all(connection, payload, time.monotonic() + PATIENCE)
+    header.check(payload)
+    name = schema().message_names[header.kind]
+    return name, _described.decode_message(schema().messages[name], payload)
+
+
+class Strangers(unittest.TestCase):
+    def refused(self, serve, kind, what, **options):
+        with Stranger(serve) as stranger:
+            begin = time.monotonic()
+            with self.assertRaisesRegex(kind, what):
+                tessera.connect(stranger.address, **{"timeout": 0.3, **options})
+            self.assertLess(time.monotonic() - begin, PATIENCE)
+
+    def test_nobody_is_there(self):
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with self.assertRaisesRegex(tessera.NetworkError, f"no Tessera server at {address}"):
+            tessera.connect(address, timeout=1)
+        for wrong in ("here", "here:", "1.2.3.4:x", "1.2.3.4:99999"):
+            with self.assertRaisesRegex(tessera.BadInput, "is no address"):
+                tessera.connect(wrong)
+
+    def test_who_is_silent_times_out(self):
+        self.refused(lambda connection: None, tessera.Timeout, "no Tessera server at .*did not answer in time")
+        self.refused(lambda connection: connection.sendall(b"TSRA"), tessera.Timeout, "in time")
+
+    def test_another_protocol(self):
+        web = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"
+        self.refused(lambda connection: connection.sendall(web), tessera.NetworkError, "not a Tessera server: it began a message with .*HTTP")
+        for version, size, what in ((9, 0, "version 9"), (1, 0xFFFFFFFF, "announced a message of type 11 with 4294967295 bytes")):
+            header = struct.pack("<4sHHIIQQ", b"TSRA", version, 11, size, 0, 0, 0)
+            self.refused(lambda connection: connection.sendall(header), tessera.NetworkError, what)
+        self.refused(lambda connection: connection.close(), tessera.NetworkError, "closed the connection|reset")
+
+    def test_a_refusal_is_told_in_its_words(self):
+        def refuse(connection):
+            hear(connection)
+            say(connection, "Refused", code=3, reason="already 64 applications are connected")
+        self.refused(refuse, tessera.Refused, "already 64 applications")
+
+    def test_damage_ends_the_link(self):
+        def damaged(connection):
+            hear(connection)
+            payload = _described.encode_message(schema().messages["Welcome"], {"epoch": 7})
+            data = bytearray(_wire.header_of(11, 7, payload) + payload.joined())
+            data[-1] ^= 1
+            connection.sendall(data)
+        self.refused(damaged, tessera.NetworkError, "checksum is wrong")
+
+    def test_an_answer_that_does_not_come(self):
+        with Stranger(welcome) as stranger, tessera.connect(stranger.address, timeout=0.2) as wall:
+            with self.assertRaisesRegex(tessera.Timeout, "did not answer within 0.2 s"):
+                wall.status()
+            with self.assertRaisesRegex(tessera.Timeout, "within 0.1 s"):
+                wall.ask("GetStatus", timeout=0.1)
+            self.assertTrue(wall.connected)
+
+    def test_a_server_that_does_not_read_costs_no_more_than_the_time_out(self):
+        with Stranger(welcome) as stranger, tessera.connect(stranger.address, timeout=0.5, redial=0) as wall:
+            begin = time.monotonic()
+            with self.assertRaises(tessera.NetworkError):
+                edit = wall.edit()
+                edit.object("Geometry", positions=np.zeros((8_000_000, 3), np.float32))
+                edit.commit()
+            self.assertLess(time.monotonic() - begin, PATIENCE)
+
+    def test_an_answer_of_another_kind(self):
+        def rubbish(connection):
+            welcome(connection)
+            while True:
+                name, said = hear(connection)
+                if name == "Request":
+                    say(connection, "Reply", id=said["id"], body=b"\x00" * 5)
+        with Stranger(rubbish) as stranger, tessera.connect(stranger.address, timeout=PATIENCE) as wall:
+            with self.assertRaises(tessera.TesseraError):
+                wall.status()
+
+    def test_no_address(self):
+        import os
+        from unittest import mock
+        with mock.patch.dict(os.environ, {"TESSERA_SERVER": ""}), self.assertRaisesRegex(tessera.NotFound, "TESSERA_SERVER"):
+            tessera.connect()
+
+
+class Return(unittest.TestCase):
+    def test_what_was_granted_is_there_after_kill_9_and_so_are_subscriptions(self):
+        with Live(surface="none", journal=True) as live:
+            with live.connect(redial=PATIENCE) as wall, wall.frames(timeout=PATIENCE) as frames, wall.follow("changes", timeout=PATIENCE) as changes:
+                node = wall.create("/kept")
+                node.translation = (1, 2, 3)
+                next(changes)
+                live.kill_server()
+                answers = []
+                while wall.connected:
+                    time.sleep(0.01)
+                waiting = threading.Thread(target=lambda: answers.append(wall.status()))  # it waits for the return
+                waiting.start()
+                live.start_server()
+                waiting.join(PATIENCE)
+                self.assertEqual(len(answers), 1)
+                self.assertEqual(node.translation, (1.0, 2.0, 3.0))
+                node.translation = (4, 5, 6)
+                self.assertEqual((wall["/kept"].translation, wall["/kept"].id), ((4.0, 5.0, 6.0), node.id))
+                self.assertTrue(wall.connected)
+                last = wall.status().sequence
+                while next(changes).sequence < last:
+                    continue
+                self.assertGreater(frames.latest(PATIENCE).frame, 0)
+                self.assertEqual((frames.gaps, changes.gaps), (1, 1))
+                frames._told.clear()
+                self.assertGreater(next(frames).frame, 0)
+
+    def test_without_a_journal_handles_are_looked_up_again(self):
+        with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
+            node = wall["/row"]
+            live.kill_server()
+            live.start_server()
+            with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
+                node.translation = (1, 2, 3)
+            wall["/row"].translation = (1, 2, 3)
+
+    def test_nobody_comes_back(self):
+        with Live() as live, live.connect(redial=0.3) as wall:
+            frames = wall.frames(timeout=PATIENCE)
+            live.kill_server()
+            with self.assertRaisesRegex(tessera.NetworkError, "nobody has answered|ended"):
+                next(frames)
+            with self.assertRaisesRegex(tessera.NetworkError, "nobody has answered|ended"):
+                wall.status()
+
+    def test_a_server_that_ends_says_so(self):
+        with Live(surface="none") as live, live.connect() as wall:
+            frames = wall.frames(timeout=PATIENCE)
+            next(frames)
+            live.server.terminate()
+            live.server.wait(PATIENCE)
+            for _ in frames:
+                pass
+            self.assertTrue(wall.over)
+            with self.assertRaisesRegex(tessera.NetworkError, "is over"):
+                wall.status()
+
+
+class Asyncio(unittest.TestCase):
+    def test_the_same_is_awaited(self):
+        async def program(address):
+            async with await tessera.aio.connect(address, timeout=PATIENCE) as wall:
+                self.assertEqual((await wall.status()).wall_name, "1x1")
+                made = await wall.create("/async", translation=(1, 0, 0))
+                await asyncio.gather(*(wall.set(made, translation=(at, 0, 0)) for at in range(4)))
+                await wall.set("/async", translation=(5, 0, 0))
+                self.assertEqual(await wall.get("/async", "translation"), (5.0, 0.0, 0.0))
+                seen = 0
+                async for frame in wall.follow("frames", timeout=PATIENCE):
+                    seen += frame.shown == ["all"]
+                    if seen == 2:
+                        break
+                with self.assertRaises(tessera.NotFound):
+                    await wall.node("/nowhere")
+                await wall.undo()
+                return seen
+        with Live(surface="none") as live:
+            self.assertEqual(asyncio.run(program(live.address)), 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,379 @@
+"""A program in Python and a running wall: edits, arrays, what is told, and what is refused."""
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import tessera
+from live import PATIENCE, ROOT, Live
+
+
+class OnAWall(unittest.TestCase):
+    """One wall for all tests of a class; nobody draws."""
+
+    options = {"surface": "none"}
+
+    @classmethod
+    def setUpClass(cls):
+        cls.live = cls.enterClassContext(Live(**cls.options))
+        cls.wall = cls.enterClassContext(cls.live.connect())
+
+
+class Edits(OnAWall):
+    def test_a_field_is_set_when_the_assignment_returns(self):
+        node = self.wall["/row"]
+        node.translation = (1, 2, 3)
+        self.assertEqual(node.translation, (1.0, 2.0, 3.0))
+        with self.live.connect() as other:
+            self.assertEqual(other["/row"].translation, (1.0, 2.0, 3.0))
+        node.set(translation=np.array([0.5, 0, 0]), scale=[2, 2, 2])
+        self.assertEqual((node.translation, node.scale, node.rotation), ((0.5, 0, 0), (2, 2, 2), (1, 0, 0, 0)))
+
+    def test_a_tree_is_walked(self):
+        names = [child.name for child in self.wall.root.children]
+        self.assertIn("carriage", names)
+        body = self.wall["/carriage"] / "body"
+        self.assertEqual((body.path, body.parent.path, body.core.type), ("/carriage/body", "/carriage", "Geometry"))
+        self.assertEqual(self.wall["/carriage/body"].core.material.type, "Material")
+        self.assertTrue("/carriage" in self.wall and "/carrage" not in self.wall)
+        self.assertEqual(len(self.wall.find("/row*", "Transform")), 5)
+        self.assertEqual(self.wall[f"#{body.id}"].path, body.path)
+
+    def test_nodes_come_go_and_are_copied(self):
+        made = self.wall.create("/made", translation=(1, 0, 0))
+        inner = made.create("light", "PointLight", intensity=3.0)
+        self.assertEqual((inner.path, inner.intensity), ("/made/light", 3.0))
+        copy = made.clone("copy", deep=True)
+        copy.translation = (2, 0, 0)
+        self.assertEqual((copy.path, made.translation), ("/copy", (1.0, 0.0, 0.0)))
+        copy.move((1, 0, 0), by=True)
+        self.assertEqual(copy.translation, (3.0, 0.0, 0.0))
+        inner.name = "lamp"
+        self.assertIn("/made/lamp", self.wall)
+        self.wall.remove("/copy")
+        made.remove()
+        self.assertFalse("/made" in self.wall or "/copy" in self.wall)
+
+    def test_an_edit_is_granted_or_refused_as_one_and_is_one_step(self):
+        with self.wall.edit() as edit:
+            node = self.wall.create("/batch")
+            self.wall.create("/batch/ball", "Geometry", positions=np.eye(3), indices=np.arange(3, dtype=np.uint32))
+            self.wall["/row"].translation = (7, 7, 7)
+            self.wall["/row"].translation = (8, 8, 8)  # the last one counts
+            self.assertNotIn("/batch", self.live.run("tessera-ctl", "--server", self.live.address, "tree").stdout)
+        self.assertEqual((self.wall["/row"].translation, node.path, len(edit.committed.ids)), ((8.0, 8.0, 8.0), "/batch", 4))
+        self.assertEqual(self.wall["/batch/ball"].positions.shape, (3, 3))
+        self.wall.undo()
+        self.assertNotIn("/batch", self.wall)
+        self.wall.redo()
+        self.assertIn("/batch", self.wall)
+        self.assertEqual(self.wall["/batch"].id, node.id)
+        before = self.wall["/row"].translation
+        with self.assertRaises(tessera.BadInput):
+            with self.wall.edit():
+                self.wall["/row"].translation = (9, 9, 9)
+                self.wall["/batch"].rotation = (0, 0, 0, 0)  # the server's word: no direction
+        self.assertEqual(self.wall["/row"].translation, before)
+        with self.assertRaises(RuntimeError):
+            with self.wall.edit():
+                self.wall["/row"].translation = (9, 9, 9)
+                raise RuntimeError("of the caller")
+        self.assertEqual(self.wall["/row"].translation, before)
+
+    def test_edits_of_one_name_are_one_step(self):
+        node = self.wall.create("/dragged")
+        for at in range(4):
+            with self.wall.edit(undo="drag"):
+                node.translation = (at, 0, 0)
+        self.wall.undo()
+        self.assertEqual(node.translation, (0.0, 0.0, 0.0))
+
+    def test_words_references_and_flags(self):
+        body = self.wall["/carriage/body"]
+        paint = body.core.material
+        paint.set(baseColor=(0, 1, 0, 1), alphaMode="opaque", doubleSided=True)
+        self.assertEqual((paint.alphaMode, paint.doubleSided), ("opaque", True))
+        self.assertEqual(body.material, paint)
+        self.assertEqual(self.wall["/drive"].mode, "once")
+        with self.assertRaisesRegex(tessera.BadInput, 'Material.alphaMode: "opak" is none of auto, opaque, mask, blend; is it opaque'):
+            paint.alphaMode = "opak"
+        body.material = None
+        self.assertIsNone(body.material)
+        body.material = paint
+        turned = self.wall.create("/matrix", "ComponentTransform") if "matrix" in self.wall.schema.types["ComponentTransform"].fields else None
+        if turned is not None:
+            matrix = np.eye(4)
+            matrix[:3, 3] = (1, 2, 3)
+            turned.matrix = matrix
+            self.assertTrue(np.array_equal(turned.matrix, matrix))
+
+    def test_many_nodes_at_once(self):
+        with self.wall.edit() as edit:
+            self.wall.create("/many")
+            made = [edit.create(f"/many/n{at}") for at in range(300)]
+        nodes = self.wall.nodes(made)
+        places = np.random.default_rng(1).random((300, 3))
+        nodes.translations = places
+        self.assertTrue(np.array_equal(nodes.translation, places))
+        with self.wall.edit() as edit:
+            edit.set(nodes, "scale", np.full((300, 3), 2.0))
+            edit.set(made[7], scale=(3, 3, 3))  # after the array: it counts
+        self.assertEqual((made[7].scale, made[8].scale), ((3.0, 3.0, 3.0), (2.0, 2.0, 2.0)))
+        nodes.name = [f"m{at}" for at in range(300)]
+        self.assertEqual(len(self.wall.nodes("/many/m*")), 300)
+        for wrong, what in ((np.zeros((299, 3)), "299 × 3 numbers instead of 300 × 3"), (np.zeros((300, 2)), "300 × 2"),
+                            (np.full((300, 3), np.nan), "not all numbers are finite")):
+            with self.assertRaisesRegex(tessera.BadInput, what):
+                nodes.translation = wrong
+        with self.assertRaisesRegex(tessera.BadInput, "several types"):
+            self.wall.nodes(["/many", "/sky"])
+
+    def test_two_threads_edit_and_each_has_its_own_batch(self):
+        nodes = [self.wall.create(f"/thread{at}") for at in range(2)]
+        faults = []
+
+        def work(at):
+            try:
+                for turn in range(10):
+                    with self.wall.edit():
+                        nodes[at].translation = (turn, 0, 0)
+            except Exception as error:  # told by the test's own thread
+                faults.append(error)
+        threads = [threading.Thread(target=work, args=(at,)) for at in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(PATIENCE)
+        self.assertEqual((faults, [node.translation[0] for node in nodes]), ([], [9.0, 9.0]))
+
+
+class Arrays(OnAWall):
+    def test_arrays_of_any_size_come_back(self):
+        node = self.wall.create("/array", "Geometry", primitive="points")
+        for count in (1, 5_461, 5_462, 100_000, 700_000):  # a leaf of 65,536 bytes; more than 1 MiB; several pieces
+            with self.subTest(count=count):
+                points = np.random.default_rng(count).random((count, 3), np.float32)
+                node.positions = points
+                back = node.positions
+                self.assertEqual((back.dtype, back.shape), (np.float32, (count, 3)))
+                self.assertTrue(np.array_equal(back, points))
+        node.positions = np.zeros((0, 3), np.float32)
+        self.assertIsNone(node.fields()["positions"] or None)
+
+    def test_several_arrays_go_with_one_edit(self):
+        points = np.random.default_rng(1).random((30_000, 3), np.float32)
+        shades = np.random.default_rng(2).integers(0, 255, (30_000, 4), np.uint8)
+        with self.wall.edit():
+            for at in range(5):
+                self.wall.create(f"/several{at}", "Geometry", primitive="points", positions=points + at, colors=shades ^ np.uint8(at))
+        for at in range(5):
+            self.assertTrue(np.array_equal(self.wall[f"/several{at}"].positions, points + at))
+            self.assertTrue(np.array_equal(self.wall[f"/several{at}"].colors.reshape(-1, 4), shades ^ np.uint8(at)))
+
+    def test_what_the_server_has_is_not_sent_again(self):
+        sent = []
+        really = self.wall._link.request
+        self.wall._link.request = lambda body, uploads=(), timeout=None: (sent.append(body.size + sum(map(len, uploads))), really(body, uploads, timeout))[1]
+        try:
+            points = np.random.default_rng(5).random((200_000, 3), np.float32)
+            node = self.wall.create("/again", "Geometry", primitive="points", positions=points)
+            node.positions = points[:10]
+            node.positions = points
+            self.assertLess(sent[-1], 1000)
+            # One that it is only said to have is asked for in vain, and then sent.
+            other = points + 1
+            edit = self.wall.edit()
+            edit.set(node, positions=other)
+            self.wall._taken.update(dict.fromkeys(edit._arrays.by_name))
+            edit.commit()
+        finally:
+            del self.wall._link.request
+        self.assertTrue(np.array_equal(node.positions, other))
+
+    def test_a_part_of_an_array_is_written(self):
+        points = np.zeros((100_000, 3), np.float32)
+        node = self.wall.create("/part", "Geometry", primitive="points", positions=points)
+        points[17:19] = ((1, 2, 3), (4, 5, 6))
+        node.core.write("positions", 17, points[17:19])
+        self.assertTrue(np.array_equal(node.positions, points))
+
+    def test_what_could_mean_two_things_is_refused(self):
+        node = self.wall.create("/doubt", "Geometry", positions=np.eye(3))
+        with self.assertRaisesRegex(tessera.BadInput, r"Geometry.indices: elements of int64 could mean two things"):
+            node.indices = np.arange(3)
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: 4 numbers are no elements of 3"):
+            node.positions = np.zeros(4, np.float32)
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: not all numbers are finite"):
+            node.positions = np.full((1, 3), np.inf)
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: object is no type of numbers"):
+            node.positions = [None]
+
+
+class Refusals(OnAWall):
+    def test_each_failure_has_its_exception_and_names_what_is_wrong(self):
+        row = self.wall["/row"]
+        for values, kind, what in (
+                ({"translation": (1, 2)}, tessera.BadInput, "Transform.translation: an array of 2 numbers instead of 3"),
+                ({"translation": (1, 2, float("nan"))}, tessera.BadInput, "Transform.translation: .* is not finite"),
+                ({"translation": "here"}, tessera.BadInput, "Transform.translation: 'here' is no number"),
+                ({"translation": None}, tessera.BadInput, "Transform.translation: None is no number"),
+                ({"translation": (1, "2", 3)}, tessera.BadInput, "Transform.translation"),
+                ({"translaton": (1, 2, 3)}, tessera.UnknownField, '/row.* is a Transform, which has no field "translaton"; is it translation'),
+                ({"name": 5}, tessera.BadInput, "Node.name: 5 is no text"),
+                ({"core": "x" * 5000}, tessera.TesseraError, "")):
+            with self.subTest(values=str(values)[:60]), self.assertRaisesRegex(kind, what):
+                row.set(**values)
+        with self.assertRaisesRegex(tessera.NotFound, 'there is no "roe"'):
+            self.wall["/roe"]
+        with self.assertRaises(AttributeError):
+            row.nothing
+        with self.assertRaisesRegex(tessera.UnknownField, 'there is no type "Tranform"; is it Transform'):
+            self.wall.create("/x", "Tranform")
+        with self.assertRaisesRegex(tessera.BadInput, "is no path of a new node"):
+            self.wall.create("x")
+        with self.assertRaises(tessera.NotFound):
+            self.wall.create("/nowhere/x")
+        with self.assertRaises(tessera.Refused):
+            with self.wall.edit():
+                row.remove()
+        with self.assertRaises(tessera.Refused):
+            with self.wall.edit(), self.wall.edit():
+                pass
+        with self.assertRaises(tessera.TesseraError):
+            self.wall.load("/etc/passwd")
+        with self.assertRaisesRegex(tessera.UnknownField, 'nothing of "frame" is told; .*is it frames'):
+            self.wall.follow("frame")
+        with self.assertRaisesRegex(tessera.BadInput, "roughness"):
+            self.wall["/carriage/body"].core.material.roughness = 9
+
+    def test_every_request_that_is_described_is_answered_as_described(self):
+        answered = 0
+        for said in self.wall.schema.requests.values():
+            needed = {field["name"]: (0, 0, 0) for field in said.fields if field["type"] == "Vector" and not field.get("optional")}
+            with self.subTest(request=said.name):
+                try:
+                    told = self.wall.ask(said.name, **needed)
+                except tessera.TesseraError as error:
+                    self.assertNotIsInstance(error, (tessera.NetworkError, tessera.UnknownField), said.name)
+                else:
+                    self.assertEqual(repr(told).split("(")[0], said.answer)
+                    answered += 1
+        self.assertGreater(answered, 12)
+
+    def test_the_link_outlives_refusals(self):
+        for _ in range(20):
+            with self.assertRaises(tessera.TesseraError):
+                self.wall.ask("RemoveNode", node=1)
+        self.assertTrue(self.wall.connected)
+        self.assertEqual(self.wall.status().applications, 1)
+
+    def test_an_edit_that_is_too_large_is_not_sent(self):
+        with self.assertRaisesRegex(tessera.LimitExceeded, "67108864 is the most"):
+            edit = self.wall.edit()
+            ids = np.arange(2_500_000, dtype=np.uint64) + 10
+            transform = self.wall.schema.type("Transform")
+            edit._put_many(transform, transform.field("translation"), ids, np.zeros((2_500_000, 3)))
+            edit.commit()
+
+
+class Told(OnAWall):
+    def test_frames_come_and_an_iterator_waits_for_them(self):
+        with self.wall.frames(timeout=PATIENCE) as frames:
+            first, second = next(frames), next(frames)
+        self.assertGreater(second.frame, first.frame)
+        self.assertEqual(first.shown, ["all"])
+        self.assertEqual(list(frames), [])
+
+    def test_whatever_is_told_of_each_frame(self):
+        for what in self.wall.schema.subscriptions:
+            if what in ("picks", "questions"):
+                continue  # told when somebody does something: below
+            with self.subTest(what=what), self.wall.follow(what, timeout=PATIENCE) as told:
+                self.assertGreater(next(told).frame, 0)
+
+    def test_picks_are_told(self):
+        with self.wall.follow("picks", timeout=PATIENCE) as picks:
+            picked = self.wall.pick(960, 700)
+            told = next(picks)
+        self.assertEqual((told.hit, told.node, told.point), (picked.hit, picked.node, picked.point))
+        self.assertTrue(picked.hit)
+        self.assertIn("/", self.wall[f"#{picked.node}"].path)
+
+    def test_two_iterators_of_one_kind_each_get_all(self):
+        with self.wall.frames(timeout=PATIENCE) as one, self.wall.frames(timeout=PATIENCE) as other:
+            wanted = next(other).frame
+            self.assertTrue(any(told.frame >= wanted for told in one))
+            one.close()
+            self.assertGreater(next(other).frame, 0)
+
+    def test_a_reader_that_stops_loses_the_oldest_and_is_told_how_many(self):
+        with self.wall.follow("frames", timeout=PATIENCE, most=2) as frames:
+            deadline = time.monotonic() + PATIENCE
+            while frames.missed < 3 and time.monotonic() < deadline:
+                time.sleep(0.01)
+            self.assertGreaterEqual(frames.missed, 3)
+
+    def test_changes_are_told_with_objects_and_fields(self):
+        node = self.wall.create("/watched")
+        with self.wall.follow("changes", timeout=PATIENCE) as changes:
+            done = node.set(translation=(1, 2, 3))
+            for change in changes:
+                if change.sequence == done.sequence:
+                    break
+            column = next(each for each in change.columns if node.core.id in each.ids)
+            self.assertEqual((column.type.name, column.field.name), ("Transform", "translation"))
+            self.assertEqual(column.values[column.ids.tolist().index(node.core.id)].tolist(), [1, 2, 3])
+            self.assertEqual(self.wall.status().applications, 2)
+
+    def test_nothing_in_time(self):
+        with self.wall.follow("questions", timeout=0.05) as questions, self.assertRaisesRegex(tessera.Timeout, '"questions" came within 0.05 s'):
+            next(questions)
+
+    def test_a_subscription_ends_with_the_wall(self):
+        wall = self.live.connect()
+        frames = wall.frames()
+        threading.Timer(0.1, wall.close).start()
+        self.assertGreaterEqual(sum(1 for _ in frames), 0)
+        with self.assertRaisesRegex(tessera.NetworkError, "closed"):
+            wall.status()
+
+
+class Collisions(OnAWall):
+    options = {"surface": "none", "scene": ROOT / "tests/data/scenes/yard.tsct"}
+
+    def test_what_collides_is_stopped_told_and_asked_about(self):
+        wall = self.wall
+        wall["/drive"].playing = False
+        wall["/carriage"].translation = (-2, 0.5, 0)
+        with wall.follow("contacts", timeout=PATIENCE) as contacts:
+            done = wall["/carriage"].move((4, 0.5, 0))
+            self.assertIn(wall["/carriage"].core.id, done.stopped)
+            touching = next(told for told in contacts if len(told.contacts))
+        self.assertEqual(touching.contacts["point"].shape[1], 3)
+        self.assertLess(wall["/carriage"].translation[0], 2)
+        self.assertGreater(len(wall.contacts()), 0)
+        wall["/carriage"].translation = (-2, 0.5, 0)
+        wall["/stop"].set(response="ask", patience=600)
+        with wall.follow("questions", timeout=PATIENCE) as questions:
+            wall["/carriage"].move((4, 0.5, 0))
+            asked = next(told for told in questions if len(told.questions)).questions[0]
+            self.assertEqual(wall.questions()["id"].tolist(), [asked["id"]])
+            wall.respond(asked, "move", translation=(0, 0.5, 0))
+            self.assertTrue(any(asked["id"] in told.closed for told in questions))
+        self.assertEqual(wall["/carriage"].translation, (0.0, 0.5, 0.0))
+        with self.assertRaises(tessera.Refused):
+            wall.respond(asked, "pass")
+
+    def test_motions_play_and_pause(self):
+        drive = self.wall["/drive"]
+        drive.pause()
+        drive.seek(0.25)
+        self.assertEqual((drive.playing, drive.time), (False, 0.25))
+        drive.play()
+        self.assertTrue(drive.playing)
+        drive.pause()
+
+
+if __name__ == "__main__":
+    unittest.main()
