@@ -8,11 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "common/access/LocalWalls.h"
 #include "common/base/Log.h"
 #include "common/base/Version.h"
-#include "common/confine/Confinement.h"
 #include "common/codec/WallCodec.h"
+#include "common/confine/Confinement.h"
 #include "common/options/Options.h"
+#include "server/door/Door.h"
+#include "server/door/Token.h"
 #include "server/sim/FrameLoop.h"
 
 namespace {
@@ -27,6 +30,8 @@ struct Arguments {
     std::string up;
     Placing placing;
     std::string listen = "127.0.0.1:0";
+    std::string console = "127.0.0.1:0";
+    bool noConsole = false;
     std::vector<std::string> assets, allowed;
     std::uint64_t frames = 0;
     double rate = -1;
@@ -62,6 +67,51 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
     return wall;
 }
 
+/// The console, and where this user's programs find it. A wall is worth more than either: without them it goes on.
+class Entrance {
+public:
+    /// `console`: none is wanted.
+    Entrance(std::optional<Address> console, std::string wall, Log& log)
+        : console_(std::move(console)), wall_(std::move(wall)), log_(log) {}
+
+    void open(const Address& server) {
+        Expected<std::unique_ptr<LocalWallPlace>> place = LocalWallPlace::take(wall_);
+        if (!place) log_.warning(place.error().message);
+        if (console_)
+            openDoor(server, place ? (*place)->token() : freshToken(),
+                     place ? (*place)->lastConsolePort() : std::uint16_t{0});
+        if (!place) return;
+        if (const Expected<void> told = (*place)->tell(server, door_ ? std::optional(door_->address()) : std::nullopt);
+            !told)
+            log_.warning(told.error().message);
+        place_ = std::move(*place);
+    }
+
+private:
+    /// Where any port will do the last one does best: links hold.
+    void openDoor(const Address& server, const std::string& token, std::uint16_t lastPort) {
+        Address near = server;
+        if (near.host == "0.0.0.0") near.host = "127.0.0.1";
+        if (near.host == "::") near.host = "::1";
+        DoorOptions options{.listen = *console_, .server = near, .wall = wall_, .token = token};
+        if (console_->port == 0) options.listen.port = lastPort;
+        Expected<std::unique_ptr<Door>> door = Door::open(options);
+        if (!door && options.listen.port != console_->port) {
+            options.listen.port = console_->port;
+            door = Door::open(options);
+        }
+        if (!door) return log_.warning(door.error().message);
+        door_ = std::move(*door);
+        fmt::print("console: {}\n", door_->link());
+    }
+
+    std::optional<Address> console_;
+    std::string wall_;
+    Log& log_;
+    std::unique_ptr<LocalWallPlace> place_;
+    std::unique_ptr<Door> door_;
+};
+
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
@@ -86,8 +136,16 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.takesInput = !arguments.noInput;
     options.notices = !arguments.noNotices;
-    options.onListening = [](const Address& bound) {
+    const Expected<Address> console = parseAddress(arguments.console);
+    if (!console) return failWith("--console", console.error());
+    if (!arguments.noConsole && !console->isLoopback())
+        return fail(
+            ErrorCode::kUsage,
+            fmt::format("--console {}: the console opens on this machine alone, as 127.0.0.1:PORT", arguments.console));
+    Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), options.wall.name, log);
+    options.onListening = [&](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
+        entrance.open(bound);
         std::fflush(stdout);
     };
     if (arguments.progress)
@@ -133,6 +191,11 @@ int main(int argc, char** argv) {
     const Option fit = options.option("--fit", arguments.fit, "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; --camera does").typeName("METRES");
     const Option radius = options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units").typeName("R");
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
+    options
+        .option("--console", arguments.console,
+                "Where browsers and programs of other languages come\nin, on this machine (127.0.0.1:0)")
+        .typeName("ADDR:PORT");
+    options.flag("--no-console", arguments.noConsole, "They do not");
     options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");
     options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
         .typeName("DIR")

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "common/json/ChangeJson.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {
@@ -20,8 +21,6 @@ struct Answer {
 using Print = std::function<void(const std::string&)>;
 
 [[nodiscard]] nlohmann::ordered_json jsonOf(const Vec3d& v);
-/// A field's value; references as numbers, arrays by name and size.
-[[nodiscard]] nlohmann::ordered_json valueJson(const FieldValue& value);
 /// "(1, 2.5, -3)"
 [[nodiscard]] std::string textOf(const Vec3d& v);
 /// "#17"

@@ -8,12 +8,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/MeasureVerbs.h"
 #include "client/ctl/NumberText.h"
 #include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
+#include "client/ctl/WireText.h"
 #include "common/base/Version.h"
+#include "common/json/ApiJson.h"
 #include "common/request/Schema.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/Wall.h"
@@ -21,6 +24,13 @@
 namespace tessera {
 
 namespace {
+
+/// All that is said, and how it travels.
+std::string requestsLine() {
+    Json json = requestsJson();
+    json["wire"] = wireJson();
+    return jsonLine(json);
+}
 
 /// What CLI11 fills in; the values of all verbs side by side.
 struct Words {
@@ -244,7 +254,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         "tessera-ctl");
     app.get_formatter()->column_width(26);
     app.set_version_flag("--version", versionText("tessera-ctl"));
-    app.add_option("--server", in.line.server, "Where the server listens")->type_name("ADDR:PORT");
+    app.add_option("--server", in.line.server,
+                   "Where the server listens (TESSERA_SERVER, else the\none wall of this machine)")
+        ->type_name("ADDR:PORT");
     app.add_flag("--json", in.line.json, "Answer in JSON");
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")
@@ -441,11 +453,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     }
 
     if (requests->parsed())
-        return HelpText{in.asSchema ? applicationSchema() : in.line.json ? requestsJson() : requestsText()};
-    if (types->parsed()) return HelpText{in.line.json ? typesJson() : typesText()};
-    if (in.line.server.empty() && !play->parsed())
-        return fail(ErrorCode::kUsage, "--server is required; see tessera-ctl --help");
-
+        return HelpText{in.asSchema ? applicationSchema() : in.line.json ? requestsLine() : requestsText()};
+    if (types->parsed()) return HelpText{in.line.json ? jsonLine(typesJson()) : typesText()};
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto verb = [&]() -> Expected<Verb> {
         if (status->parsed()) return verb::Status{};

@@ -4,25 +4,18 @@
 
 #include <cmath>
 
-#include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
-#include "common/base/Hash.h"
+#include "common/json/ApiJson.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
 
-/// What a reference leads to.
-std::string_view targetText(const FieldInfo& field) {
-    if (field.refType) return findType(*field.refType)->name;
-    return field.anyObject ? "anything" : "any core";
-}
-
 /// "double × 3", "ref to Node", "one of stop, slide".
 std::string kindText(const FieldInfo& field) {
     std::string text(nameOf(field.kind));
     if (field.width > 1) text += fmt::format(" × {}", field.width);
-    if (field.holdsRefs()) text += fmt::format(" to {}", targetText(field));
+    if (field.holdsRefs()) text += fmt::format(" to {}", targetName(field));
     if (field.numbersEach > 0)
         text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float", field.numbersEach > 1 ? "s" : "");
     if (field.wordUse == WordUse::kNone) return text;
@@ -51,23 +44,6 @@ std::string defaultText(const TypeInfo& type, const FieldEntry& field) {
     return textOf(value);
 }
 
-nlohmann::ordered_json fieldJson(const TypeInfo& type, const FieldEntry& field) {
-    nlohmann::ordered_json json = {{"name", field.name},
-                                   {"number", field.id.value},
-                                   {"kind", nameOf(field.kind)},
-                                   {"width", field.width},
-                                   {"unit", nameOf(field.measuredIn)}};
-    if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
-    if (field.holdsRefs()) json["to"] = targetText(field);
-    json["default"] = valueJson(field.load(type.freshObject()));
-    if (std::isfinite(field.least)) json["least"] = field.least;
-    if (std::isfinite(field.greatest)) json["greatest"] = field.greatest;
-    if (field.wordUse == WordUse::kFlags) json["flags"] = true;
-    if (field.wordUse != WordUse::kNone)
-        for (const FieldWord& word : field.words()) json["words"][std::string(word.word)] = word.number;
-    return json;
-}
-
 }  // namespace
 
 std::string typesText() {
@@ -81,16 +57,6 @@ std::string typesText() {
         }
     }
     return text;
-}
-
-std::string typesJson() {
-    auto types = nlohmann::ordered_json::array();
-    for (const TypeInfo& type : allTypes()) {
-        auto fields = nlohmann::ordered_json::array();
-        for (const FieldEntry& field : type.fields) fields.push_back(fieldJson(type, field));
-        types.push_back({{"name", type.name}, {"number", type.type.value}, {"core", type.isCore}, {"fields", std::move(fields)}});
-    }
-    return jsonLine({{"schema", toHex(schemaHash())}, {"types", std::move(types)}});
 }
 
 }  // namespace tessera

@@ -7,7 +7,5 @@ namespace tessera {
 
 /// A type per paragraph, a field per line; for people.
 [[nodiscard]] std::string typesText();
-/// {"types":[{"name","number","core","fields":[{"name","number","kind","width","unit","to","default","least","greatest","words"}]}]}
-[[nodiscard]] std::string typesJson();
 
 }  // namespace tessera

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "client/draw/Surface.h"
-#include "client/image/Picture.h"
 #include "client/render/DrawList.h"
 #include "client/render/VisibilityDevice.h"
 #include "common/base/Clock.h"
+#include "common/image/Picture.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
 

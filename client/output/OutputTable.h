@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/output/BlendRamp.h"
 #include "common/wall/Output.h"
 

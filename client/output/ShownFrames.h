@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client/image/SharedFrame.h"
+#include "common/image/SharedFrame.h"
 
 namespace tessera {
 

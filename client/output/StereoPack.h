@@ -1,7 +1,7 @@
 /// Two eyes' pictures as one, the ways that monitors, projectors and glasses take them.
 #pragma once
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/wall/Output.h"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 
 namespace tessera {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <thread>
 
-#include "client/image/Picture.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
+#include "common/image/Picture.h"
 
 namespace tessera {
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "client/draw/UploadAhead.h"
-#include "client/image/SharedFrame.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PartSharing.h"
 #include "client/replica/PictureWriter.h"
@@ -18,6 +17,7 @@
 #include "client/replica/Work.h"
 #include "common/base/Log.h"
 #include "common/codec/FrameCodec.h"
+#include "common/image/SharedFrame.h"
 
 namespace tessera {
 

@@ -5,8 +5,8 @@
 #include <variant>
 #include <vector>
 
-#include "client/image/SharedFrame.h"
 #include "common/base/Clock.h"
+#include "common/image/SharedFrame.h"
 #include "common/session/ClientSession.h"
 
 namespace tessera {

@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "client/image/Picture.h"
 #include "client/share/SharedMemory.h"
 #include "common/base/Clock.h"
 #include "common/base/Hash.h"
+#include "common/image/Picture.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 
 namespace tessera {
 

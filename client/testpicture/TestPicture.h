@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {

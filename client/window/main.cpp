@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "client/image/Picture.h"
 #include "client/window/TileWindow.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/Picture.h"
 #include "common/options/Options.h"
 
 namespace tessera {

@@ -8,6 +8,7 @@
 #include <thread>
 #include <variant>
 
+#include "common/access/LocalWalls.h"
 #include "common/application/Connection.h"
 #include "common/application/Proposal.h"
 #include "common/codec/ApplicationCodec.h"
@@ -311,7 +312,7 @@ Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Application::~Application() = default;
 
 Expected<std::unique_ptr<Application>> Application::connect(const Options& options) {
-    const Expected<Address> address = parseAddress(options.address);
+    const Expected<Address> address = serverMeant(options.address);
     if (!address) return tl::unexpected(address.error());
     ConnectionOptions connectionOptions;
     connectionOptions.address = *address;

@@ -30,7 +30,8 @@ namespace tessera {
 class Application {
 public:
     struct Options {
-        std::string address;                        ///< "HOST:PORT" of the server
+        std::string address;  ///< "HOST:PORT" of the server; empty: TESSERA_SERVER, else the one server of this user on
+                              ///< this machine
         std::string name = "application";           ///< for the server's log and status
         bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)

@@ -162,8 +162,7 @@ void Connection::carryOut(const client_action::Configured& action) {
     const Message life = message::Heartbeat{};
     transport_->keepAlive(links_.at(ChannelKind::kControl), action.heartbeat, wireType(life), action.epoch,
                           share(encodeMessage(life)));
-    ++waiting_;
-    out_.tryPush(incoming::Configured{action.configuration, action.epoch});
+    give(incoming::Configured{action.configuration, action.epoch});
 }
 
 void Connection::carryOut(const client_action::ApplySnapshot& action) {
@@ -179,8 +178,7 @@ void Connection::carryOut(const client_action::StoreBlob& action) {
 }
 
 void Connection::carryOut(const client_action::ReplyReceived& action) {
-    ++waiting_;
-    out_.tryPush(incoming::Reply{action.reply});
+    give(incoming::Reply{action.reply});
 }
 
 void Connection::carryOut(const client_action::NoticeReceived& action) {
@@ -188,9 +186,8 @@ void Connection::carryOut(const client_action::NoticeReceived& action) {
     // One who does not poll misses notices, the newest first; lists it must not miss.
     const std::size_t bytes = action.notice.body.size();
     if (!decoded || waiting_ >= options_.maxWaiting || waitingBytes_ + bytes > options_.maxWaitingBytes / 2) return;
-    ++waiting_;
     waitingBytes_ += bytes;
-    out_.tryPush(incoming::Notice{std::move(*decoded), bytes});
+    give(incoming::Notice{std::move(*decoded), bytes});
 }
 
 void Connection::carryOut(const client_action::Disconnect& action) {
@@ -234,14 +231,19 @@ Expected<ChangeListPtr> Connection::decode(ByteSpan bytes) {
     return std::make_shared<const ChangeList>(std::move(*list));
 }
 
+void Connection::give(Incoming incoming) {
+    ++waiting_;
+    out_.tryPush(std::move(incoming));
+    if (options_.arrived) options_.arrived();
+}
+
 void Connection::handOut(incoming::List list) {
     if (waiting_ >= options_.maxWaiting || waitingBytes_ > options_.maxWaitingBytes)
         return end({.error = {ErrorCode::kLimit,
                               fmt::format("{} changes waited for the application to poll, which is the most that may",
                                           waiting_.load())}});
-    ++waiting_;
     waitingBytes_ += list.committed->encoded.size();
-    out_.tryPush(std::move(list));
+    give(std::move(list));
 }
 
 void Connection::end(incoming::Ended end) {
@@ -257,8 +259,7 @@ void Connection::end(incoming::Ended end) {
         error.message = fmt::format("the server at {} refuses: {}", address, error.message);
     else if (error.message.find(address) == std::string::npos)
         error.message = fmt::format("no Tessera server at {}: {}", address, error.message);
-    ++waiting_;
-    out_.tryPush(std::move(end));
+    give(std::move(end));
     for (const auto& [channel, link] : links_) transport_->close(link, "");
     events_.close();
 }

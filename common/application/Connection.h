@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <thread>
@@ -51,6 +52,8 @@ struct ConnectionOptions {
     bool lists = true;  ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
+    /// Called by a thread inside whenever something has come that `next` gives; may be empty.
+    std::function<void()> arrived;
     Epoch seenEpoch;  ///< servers before this one are not listened to
     /// Lists that may wait for the caller. One who does not poll for longer loses the connection; before that, once
     /// half of the bytes wait, it misses notices.
@@ -102,6 +105,7 @@ private:
     void open(ChannelKind channel);
     void store(const Blob& blob);
     Expected<ChangeListPtr> decode(ByteSpan bytes);
+    void give(Incoming incoming);
     void handOut(incoming::List list);
     void end(incoming::Ended end);
 

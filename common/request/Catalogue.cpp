@@ -62,6 +62,7 @@ MemberText textOfMember(const M& m, int number) {
     if constexpr (kIsRecord) text.bytes = sizeInRecord<Held>();
     text.isPart = M::kForm == MemberForm::kPart || M::kForm == MemberForm::kRest;
     text.isRest = M::kForm == MemberForm::kRest;
+    text.holds = m.holds;
     return text;
 }
 

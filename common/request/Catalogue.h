@@ -24,6 +24,7 @@ struct MemberText {
     std::vector<std::string_view> words = {};                      ///< of a word: its numbers are 0 and up
     bool optional = false, many = false;
     bool isPart = false, isRest = false;
+    Holds holds = Holds::kBytes;
     std::size_t bytes = 0;                 ///< in a record; of a record
     std::size_t count = 1;                 ///< of a row in a record: how many there are, of `bytes` together
     std::vector<MemberText> members = {};  ///< of a value, and of a record

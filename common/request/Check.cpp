@@ -7,11 +7,12 @@ namespace tessera {
 std::string textOf(const NumberBounds& bounds) {
     const bool low = bounds.least != -NumberBounds::kNone, high = bounds.greatest != NumberBounds::kNone;
     std::string text;
-    if (low && high && !bounds.aboveLeast)
+    if (low && high)
         text = fmt::format("from {:g} to {:g}", bounds.least, bounds.greatest);
     else if (low)
-        text = fmt::format("{} {:g}", bounds.aboveLeast ? "above" : "at least", bounds.least);
-    if (high && (!low || bounds.aboveLeast)) text += fmt::format("{}at most {:g}", low ? " and " : "", bounds.greatest);
+        text = fmt::format("at least {:g}", bounds.least);
+    else if (high)
+        text = fmt::format("at most {:g}", bounds.greatest);
     if (bounds.notZero) text += text.empty() ? "other than 0" : ", but not 0";
     if (bounds.orElse) text += fmt::format(", or {:g}", *bounds.orElse);
     return text;

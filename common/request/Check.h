@@ -105,7 +105,7 @@ template <HasMembers T>
     return finder.take();
 }
 
-/// With the request's name in front: "REQUEST: world_units_per_metre must be above 0, not -3".
+/// With the request's name in front: "REQUEST: budget_ms must be from 0.1 to 60000, or 0, not -3".
 template <typename Request>
 [[nodiscard]] Expected<void> checkRequest(const Request& request) {
     if (const std::optional<Error> fault = findFault(request)) return failWith(Request::kInfo.name, *fault);

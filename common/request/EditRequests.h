@@ -97,7 +97,9 @@ struct ProposeChanges {
     static constexpr auto members() {
         return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
                               .said("proposals in a row of one gesture are one step of undo; 0: none"),
-                          partMember<&ProposeChanges::list>("list").said("an encoded list of changes (change.proto)"),
+                          partMember<&ProposeChanges::list>("list")
+                              .holding(Holds::kChanges)
+                              .said("an encoded list of changes (change.proto)"),
                           restMember<&ProposeChanges::blobs>("blobs")
                               .atMost(&ApplicationLimits::maxBlobs)
                               .said("its small arrays, one each"));

@@ -69,19 +69,25 @@ enum class MemberForm : std::uint8_t {
     kReserved,  ///< of a record: bytes that are zero
 };
 
+/// What the bytes of a member are, for those who say them in another language.
+enum class Holds : std::uint8_t {
+    kBytes,
+    kChanges,  ///< an encoded list of changes (proto/change.proto)
+    kPicture,  ///< a PNG
+};
+
 /// Of a number, or of each number of a vector; NaN never is within them.
 struct NumberBounds {
     static constexpr double kNone = std::numeric_limits<double>::infinity();
 
     double least = -kNone, greatest = kNone;
-    bool aboveLeast = false;  ///< `least` itself is not allowed
     bool notZero = false;
     std::optional<double> orElse = {};  ///< allowed, too
 
     [[nodiscard]] constexpr bool any() const { return least != -kNone || greatest != kNone || notZero; }
     [[nodiscard]] constexpr bool hold(double value) const {
         if (orElse && value == *orElse) return true;
-        return (aboveLeast ? value > least : value >= least) && value <= greatest && !(notZero && value == 0);
+        return value >= least && value <= greatest && !(notZero && value == 0);
     }
 };
 
@@ -112,6 +118,7 @@ struct Member {
     bool (*when)(const Owner&) = nullptr;
     std::string_view whenText = {};
     std::string_view second = {}, flag = {};  ///< kNumbers: the other names
+    Holds holds = Holds::kBytes;
 
     [[nodiscard]] static constexpr const Type& of(const Owner& owner) { return owner.*Pointer; }
     [[nodiscard]] static constexpr Type& of(Owner& owner) { return owner.*Pointer; }
@@ -133,11 +140,6 @@ struct Member {
         return member;
     }
     [[nodiscard]] constexpr Member atLeast(double least) const { return between(least, NumberBounds::kNone); }
-    [[nodiscard]] constexpr Member above(double least) const {
-        Member member = atLeast(least);
-        member.bounds.aboveLeast = true;
-        return member;
-    }
     [[nodiscard]] constexpr Member orExactly(double value) const {
         Member member = *this;
         member.bounds.orElse = value;
@@ -153,15 +155,20 @@ struct Member {
         member.most = many;
         return member;
     }
+    [[nodiscard]] constexpr Member holding(Holds what) const {
+        Member member = *this;
+        member.holds = what;
+        return member;
+    }
     [[nodiscard]] constexpr Member ofBytes(std::size_t ApplicationLimits::*bytes) const {
         Member member = *this;
         member.mostBytes = bytes;
         return member;
     }
     /// `text` for people: "with decision move".
-    [[nodiscard]] constexpr Member onlyWhen(bool (*holds)(const Owner&), std::string_view text) const {
+    [[nodiscard]] constexpr Member onlyWhen(bool (*calledFor)(const Owner&), std::string_view text) const {
         Member member = *this;
-        member.when = holds;
+        member.when = calledFor;
         member.whenText = text;
         return member;
     }

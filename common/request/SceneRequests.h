@@ -138,6 +138,7 @@ struct Objects {
                               .ofBytes(&ApplicationLimits::maxSceneBytes)
                               .said("as they were asked for"),
                           partMember<&Objects::content>("content")
+                              .holding(Holds::kChanges)
                               .ofBytes(&ApplicationLimits::maxSceneBytes)
                               .said("a list of changes that makes them, for reading; or nothing"));
     }
@@ -163,6 +164,7 @@ struct TreePage {
                               .atMost(&ApplicationLimits::maxDepth)
                               .said("after which it goes on; none: this is the last"),
                           partMember<&TreePage::content>("content")
+                              .holding(Holds::kChanges)
                               .ofBytes(&ApplicationLimits::maxSceneBytes)
                               .said("a list of changes that makes them, for reading"));
     }
@@ -222,4 +224,8 @@ struct FindNodes {
 using OfScene = std::variant<GetObjects, GetTree, FindNodes>;
 
 }  // namespace request
+
+/// As the house calls it, where it asks by itself.
+using ObjectsQuestion = request::GetObjects;
+
 }  // namespace tessera

@@ -277,4 +277,8 @@ struct SubscribeNews {
 using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews>;
 
 }  // namespace request
+
+/// As the house calls it, where it asks by itself.
+using StatusQuestion = request::GetStatus;
+
 }  // namespace tessera

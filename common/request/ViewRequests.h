@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/request/EditRequests.h"
+#include "common/wall/View.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -17,13 +18,17 @@ struct ViewWish {
 
     static constexpr std::string_view kName = "ViewWish";
     static constexpr auto members() {
-        return std::tuple(
-            member<&ViewWish::position>(1, "position").in("world units").said("of the wall; absent: it stays"),
-            member<&ViewWish::orientation>(2, "orientation").said("of the wall; absent: it stays"),
-            member<&ViewWish::worldUnitsPerMetre>(3, "world_units_per_metre").above(0).said("absent: it stays"),
-            member<&ViewWish::user>(4, "user").said("whose head it is"),
-            member<&ViewWish::head>(5, "head").in("m").said("in the wall's frame; absent: it stays"),
-            member<&ViewWish::reset>(6, "reset").said("back to the scene's camera"));
+        return std::tuple(member<&ViewWish::position>(1, "position")
+                              .in("world units")
+                              .between(-kMaxViewCoordinate, kMaxViewCoordinate)
+                              .said("of the wall; absent: it stays"),
+                          member<&ViewWish::orientation>(2, "orientation").said("of the wall; absent: it stays"),
+                          member<&ViewWish::worldUnitsPerMetre>(3, "world_units_per_metre")
+                              .between(kMinWorldUnitsPerMetre, kMaxWorldUnitsPerMetre)
+                              .said("absent: it stays"),
+                          member<&ViewWish::user>(4, "user").said("whose head it is"),
+                          member<&ViewWish::head>(5, "head").in("m").said("in the wall's frame; absent: it stays"),
+                          member<&ViewWish::reset>(6, "reset").said("back to the scene's camera"));
     }
 };
 
@@ -77,7 +82,7 @@ struct TileImageValue {
     static constexpr auto members() {
         return std::tuple(member<&TileImageValue::tile>(1, "tile"), member<&TileImageValue::host>(2, "host"),
                           member<&TileImageValue::frame>(3, "frame"),
-                          partMember<&TileImageValue::png>("png").said("the picture"));
+                          partMember<&TileImageValue::png>("png").holding(Holds::kPicture).said("the picture"));
     }
 };
 struct Images {
@@ -165,4 +170,8 @@ struct GetImages {
 using OfView = std::variant<SetView, NavigateView, ShowPicture, SetBudget, GetImages>;
 
 }  // namespace request
+
+/// As the house calls it, where it asks by itself.
+using ImagesQuestion = request::GetImages;
+
 }  // namespace tessera

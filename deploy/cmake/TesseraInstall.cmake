@@ -3,7 +3,7 @@
 # below it.
 include(CMakePackageConfigHelpers)
 
-set(application_layers base input math change field cores scene session wall output request codec net application)
+set(application_layers base input math change field cores scene session wall output request codec net access application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
 # Tessera::rays, for applications that ask what rays meet; and the layers that it needs besides.
 set(ray_layers geometry freeform drawable rays)

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/codec/WallCodec.h"
 #include "common/wall/PictureLayout.h"
 #include "deploy/wall/Film.h"

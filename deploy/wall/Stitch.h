@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/base/Error.h"
 #include "common/wall/PictureLayout.h"
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
-#include "client/image/SharedFrame.h"
+#include "common/image/SharedFrame.h"
 
 namespace tessera {
 

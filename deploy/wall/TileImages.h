@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/base/Error.h"
 
 namespace tessera {

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <thread>
 
-#include "client/image/SharedFrame.h"
+#include "common/image/SharedFrame.h"
 #include "tests/bench/DrawingRows.h"
 #include "tests/bench/DrawingStage.h"
 #include "tests/integration/Process.h"

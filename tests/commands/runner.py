@@ -87,6 +87,7 @@ class Runner:
         for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
             self.environment.pop(name, None)
         self.folder = tempfile.mkdtemp(prefix="tessera-commands-")
+        self.environment["XDG_RUNTIME_DIR"] = self.folder  # what servers leave for programs of their user
         self.walls = {}
         self.processes = []
         self.display = None

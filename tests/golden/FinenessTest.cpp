@@ -5,10 +5,10 @@
 #include <fstream>
 #include <map>
 
-#include "client/image/Picture.h"
 #include "client/render/SceneItems.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
+#include "common/image/Picture.h"
 #include "tests/golden/Stage.h"
 #include "tests/golden/TestScene.h"
 #include "tests/unit/drawable/ControlCube.h"

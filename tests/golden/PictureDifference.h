@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/golden/Stage.h"
 
 namespace tessera::test {

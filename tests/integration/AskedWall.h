@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "common/math/Types.h"
 #include "tests/integration/LiveWall.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {

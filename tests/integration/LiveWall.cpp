@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "client/image/SharedFrame.h"
+#include "common/image/SharedFrame.h"
 
 namespace tessera::test {
 

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "client/image/Picture.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {

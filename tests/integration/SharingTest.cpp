@@ -10,7 +10,7 @@
 #include <set>
 #include <thread>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/unit/Sanitized.h"
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <thread>
 
-#include "client/image/Picture.h"
 #include "common/base/Version.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/integration/SshServer.h"
 

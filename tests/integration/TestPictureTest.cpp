@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <map>
 
-#include "client/image/Picture.h"
 #include "client/testpicture/TestPicture.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
 
 namespace tessera::test {

@@ -29,6 +29,17 @@ class JavaScript(unittest.TestCase):
                 self.assertRegex(said, r"read \d+ messages\nmoved #\d+ of 1x1; frame \d+ was shown by all\n")
                 self.assertEqual(wall["/thing"].translation, (4.0, 5.0, 6.0))
 
+    def test_a_link_of_a_console_is_enough_for_a_client(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene:
+            scene.write(record.SCENE)
+            scene.flush()
+            with Live(scene=scene.name, surface="none") as live, live.connect() as wall:
+                link = next(line[9:] for line in live.log("server").split("\n") if line.startswith("console: "))
+                said = self.node("console.mjs", link)
+                self.assertRegex(said, r"asked \d+ requests\nmoved /thing and made /made; frame \d+ was shown\n")
+                self.assertEqual(wall["/thing"].translation, (4.0, 5.0, 6.0))
+                self.assertTrue(wall["/made"])
+
     def test_its_hash_is_the_library_s(self):
         dice = random.Random(1)
         texts = [dice.randbytes(size) for size in (*range(0, 260, 3), 240, 241, 1023, 1024, 1025, 4096, 5000)]

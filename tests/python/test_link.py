@@ -2,6 +2,7 @@
 import asyncio
 import socket
 import struct
+import tempfile
 import threading
 import time
 import unittest
@@ -143,8 +144,9 @@ class Strangers(unittest.TestCase):
     def test_no_address(self):
         import os
         from unittest import mock
-        with mock.patch.dict(os.environ, {"TESSERA_SERVER": ""}), self.assertRaisesRegex(tessera.NotFound, "TESSERA_SERVER"):
-            tessera.connect()
+        with tempfile.TemporaryDirectory() as empty, mock.patch.dict(os.environ, {"TESSERA_SERVER": "", "XDG_RUNTIME_DIR": empty}):
+            with self.assertRaisesRegex(tessera.NotFound, "TESSERA_SERVER"):
+                tessera.connect()
 
 
 class Return(unittest.TestCase):
@@ -179,6 +181,8 @@ class Return(unittest.TestCase):
         with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
             node = wall["/row"]
             live.kill_server()
+            while wall.connected:
+                time.sleep(0.01)
             live.start_server()
             with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
                 node.translation = (1, 2, 3)

@@ -73,10 +73,9 @@ class Refusal(TesseraError):
 class Link:
     """One control connection. `on_message(name, members)` is called by the thread that reads, `on_back` there after a return."""
 
-    def __init__(self, schema: Schema, address: str, *, name: str, timeout: float, redial: float, follows: bool, token: Optional[bytes],
+    def __init__(self, schema: Schema, address: str, *, name: str, timeout: float, redial: float, follows: bool,
                  on_message: Callable[[str, dict[str, Any]], None], on_back: Callable[[], None], on_end: Callable[[Optional[TesseraError]], None]) -> None:
         self.schema, self.address, self.name, self.timeout, self.redial, self.follows = schema, address, name, timeout, redial, follows
-        self._credentials = token
         self._place = split_address(address)
         self._on_message, self._on_back, self._on_end = on_message, on_back, on_end
         self._sending = threading.Lock()  # a message, or arrays and the proposal behind them, go out in one piece
@@ -108,6 +107,15 @@ class Link:
     @property
     def connected(self) -> bool:
         return self._away is None and self._ended is None
+
+    def settled(self) -> int:
+        """The generation, once the link is there: of one that is broken, after its return."""
+        deadline = time.monotonic() + self.timeout
+        with self._state:
+            while self._away is not None and self._ended is None:
+                if not self._state.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:
+                    raise Timeout(f"the server at {self.address} did not come back in time: {self._away}")
+            return self.generation
 
     def request(self, body: _wire.Chain, uploads: Sequence[_wire.Chain] = (), timeout: Optional[float] = None) -> "Future[dict[str, Any]]":
         """Sends it, after the return where the link is broken. The reply's members come with the future."""

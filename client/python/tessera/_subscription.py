@@ -170,7 +170,7 @@ class ChangesSubscription(Subscription):
         self._begun = threading.Event()
         self._link: Optional[Link] = None
         self._link = Link(wall.schema, wall.address, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
-                          token=wall._link._credentials, on_message=self._told_of, on_back=self._back, on_end=self._over)
+                          on_message=self._told_of, on_back=self._back, on_end=self._over)
         if not self._begun.wait(wall.timeout):
             self.close()
             raise Timeout(f"the server at {wall.address} did not hand out its scene within {wall.timeout:g} s")

@@ -42,7 +42,7 @@ class Wall:
         self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
         self._shown = Shown(self)
         self._link = Link(self.schema, self.address, name=name, timeout=timeout, redial=redial, follows=False,
-                          token=_door._credentials(self.address), on_message=self._subscriptions.told, on_back=self._subscriptions.back,
+                          on_message=self._subscriptions.told, on_back=self._subscriptions.back,
                           on_end=self._subscriptions.ended)
         self._fetcher = Fetcher(self._link)
 

@@ -87,7 +87,7 @@ class Object:
 
     def _number(self) -> int:
         """Its number, if it still means the same: a server without a journal begins anew."""
-        if self._generation != self._wall._link.generation and not self._wall.keeps_numbers:
+        if self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
             raise NotFound(f"{self!r} was found before the connection broke; look it up again")
         return self._id
 
@@ -245,7 +245,7 @@ class Nodes:
         return None if current else edit.commit()
 
     def _found(self, name: str) -> tuple[Type, Field, Array]:
-        if self._generation != self._wall._link.generation and not self._wall.keeps_numbers:
+        if self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
             raise NotFound("these nodes were found before the connection broke; look them up again")
         kind = self._wall.schema.type("Node")
         for word in (name, name[:-1] if name.endswith("s") else name):

@@ -304,7 +304,7 @@ TEST(ApplicationCodec, WhatIsOutOfItsBoundsIsRefusedByItsName) {
     EXPECT_EQ(refusal(request::SetBudget{-3}), "SetBudget: milliseconds must be from 0.1 to 60000, or 0, not -3");
     EXPECT_EQ(refusal(request::SetBudget{0}), "taken");
     EXPECT_EQ(refusal(request::SetView{{.worldUnitsPerMetre = 0}}),
-              "SetView: world_units_per_metre must be above 0, not 0");
+              "SetView: world_units_per_metre must be from 1e-09 to 1e+09, not 0");
     EXPECT_EQ(refusal(request::MoveNode{.move = {.scale = Vec3d(1, 0, 1)}}),
               "MoveNode: scale must be other than 0, not 0");
     EXPECT_EQ(refusal(request::NavigateView{{.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 10}}),

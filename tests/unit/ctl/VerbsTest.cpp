@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
@@ -233,7 +233,7 @@ TEST(Ctl, SnapshotWritesThePictureAndTriesAgainWhenFramesDiffer) {
 
 TEST(Ctl, ExitCodesSayWhatKindOfThingWentWrong) {
     EXPECT_EQ(runCtl({"--server", "nonsense", "status"}).exitCode, 2);
-    EXPECT_EQ(runCtl({"fly"}).exitCode, 2);
+    EXPECT_EQ(runCtl({"move"}).exitCode, 2);
     EXPECT_EQ(runCtl({"--help"}).exitCode, 0);
     const CtlOutcome nobody = runCtl({"--server", "127.0.0.1:1", "--timeout", "2", "status"});
     EXPECT_EQ(nobody.exitCode, 4);

@@ -1,4 +1,4 @@
-#include "client/image/Picture.h"
+#include "common/image/Picture.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "client/image/SharedFrame.h"
+#include "common/image/SharedFrame.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -5,10 +5,10 @@
 
 #include <filesystem>
 
-#include "client/image/Picture.h"
-#include "client/image/SharedFrame.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/Picture.h"
+#include "common/image/SharedFrame.h"
 #include "common/wall/PictureLayout.h"
 #include "deploy/wall/Film.h"
 #include "deploy/wall/Stitch.h"

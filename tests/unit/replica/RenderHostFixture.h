@@ -9,11 +9,11 @@
 #include <optional>
 
 #include "client/draw/Surface.h"
-#include "client/image/SharedFrame.h"
 #include "client/replica/RenderHost.h"
 #include "common/base/Channel.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/SharedFrame.h"
 #include "tests/golden/TestScene.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/TestFolder.h"

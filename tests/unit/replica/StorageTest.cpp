@@ -4,10 +4,10 @@
 #include <fstream>
 #include <set>
 
-#include "client/image/Picture.h"
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
 #include "client/replica/Injection.h"
+#include "common/image/Picture.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {

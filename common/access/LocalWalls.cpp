@@ -1,0 +1,210 @@
+#include "common/access/LocalWalls.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <map>
+
+#include "common/base/Hash.h"
+#include "common/base/SystemRandom.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kEnding = ".wall";
+constexpr int kMostPlaces = 1000;         ///< of one wall
+constexpr std::size_t kMostBytes = 4096;  ///< of a place
+
+Error systemError(std::string_view what, const std::string& path) {
+    return {ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
+}
+
+std::string baseFolder() {
+    if (const char* said = std::getenv("XDG_RUNTIME_DIR"); said != nullptr && said[0] == '/') return said;
+    const std::string users = fmt::format("/run/user/{}", geteuid());
+    struct stat info {};
+    return lstat(users.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid() ? users : "";
+}
+
+/// A name that a file may have.
+std::string fileName(const std::string& wall) {
+    std::string name = wall.substr(0, 64);
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
+    return name.empty() ? "_" : name;
+}
+
+/// Lines "word rest", the last one "end": what is torn is as if it were not there.
+std::map<std::string, std::string> readLines(int file) {
+    std::string text(kMostBytes, '\0');
+    const ssize_t got = pread(file, text.data(), text.size(), 0);
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    std::map<std::string, std::string> lines;
+    if (!text.ends_with("\nend\n")) return lines;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string line = text.substr(at, end - at);
+        const std::size_t space = line.find(' ');
+        if (space != std::string::npos) lines[line.substr(0, space)] = line.substr(space + 1);
+        at = end + 1;
+    }
+    return lines;
+}
+
+std::optional<Address> addressIn(const std::map<std::string, std::string>& lines, const std::string& word) {
+    const auto line = lines.find(word);
+    if (line == lines.end()) return std::nullopt;
+    const Expected<Address> address = parseAddress(line->second);
+    return address ? std::optional(*address) : std::nullopt;
+}
+
+/// Of an open file description: it goes with the process however that ends, and others can ask for it without taking
+/// it.
+struct flock wholeFile() {
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    return lock;
+}
+bool lockIt(int file) {
+    struct flock lock = wholeFile();
+    return fcntl(file, F_OFD_SETLK, &lock) == 0;
+}
+bool isLocked(int file) {
+    struct flock lock = wholeFile();
+    return fcntl(file, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
+/// Open, this user's own, and nobody else's to read.
+int openOwn(const std::string& path, int flags) {
+    const int file = open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600);
+    if (file < 0) return -1;
+    struct stat info {};
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0077) == 0)
+        return file;
+    close(file);
+    errno = EPERM;
+    return -1;
+}
+
+}  // namespace
+
+Expected<std::string> runFolder() {
+    const std::string base = baseFolder();
+    std::string folder = base + "/tessera";
+    if (base.empty()) {
+        std::error_code error;
+        const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
+        folder = (error ? std::filesystem::path("/tmp") : temporary) / fmt::format("tessera-{}", geteuid());
+    }
+    if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+        return tl::unexpected(systemError("a folder for this user's walls", folder));
+    struct stat info {};
+    if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
+    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0077) != 0)
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
+                                folder));
+    return folder;
+}
+
+Expected<std::vector<LocalWall>> localWalls() {
+    const Expected<std::string> folder = runFolder();
+    if (!folder) return tl::unexpected(folder.error());
+    std::vector<LocalWall> walls;
+    std::vector<std::string> names;
+    std::error_code error;
+    for (std::filesystem::directory_iterator each(*folder, error), none; !error && each != none; each.increment(error))
+        if (const std::string name = each->path().filename(); name.ends_with(kEnding)) names.push_back(name);
+    std::ranges::sort(names);
+    for (const std::string& name : names) {
+        const int file = openOwn(*folder + "/" + name, O_RDONLY);
+        if (file < 0) continue;
+        const std::map<std::string, std::string> lines =
+            isLocked(file) ? readLines(file) : std::map<std::string, std::string>();
+        close(file);
+        const std::optional<Address> server = addressIn(lines, "server");
+        if (!server || !lines.contains("wall") || !lines.contains("token")) continue;
+        walls.push_back({.wall = lines.at("wall"),
+                         .server = *server,
+                         .console = addressIn(lines, "console"),
+                         .token = lines.at("token")});
+    }
+    return walls;
+}
+
+Expected<LocalWall> onlyLocalWall() {
+    const Expected<std::vector<LocalWall>> walls = localWalls();
+    if (!walls) return tl::unexpected(walls.error());
+    if (walls->empty())
+        return fail(ErrorCode::kNotFound, "no server of this user runs on this machine: say its address, HOST:PORT");
+    if (walls->size() == 1) return walls->front();
+    std::string all;
+    for (const LocalWall& wall : *walls)
+        all += fmt::format("{}{} ({})", all.empty() ? "" : ", ", toString(wall.server), wall.wall);
+    return fail(ErrorCode::kUsage,
+                fmt::format("{} servers of this user run on this machine: say which: {}", walls->size(), all));
+}
+
+Expected<Address> serverMeant(const std::string& said) {
+    if (!said.empty()) return parseAddress(said);
+    if (const char* named = std::getenv("TESSERA_SERVER"); named != nullptr && named[0] != '\0') {
+        Expected<Address> address = parseAddress(named);
+        return address ? address : failWith("TESSERA_SERVER", address.error());
+    }
+    const Expected<LocalWall> only = onlyLocalWall();
+    return only ? Expected<Address>(only->server) : tl::unexpected(only.error());
+}
+
+Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string& wall) {
+    const Expected<std::string> folder = runFolder();
+    if (!folder) return tl::unexpected(folder.error());
+    for (int place = 1; place <= kMostPlaces; ++place) {
+        const std::string path = fmt::format("{}/{}-{}{}", *folder, fileName(wall), place, kEnding);
+        const int file = openOwn(path, O_RDWR | O_CREAT);
+        if (file < 0) return tl::unexpected(systemError("what this user's programs read", path));
+        if (!lockIt(file)) {  // another one of this wall runs there
+            close(file);
+            continue;
+        }
+        std::unique_ptr<LocalWallPlace> taken(new LocalWallPlace);
+        taken->path_ = path;
+        taken->file_ = file;
+        for (const char c : wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        taken->wall_ = taken->wall_.substr(0, 256);
+        const std::map<std::string, std::string> before = readLines(file);
+        const auto token = before.find("token");
+        taken->token_ = token != before.end() && token->second.size() == 64
+                            ? token->second
+                            : toHex(systemRandom()) + toHex(systemRandom());
+        const std::optional<Address> console = addressIn(before, "console");
+        if (console) taken->lastPort_ = console->port;
+        // Where the one before listened is no longer so.
+        if (const Expected<void> kept = taken->write(std::nullopt, console); !kept) return tl::unexpected(kept.error());
+        return taken;
+    }
+    return fail(ErrorCode::kLimit, fmt::format("{} servers of the wall {} run on this machine", kMostPlaces, wall));
+}
+
+Expected<void> LocalWallPlace::write(const std::optional<Address>& server, const std::optional<Address>& console) {
+    std::string text = fmt::format("wall {}\n", wall_);
+    if (server) text += fmt::format("server {}\n", toString(*server));
+    if (console) text += fmt::format("console {}\n", toString(*console));
+    text += fmt::format("token {}\nend\n", token_);
+    if (ftruncate(file_, 0) != 0 || pwrite(file_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size()))
+        return tl::unexpected(systemError("what this user's programs read", path_));
+    return {};
+}
+
+LocalWallPlace::~LocalWallPlace() {
+    if (file_ >= 0) close(file_);
+}
+
+}  // namespace tessera

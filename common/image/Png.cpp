@@ -1,0 +1,150 @@
+/// PNG through libpng, which reports errors by longjmp: nothing with a destructor may live in the frames it leaves.
+#include <png.h>
+
+#include <charconv>
+#include <csetjmp>
+#include <cstring>
+
+#include "common/image/Picture.h"
+
+namespace tessera {
+namespace {
+
+constexpr int kMaxSidePx = PictureSheet::kMaxSidePx;
+constexpr std::size_t kMaxChunkBytes = std::size_t{8} << 20;
+constexpr char kFrameKey[] = "frame";
+
+struct Failure {
+    char text[128] = "";
+};
+
+[[noreturn]] void onError(png_structp png, png_const_charp text) {
+    auto* failure = static_cast<Failure*>(png_get_error_ptr(png));
+    std::strncpy(failure->text, text, sizeof failure->text - 1);
+    png_longjmp(png, 1);
+}
+void onWarning(png_structp, png_const_charp) {}
+
+void append(png_structp png, png_bytep data, std::size_t bytes) {
+    auto* out = static_cast<Bytes*>(png_get_io_ptr(png));
+    const auto* from = reinterpret_cast<const std::byte*>(data);
+    out->insert(out->end(), from, from + bytes);
+}
+void nothingToFlush(png_structp) {}
+
+void take(png_structp png, png_bytep data, std::size_t bytes) {
+    auto* rest = static_cast<ByteSpan*>(png_get_io_ptr(png));
+    if (bytes > rest->size()) png_error(png, "the file ends too early");
+    std::memcpy(data, rest->data(), bytes);
+    *rest = rest->subspan(bytes);
+}
+
+bool write(png_structp png, png_infop info, const Picture& picture, char* frameText) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.widthPx), static_cast<png_uint_32>(picture.heightPx), 8,
+                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_set_compression_level(png, 1);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+    if (frameText) {
+        png_text text{};
+        char key[] = "frame";
+        text.compression = PNG_TEXT_COMPRESSION_NONE;
+        text.key = key;
+        text.text = frameText;
+        text.text_length = std::strlen(frameText);
+        png_set_text(png, info, &text, 1);
+    }
+    png_write_info(png, info);
+    const std::size_t stride = static_cast<std::size_t>(picture.widthPx) * 3;
+    for (int y = 0; y < picture.heightPx; ++y)
+        png_write_row(png, picture.rgb.data() + static_cast<std::size_t>(y) * stride);
+    png_write_end(png, info);
+    return true;
+}
+
+bool readHeader(png_structp png, png_infop info, png_uint_32* widthPx, png_uint_32* heightPx) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_read_info(png, info);
+    *widthPx = png_get_image_width(png, info);
+    *heightPx = png_get_image_height(png, info);
+    // Rows of an interlaced file are complete only at its end, so that its memory would have to be taken on its word.
+    if (png_get_interlace_type(png, info) != PNG_INTERLACE_NONE) png_error(png, "interlaced files are not read");
+    png_set_expand(png);
+    png_set_strip_16(png);
+    png_set_strip_alpha(png);
+    png_set_gray_to_rgb(png);
+    png_read_update_info(png, info);
+    if (png_get_rowbytes(png, info) != std::size_t{*widthPx} * 3) png_error(png, "its pixels cannot be made RGB");
+    return true;
+}
+
+bool readRow(png_structp png, std::uint8_t* row) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_read_row(png, row, nullptr);
+    return true;
+}
+
+std::optional<std::uint64_t> frameOf(png_structp png, png_infop info) {
+    png_textp texts = nullptr;
+    int count = 0;
+    png_get_text(png, info, &texts, &count);
+    for (int i = 0; i < count; ++i) {
+        if (std::strcmp(texts[i].key, kFrameKey) != 0 || !texts[i].text) continue;
+        const std::string_view text(texts[i].text, std::strlen(texts[i].text));
+        std::uint64_t frame = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), frame);
+        if (error == std::errc() && end == text.data() + text.size() && !text.empty()) return frame;
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame) {
+    TESSERA_CHECK(picture.widthPx > 0 && picture.heightPx > 0, "a PNG has at least one pixel");
+    Bytes out;
+    out.reserve(picture.rgb.size() / 2 + 1024);
+    std::string text = frame ? std::to_string(*frame) : std::string();
+    Failure failure;
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    TESSERA_CHECK(info, "libpng starts");
+    png_set_write_fn(png, &out, append, nothingToFlush);
+    const bool written = write(png, info, picture, frame ? text.data() : nullptr);
+    png_destroy_write_struct(&png, &info);
+    TESSERA_CHECK(written, failure.text);
+    return out;
+}
+
+Expected<DecodedPng> decodePng(ByteSpan bytes) {
+    Failure failure;
+    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    TESSERA_CHECK(info, "libpng starts");
+    png_set_user_limits(png, kMaxSidePx, kMaxSidePx);
+    png_set_chunk_cache_max(png, 64);
+    png_set_chunk_malloc_max(png, kMaxChunkBytes);
+    // libpng 1.6 merely warns of a chunk over the limit, and then takes the memory all the same.
+    png_set_benign_errors(png, 0);
+    ByteSpan rest = bytes;
+    png_set_read_fn(png, &rest, take);
+
+    png_uint_32 widthPx = 0, heightPx = 0;
+    DecodedPng decoded;
+    bool good = readHeader(png, info, &widthPx, &heightPx);
+    // Memory grows with the rows that are really there, not with what the header claims.
+    const std::size_t stride = std::size_t{widthPx} * 3;
+    for (png_uint_32 y = 0; good && y < heightPx; ++y) {
+        decoded.picture.rgb.resize(stride * (y + 1));
+        good = readRow(png, decoded.picture.rgb.data() + stride * y);
+    }
+    if (good) decoded.frame = frameOf(png, info);
+    png_destroy_read_struct(&png, &info, nullptr);
+    if (!good) return fail(ErrorCode::kBadInput, std::string("not a readable PNG: ") + failure.text);
+    decoded.picture.widthPx = static_cast<int>(widthPx);
+    decoded.picture.heightPx = static_cast<int>(heightPx);
+    return decoded;
+}
+
+}  // namespace tessera

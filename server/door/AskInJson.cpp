@@ -1,0 +1,72 @@
+#include "server/door/AskInJson.h"
+
+#include <nlohmann/json.hpp>
+
+#include "common/json/RequestJson.h"
+
+namespace tessera {
+namespace {
+
+using AnsweredInJson = std::function<void(const ApiExpected<ApplicationAnswer>&)>;
+
+struct Asking {
+    std::weak_ptr<DoorLink> link;
+    std::string request;
+    std::shared_ptr<const Json> fields;
+    std::vector<ByteSlice> binaries;
+    ObjectNames names;
+    AnsweredInJson answered;
+};
+
+ApiExpected<ApplicationAnswer> withoutField(const Expected<ApplicationAnswer>& answer) {
+    if (answer) return *answer;
+    return tl::unexpected(ApiError{answer.error().code, answer.error().message});
+}
+
+void ask(const std::shared_ptr<Asking>& asking);
+
+/// Objects by the names that the request speaks of.
+void lookUp(DoorLink& link, const std::shared_ptr<Asking>& asking) {
+    const std::vector<std::string> names(asking->names.wanted().begin(), asking->names.wanted().end());
+    asking->names.forgetWanted();
+    link.ask(ObjectsQuestion{{.names = names, .paths = false}}, {},
+             [asking, names](const Expected<ApplicationAnswer>& answer) {
+                 const auto* objects = answer ? std::get_if<answer::Objects>(&*answer) : nullptr;
+                 if (objects == nullptr || objects->objects.size() != names.size())
+                     return asking->answered(withoutField(answer));
+                 for (std::size_t i = 0; i < names.size(); ++i) {
+                     const ObjectInfo& object = objects->objects[i];
+                     if (!object.id)
+                         return asking->answered(tl::unexpected(ApiError{ErrorCode::kNotFound, object.path}));
+                     asking->names.know(names[i], object.id);
+                 }
+                 ask(asking);
+             });
+}
+
+void ask(const std::shared_ptr<Asking>& asking) {
+    const std::shared_ptr<DoorLink> link = asking->link.lock();
+    if (!link) return;
+    const Json nothing;
+    const ApiExpected<ReadRequest> read =
+        readRequest(asking->request, asking->fields ? *asking->fields : nothing, asking->binaries, asking->names);
+    if (!read) return asking->answered(tl::unexpected(read.error()));
+    if (!asking->names.wanted().empty()) return lookUp(*link, asking);
+    link->ask(read->request, read->arrays,
+              [asking](const Expected<ApplicationAnswer>& answer) { asking->answered(withoutField(answer)); });
+}
+
+}  // namespace
+
+void askInJson(DoorLink& link, const std::string& request, std::shared_ptr<const Json> fields,
+               std::vector<ByteSlice> binaries, AnsweredInJson answered) {
+    auto asking = std::make_shared<Asking>();
+    asking->link = link.weak_from_this();
+    asking->request = request;
+    asking->fields = std::move(fields);
+    asking->binaries = std::move(binaries);
+    asking->answered = std::move(answered);
+    ask(asking);
+}
+
+}  // namespace tessera

@@ -1,0 +1,112 @@
+#include "server/door/Door.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <thread>
+
+#include "server/door/DoorContext.h"
+#include "server/door/HttpSession.h"
+
+namespace tessera {
+
+using boost::asio::ip::tcp;
+
+struct Door::Impl {
+    explicit Impl(const DoorOptions& options, std::uint16_t port)
+        : context(options, port), acceptor(context.io), pause(context.io) {}
+
+    void accept() {
+        acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
+            if (error == boost::asio::error::operation_aborted) return;
+            if (error) {  // no descriptors are left: those who wait go on waiting
+                pause.expires_after(std::chrono::milliseconds(50));
+                return pause.async_wait([this](boost::system::error_code stopped) {
+                    if (!stopped) accept();
+                });
+            }
+            if (context.guests.size() < context.limits.maxConnections)
+                startHttpSession(std::move(socket), context);
+            else
+                sendAway(std::move(socket));
+            accept();
+        });
+    }
+    /// In words, without waiting for anybody.
+    void sendAway(tcp::socket socket) {
+        static const std::string kBody = errorAnswer(503, "limit", "as many connections are open as may be").body;
+        static const std::string kAnswer = fmt::format(
+            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: {}\r\nRetry-After: "
+            "1\r\nConnection: close\r\n\r\n{}",
+            kBody.size(), kBody);
+        boost::system::error_code ignored;
+        socket.non_blocking(true, ignored);
+        socket.write_some(boost::asio::buffer(kAnswer), ignored);
+        socket.shutdown(tcp::socket::shutdown_both, ignored);
+    }
+
+    DoorContext context;
+    tcp::acceptor acceptor;
+    boost::asio::steady_timer pause;
+    Address bound;
+    std::thread thread;
+};
+
+Door::Door(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
+    if (!options.listen.isLoopback())
+        return fail(ErrorCode::kUsage,
+                    fmt::format("--console {}: the console opens on this machine alone (127.0.0.1:PORT)",
+                                toString(options.listen)));
+    const std::string host = options.listen.host == "localhost" ? "127.0.0.1" : options.listen.host;
+    boost::system::error_code error;
+    const auto address = boost::asio::ip::make_address(host, error);
+    boost::asio::io_context probe;
+    tcp::acceptor acceptor(probe);
+    const tcp::endpoint wanted(address, options.listen.port);
+    // Bound before the rest is made: who checks what comes in has to know the port.
+    if (!error) acceptor.open(wanted.protocol(), error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.bind(wanted, error);
+    if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
+    if (error)
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("the console cannot listen on {}: {}", toString(options.listen), error.message()));
+    const tcp::endpoint bound = acceptor.local_endpoint(error);
+    auto impl = std::make_unique<Impl>(options, bound.port());
+    const int descriptor = acceptor.release(error);
+    impl->acceptor.assign(bound.protocol(), descriptor, error);
+    impl->bound = {bound.address().to_string(), bound.port()};
+    impl->accept();
+    impl->thread = std::thread([raw = impl.get()] {
+        setpriority(PRIO_PROCESS, 0, 10);
+        raw->context.io.run();
+    });
+    return std::unique_ptr<Door>(new Door(std::move(impl)));
+}
+
+Door::~Door() {
+    boost::asio::post(impl_->context.io, [impl = impl_.get()] {
+        boost::system::error_code ignored;
+        impl->acceptor.close(ignored);
+        impl->pause.cancel();
+        impl->context.sendAllAway();
+    });
+    impl_->thread.join();
+    impl_->context.pictures.finish();
+    impl_->context.io.restart();
+    impl_->context.io.poll();
+}
+
+const Address& Door::address() const {
+    return impl_->bound;
+}
+
+std::string Door::link() const {
+    return fmt::format("http://{}/?token={}", toString(impl_->bound), impl_->context.options.token);
+}
+
+}  // namespace tessera

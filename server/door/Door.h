@@ -1,0 +1,39 @@
+/// A door to a running wall for programs of every language: HTTP, and WebSockets at /socket.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/net/Transport.h"
+
+namespace tessera {
+
+struct DoorOptions {
+    Address listen;     ///< on loopback
+    Address server;     ///< where applications dial in
+    std::string wall;   ///< the wall's name, for people
+    std::string token;  ///< whoever has it may come in
+};
+
+/// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like
+/// others.
+class Door {
+public:
+    /// kUsage: not on loopback; kNetwork: the port is taken, or no such address.
+    [[nodiscard]] static Expected<std::unique_ptr<Door>> open(const DoorOptions& options);
+    /// Sends everybody away.
+    ~Door();
+    Door(const Door&) = delete;
+    Door& operator=(const Door&) = delete;
+
+    [[nodiscard]] const Address& address() const;
+    /// With the token: `http://127.0.0.1:7001/?token=…`
+    [[nodiscard]] std::string link() const;
+
+private:
+    struct Impl;
+    explicit Door(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera

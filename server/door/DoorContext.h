@@ -1,0 +1,90 @@
+/// What all that come through a door share. The door's thread alone.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "server/door/Door.h"
+#include "server/door/Gatekeeper.h"
+#include "server/door/WallPictures.h"
+#include "server/door/DoorLink.h"
+
+namespace tessera {
+
+struct DoorLimits {
+    std::size_t maxConnections = 256;  ///< at once, all kinds together
+    std::size_t maxSockets = 64;
+    std::size_t maxHeadBytes = std::size_t{16} << 10;
+    std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
+    std::size_t maxBinaryBytes = std::size_t{64} << 20;     ///< of a binary frame
+    std::size_t maxBinariesBytes = std::size_t{256} << 20;  ///< of one request together
+    std::size_t maxUnsentBytes = std::size_t{32} << 20;     ///< of a socket: a reader that is slower is sent away
+    std::size_t maxOpen = 256;                              ///< requests of a socket without an answer
+    double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket, of all others together
+    std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
+};
+
+struct DoorContext;
+
+/// A connection of the door. Its door sends it away before it goes itself.
+class Guest {
+public:
+    explicit Guest(DoorContext& context);
+    virtual ~Guest();
+    Guest(const Guest&) = delete;
+    Guest& operator=(const Guest&) = delete;
+    /// Closes its connection at once: what it waits for ends with an error.
+    virtual void leave() = 0;
+
+private:
+    DoorContext& context_;
+};
+
+struct DoorContext {
+    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.token, port) {}
+
+    boost::asio::io_context io{1};
+    DoorOptions options;
+    DoorLimits limits;
+    Gatekeeper gate;
+    RateLimit httpRate{limits.httpPerSecond, 2 * limits.httpPerSecond};
+    std::set<Guest*> guests;
+    std::size_t sockets = 0;  ///< of the guests
+
+    [[nodiscard]] DoorLink::Post post() {
+        return [this](std::function<void()> work) { boost::asio::post(io, std::move(work)); };
+    }
+    /// The link by which requests over HTTP go; dialled when it is first needed, and again when it has ended.
+    [[nodiscard]] DoorLink& sharedLink() {
+        if (!shared_ || shared_->ended()) shared_ = DoorLink::dial(options.server, "console", false, post());
+        return *shared_;
+    }
+
+    WallPictures pictures{post()};
+
+    /// Nobody holds a handle of a guest from here on.
+    void sendAllAway() {
+        if (shared_) shared_->close();
+        shared_.reset();
+        pictures.forget();
+        for (Guest* guest : std::set(guests)) guest->leave();
+    }
+
+private:
+    std::shared_ptr<DoorLink> shared_;
+};
+
+inline Guest::Guest(DoorContext& context) : context_(context) {
+    context_.guests.insert(this);
+}
+inline Guest::~Guest() {
+    context_.guests.erase(this);
+}
+
+}  // namespace tessera

@@ -1,0 +1,77 @@
+#include "server/door/DoorLink.h"
+
+#include "common/request/Check.h"
+
+namespace tessera {
+
+std::shared_ptr<DoorLink> DoorLink::dial(const Address& server, const std::string& name, bool follow, Post post) {
+    std::shared_ptr<DoorLink> link(new DoorLink);
+    ConnectionOptions options;
+    options.address = server;
+    options.name = name;
+    options.lists = follow;
+    // What comes waits for the door's thread; a link that is gone meanwhile hears nothing.
+    options.arrived = [weak = std::weak_ptr(link), post = std::move(post)] {
+        post([weak] {
+            if (const std::shared_ptr<DoorLink> self = weak.lock()) self->drain();
+        });
+    };
+    link->connection_ = std::make_unique<Connection>(std::move(options));
+    return link;
+}
+
+DoorLink::~DoorLink() = default;
+
+void DoorLink::ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered) {
+    if (over_) return answered(tl::unexpected(*over_));
+    const std::uint64_t id = ++lastRequest_;
+    open_.emplace(id, std::move(answered));
+    if (!arrays.empty()) connection_->upload(arrays);
+    connection_->request(id, encodeRequest(request));
+}
+
+void DoorLink::close() {
+    closed_ = true;
+    callbacks_ = {};
+    open_.clear();
+}
+
+void DoorLink::drain() {
+    const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle
+    while (!closed_) {
+        std::optional<Incoming> incoming = connection_->next(Duration::zero());
+        if (!incoming) return;
+        take(*incoming);
+    }
+}
+
+void DoorLink::take(const Incoming& incoming) {
+    if (const auto* reply = std::get_if<incoming::Reply>(&incoming)) {
+        const auto open = open_.find(reply->reply.id);
+        if (open == open_.end()) return;
+        const Answered answered = std::move(open->second);
+        open_.erase(open);
+        if (!reply->reply.error.empty())
+            answered(fail(reply->reply.code, reply->reply.error));
+        else
+            answered(decodeAnswer(reply->reply.body));
+    } else if (const auto* notice = std::get_if<incoming::Notice>(&incoming)) {
+        if (callbacks_.notice) callbacks_.notice(notice->notice);
+    } else if (const auto* list = std::get_if<incoming::List>(&incoming)) {
+        if (callbacks_.list) callbacks_.list(*list);
+    } else if (const auto* configured = std::get_if<incoming::Configured>(&incoming)) {
+        wall_ = configured->wall;
+    } else if (const auto* ended = std::get_if<incoming::Ended>(&incoming)) {
+        end(ended->over ? Error{ErrorCode::kNetwork, "the server is over"} : ended->error);
+    }
+}
+
+void DoorLink::end(const Error& error) {
+    if (over_) return;
+    over_ = error;
+    const std::map<std::uint64_t, Answered> open = std::exchange(open_, {});
+    for (const auto& [id, answered] : open) answered(tl::unexpected(error));
+    if (callbacks_.ended) callbacks_.ended(error);
+}
+
+}  // namespace tessera

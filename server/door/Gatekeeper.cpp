@@ -1,0 +1,59 @@
+#include "server/door/Gatekeeper.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/json/Json.h"
+#include "common/net/Transport.h"
+#include "server/door/Token.h"
+
+namespace tessera {
+
+std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) const {
+    if (!isHere(request.host))
+        return errorAnswer(421, "refused",
+                           "the door is asked by another name than this machine's own: its link has the right one");
+    constexpr std::string_view kScheme = "http://";
+    if (request.origin.empty() ||
+        (request.origin.starts_with(kScheme) && isHere(std::string_view(request.origin).substr(kScheme.size()))))
+        return std::nullopt;
+    return errorAnswer(403, "refused", "a page from elsewhere may not ask this door");
+}
+
+std::optional<HttpAnswer> Gatekeeper::refusal(const HttpRequest& request, const HttpTarget& target) const {
+    if (std::optional<HttpAnswer> stranger = strangers(request)) return stranger;
+    constexpr std::string_view kBearer = "Bearer ";
+    if (request.authorization.starts_with(kBearer) &&
+        sameToken(std::string_view(request.authorization).substr(kBearer.size()), token_))
+        return std::nullopt;
+    const auto said = target.query.find("token");
+    if (said != target.query.end() && (target.path == "/" || target.path == "/socket") &&
+        sameToken(said->second, token_))
+        return std::nullopt;
+    HttpAnswer answer = errorAnswer(
+        401, "refused", "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
+    answer.fields.emplace_back("WWW-Authenticate", "Bearer");
+    return answer;
+}
+
+bool Gatekeeper::isHere(std::string_view authority) const {
+    const Expected<Address> address = parseAddress(authority);
+    // Without a port it is 80's.
+    if (!address) return port_ == 80 && (authority == "localhost" || authority == "127.0.0.1" || authority == "[::1]");
+    return address->port == port_ && address->isLoopback();
+}
+
+bool RateLimit::take(std::chrono::steady_clock::time_point now) {
+    const double passed = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    left_ = std::min(atOnce_, left_ + passed * perSecond_);
+    if (left_ < 1) return false;
+    left_ -= 1;
+    return true;
+}
+
+HttpAnswer errorAnswer(int status, std::string_view code, std::string_view message) {
+    return {.status = status, .body = jsonText({{"error", {{"code", code}, {"message", message}}}}) + "\n"};
+}
+
+}  // namespace tessera

@@ -1,0 +1,38 @@
+/// What a request over HTTP says, and what is answered, without the library that reads and writes them.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+
+struct HttpRequest {
+    std::string method;
+    std::string target;  ///< as it came: path and query
+    std::string host, origin, authorization, contentType;
+    bool wantsSocket = false;  ///< an upgrade to a WebSocket
+    std::string body;
+};
+
+struct HttpAnswer {
+    int status = 200;
+    std::string type = "application/json";
+    std::string body;
+    std::vector<std::pair<std::string, std::string>> fields = {};  ///< of the head, beside those that all have
+};
+using AnswerHttp = std::function<void(HttpAnswer)>;
+
+/// A target taken apart, its %xx and + replaced.
+struct HttpTarget {
+    std::string path;
+    std::map<std::string, std::string> query;  ///< the first of each name
+};
+/// Nothing: it does not begin with /, or a %xx is none, or it would stand for a control character.
+[[nodiscard]] std::optional<HttpTarget> readTarget(std::string_view target);
+
+}  // namespace tessera

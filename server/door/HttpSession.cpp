@@ -1,0 +1,147 @@
+#include "server/door/HttpSession.h"
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/version.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "server/door/SocketSession.h"
+
+namespace tessera {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+constexpr std::string_view kPolicy =
+    "default-src 'none'; style-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
+
+class HttpSession : public Guest, public std::enable_shared_from_this<HttpSession> {
+public:
+    HttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
+        : Guest(context), stream_(std::move(socket)), context_(context), routes_(context) {}
+    void leave() override { stream_.close(); }
+
+    void readHead() {
+        parser_.emplace();
+        parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
+        parser_->body_limit(context_.limits.maxTextBytes);
+        // The first head comes soon; a connection that is kept may rest.
+        stream_.expires_after(served_ == 0 ? context_.limits.headWait : context_.limits.idle);
+        http::async_read_header(
+            stream_, buffer_, *parser_,
+            [self = shared_from_this()](beast::error_code error, std::size_t) { self->onHead(error); });
+    }
+
+private:
+    void onHead(beast::error_code error) {
+        if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
+        if (error == http::error::body_limit) return refuse(tooLong());
+        if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
+            error != http::error::end_of_stream && error != http::error::partial_message)
+            return refuse(errorAnswer(400, "bad_input", "no HTTP"));
+        if (error) return;
+        const auto& head = parser_->get();
+        const auto field = [&](http::field name) { return std::string(head[name]); };
+        request_ = {.method = std::string(head.method_string()),
+                    .target = std::string(head.target()),
+                    .host = field(http::field::host),
+                    .origin = field(http::field::origin),
+                    .authorization = field(http::field::authorization),
+                    .contentType = field(http::field::content_type),
+                    .wantsSocket = beast::websocket::is_upgrade(head),
+                    .body = {}};
+        if (std::optional<HttpAnswer> early = routes_.beforeBody(request_)) return refuse(std::move(*early));
+        if (request_.wantsSocket && readTarget(request_.target)->path == "/socket") return becomeSocket();
+        stream_.expires_after(context_.limits.idle);
+        // Whoever waits to be asked for the body is asked.
+        if (beast::iequals(head[http::field::expect], "100-continue")) {
+            auto go = std::make_shared<http::response<http::empty_body>>(http::status::continue_, head.version());
+            return http::async_write(stream_, *go,
+                                     [self = shared_from_this(), go](beast::error_code wrong, std::size_t) {
+                                         if (!wrong) self->readBody();
+                                     });
+        }
+        readBody();
+    }
+    void readBody() {
+        http::async_read(stream_, buffer_, *parser_,
+                         [self = shared_from_this()](beast::error_code error, std::size_t) { self->onBody(error); });
+    }
+    void onBody(beast::error_code error) {
+        if (error == http::error::body_limit) return refuse(tooLong());
+        if (error) return;
+        request_.body = std::move(parser_->get().body());
+        stream_.expires_after(context_.limits.answerWait);
+        routes_.answer(request_, [self = shared_from_this(), answered = false](HttpAnswer answer) mutable {
+            if (!std::exchange(answered, true)) self->write(std::move(answer), self->parser_->keep_alive());
+        });
+    }
+
+    static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
+    /// What was said may not have been read to its end.
+    void refuse(HttpAnswer answer) {
+        stream_.expires_after(context_.limits.headWait);
+        write(std::move(answer), false);
+    }
+    void write(HttpAnswer answer, bool keep) {
+        auto response =
+            std::make_shared<http::response<http::string_body>>(static_cast<http::status>(answer.status), 11);
+        response->set(http::field::content_type, answer.type);
+        response->set(http::field::cache_control, "no-store");
+        response->set("Content-Security-Policy", kPolicy);
+        response->set("Referrer-Policy", "no-referrer");
+        response->set("X-Content-Type-Options", "nosniff");
+        for (const auto& [name, value] : answer.fields) response->set(name, value);
+        response->keep_alive(keep);
+        response->body() = std::move(answer.body);
+        response->prepare_payload();
+        ++served_;
+        http::async_write(stream_, *response,
+                          [self = shared_from_this(), response, keep](beast::error_code error, std::size_t) {
+                              if (error) return;
+                              if (keep) return self->readHead();
+                              self->bowOut();
+                          });
+    }
+    /// What still comes is taken for a while: a close with unread bytes would take the answer away from who reads
+    /// slowly.
+    void bowOut() {
+        beast::error_code ignored;
+        stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+        stream_.expires_after(std::chrono::seconds(1));
+        takeRest();
+    }
+    void takeRest() {
+        rest_.resize(4096);
+        stream_.async_read_some(boost::asio::buffer(rest_),
+                                [self = shared_from_this()](beast::error_code error, std::size_t) {
+                                    if (!error) self->takeRest();
+                                });
+    }
+
+    void becomeSocket() {
+        if (context_.sockets >= context_.limits.maxSockets)
+            return refuse(errorAnswer(
+                503, "limit", "as many sockets are open as may be: " + std::to_string(context_.limits.maxSockets)));
+        stream_.expires_never();
+        startSocketSession(stream_.release_socket(), parser_->release(), *readTarget(request_.target), context_);
+    }
+
+    beast::tcp_stream stream_;
+    DoorContext& context_;
+    Routes routes_;
+    beast::flat_buffer buffer_;
+    std::optional<http::request_parser<http::string_body>> parser_;
+    HttpRequest request_;
+    std::size_t served_ = 0;
+    std::vector<char> rest_;
+};
+
+}  // namespace
+
+void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context) {
+    std::make_shared<HttpSession>(std::move(socket), context)->readHead();
+}
+
+}  // namespace tessera

@@ -1,0 +1,13 @@
+/// One connection of a door: requests over HTTP, one after the other, until it becomes a socket.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+
+#include "server/door/Routes.h"
+
+namespace tessera {
+
+/// Lives as long as its connection.
+void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context);
+
+}  // namespace tessera

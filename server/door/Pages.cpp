@@ -1,0 +1,111 @@
+#include "server/door/Pages.h"
+
+#include <fmt/format.h>
+
+#include "common/request/Catalogue.h"
+
+namespace tessera {
+namespace {
+
+std::string page(std::string_view title, std::string_view body) {
+    return fmt::format(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+        "content=\"width=device-width\">"
+        "<title>{0}</title><link rel=\"stylesheet\" "
+        "href=\"/style.css\"></head>\n<body><h1>{0}</h1>\n{1}</body></html>\n",
+        escaped(title), body);
+}
+
+std::string membersTable(const std::vector<MemberText>& members) {
+    if (members.empty()) return "<p>No fields.</p>\n";
+    std::string rows;
+    for (const MemberText& member : members) {
+        if (member.isRest || member.name.empty()) continue;
+        std::string type = member.holds == Holds::kChanges ? "changes" : member.type;
+        if (member.many) type = "array of " + type;
+        std::string about(member.help);
+        if (!member.words.empty()) {
+            about += about.empty() ? "one of" : "; one of";
+            for (const std::string_view word : member.words) about += fmt::format(" {}", word);
+        }
+        for (const std::string& more : {member.bounds, member.when})
+            if (!more.empty()) about += (about.empty() ? "" : "; ") + more;
+        rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(member.name),
+                            escaped(type), escaped(member.unit), escaped(about));
+    }
+    return "<table><tr><th>field</th><th>type</th><th>unit</th><th>help</th></tr>\n" + rows + "</table>\n";
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        switch (c) {
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += c;
+        }
+    }
+    return out;
+}
+
+HttpAnswer tokenPage() {
+    return {.status = 401,
+            .type = "text/html; charset=utf-8",
+            .body = page(
+                "Tessera",
+                "<p>This wall asks for a token. The server prints a link with it when it starts.</p>\n"
+                "<form action=\"/\" method=\"get\"><label>Token <input name=\"token\" autocomplete=\"off\"></label> "
+                "<button>Come in</button></form>\n"),
+            .fields = {{"WWW-Authenticate", "Bearer"}}};
+}
+
+HttpAnswer apiPage(const std::string& wall) {
+    std::string body =
+        "<p>Each request is said to <code>/socket</code>, a WebSocket, as "
+        "<code>{\"id\":1,\"request\":\"NAME\",\"fields\":{}}</code>, or as a POST of its fields to "
+        "<code>/api/NAME</code>. "
+        "<a href=\"/api\">/api</a> has all of this as data, and the types of a scene; <a "
+        "href=\"/metrics\">/metrics</a> has figures. "
+        "Both want the token as <code>Authorization: Bearer</code>.</p>\n";
+    for (const RequestText& request : allRequests())
+        body += fmt::format(
+            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>.</p>\n{5}",
+            request.info.name, escaped(request.info.help), nameOf(request.info.role), nameOf(request.info.changes),
+            request.answer, membersTable(request.members));
+    body += "<h1>Answers</h1>\n";
+    for (const ToldText& told : allAnswers())
+        body += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}", told.info.name, escaped(told.info.help),
+                            membersTable(told.members));
+    body += "<h1>Notices</h1>\n";
+    for (const ToldText& told : allNotices())
+        if (told.info.answer == 0)
+            body += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}", told.info.name, escaped(told.info.help),
+                                membersTable(told.members));
+    return {.type = "text/html; charset=utf-8", .body = page("Tessera: " + wall, body)};
+}
+
+HttpAnswer stylePage() {
+    return {.type = "text/css; charset=utf-8",
+            .body =
+                "body{margin:2rem auto;max-width:60rem;padding:0 1rem;background:#14171a;color:#e8eaed;font:1rem/1.5 "
+                "sans-serif}\n"
+                "a{color:#8ab4f8}h1,h2{line-height:1.2}code{background:#23282d;padding:0 .2em}\n"
+                "table{border-collapse:collapse;width:100%}th,td{border:1px solid #3c4043;padding:.3rem "
+                ".6rem;text-align:left;vertical-align:top}\n"
+                "input,button{font:inherit;padding:.4rem;background:#23282d;color:inherit;border:1px solid #5f6368}\n"};
+}
+
+}  // namespace tessera

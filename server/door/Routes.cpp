@@ -1,0 +1,128 @@
+#include "server/door/Routes.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/json/ApiJson.h"
+#include "common/json/RequestJson.h"
+#include "server/door/AskInJson.h"
+#include "server/door/Metrics.h"
+#include "server/door/Pages.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kAskPrefix = "/api/", kTilePrefix = "/tile/", kTileEnding = ".png";
+
+/// What may be done with a path; empty: there is none such.
+std::string_view methodOf(std::string_view path) {
+    if (path.starts_with(kAskPrefix)) return "POST";
+    for (const std::string_view known : {"/", "/api", "/metrics", "/style.css", "/socket", "/wall.jpg"})
+        if (path == known) return "GET";
+    if (path.starts_with(kTilePrefix) && path.ends_with(kTileEnding) &&
+        path.size() > kTilePrefix.size() + kTileEnding.size())
+        return "GET";
+    return "";
+}
+
+HttpAnswer jsonAnswer(const Json& json) {
+    return {.body = jsonText(json) + "\n"};
+}
+
+int httpStatus(ErrorCode code) {
+    switch (code) {
+        case ErrorCode::kUsage:
+        case ErrorCode::kBadInput:
+            return 400;
+        case ErrorCode::kNotFound:
+            return 404;
+        case ErrorCode::kRefused:
+            return 409;
+        case ErrorCode::kLimit:
+            return 413;
+        case ErrorCode::kNetwork:
+            return 503;
+        case ErrorCode::kUnsupported:
+            return 501;
+        case ErrorCode::kFailed:
+            break;
+    }
+    return 500;
+}
+
+}  // namespace
+
+HttpAnswer apiErrorAnswer(const ApiError& error) {
+    return {.status = httpStatus(error.code), .body = jsonText({{"error", errorJson(error)}}) + "\n"};
+}
+
+std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) const {
+    const std::optional<HttpTarget> target = readTarget(request.target);
+    if (!target) return errorAnswer(400, "bad_input", "no path");
+    const std::string_view method = methodOf(target->path);
+    if (target->path == "/style.css") {
+        if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
+    } else if (std::optional<HttpAnswer> refusal = context_.gate.refusal(request, *target)) {
+        if (refusal->status == 401 && target->path == "/") return tokenPage();
+        return refusal;
+    }
+    if (method.empty())
+        return errorAnswer(404, "not_found",
+                           "there is nothing here: /api, /metrics, /socket, /wall.jpg, /tile/NAME.png");
+    if (request.method != method) {
+        HttpAnswer answer = errorAnswer(405, "refused", fmt::format("{} takes {}", target->path, method));
+        answer.fields.emplace_back("Allow", method);
+        return answer;
+    }
+    return std::nullopt;
+}
+
+void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
+    if (!context_.httpRate.take(std::chrono::steady_clock::now())) {
+        HttpAnswer tooMany =
+            errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
+        tooMany.fields.emplace_back("Retry-After", "1");
+        return answer(std::move(tooMany));
+    }
+    const std::optional<HttpTarget> target = readTarget(request.target);
+    if (target->path == "/") return answer(apiPage(context_.options.wall));
+    if (target->path == "/style.css") return answer(stylePage());
+    if (target->path == "/api") {
+        static const std::string kApi = jsonText(apiJson()) + "\n";
+        return answer({.body = kApi});
+    }
+    if (target->path == "/metrics")
+        return context_.sharedLink().ask(StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
+            if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));
+            answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
+                    .body = metricsText(std::get<answer::Status>(*status))});
+        });
+    if (target->path == "/wall.jpg") return context_.pictures.wall(context_.sharedLink(), answer);
+    if (target->path.starts_with(kTilePrefix))
+        return context_.pictures.tile(
+            context_.sharedLink(),
+            target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
+            answer);
+    if (target->path == "/socket") return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
+    ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+}
+
+void Routes::ask(const std::string& name, const std::string& body, const AnswerHttp& answer) {
+    std::shared_ptr<const Json> fields;
+    if (!body.empty()) {
+        ApiExpected<Json> json = parseJson(body);
+        if (!json) return answer(apiErrorAnswer(json.error()));
+        fields = std::make_shared<const Json>(std::move(*json));
+    }
+    askInJson(context_.sharedLink(), name, std::move(fields), {}, [answer](const ApiExpected<ApplicationAnswer>& said) {
+        if (!said) return answer(apiErrorAnswer(said.error()));
+        Binaries binaries;
+        const SaidJson json = answerJson(*said, binaries);
+        if (!binaries.empty())
+            return answer(errorAnswer(406, "refused", "this answer brings binaries: ask it at /socket"));
+        answer(jsonAnswer({{"answer", json.name}, {"fields", json.fields}}));
+    });
+}
+
+}  // namespace tessera

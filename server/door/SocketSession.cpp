@@ -1,0 +1,241 @@
+#include "server/door/SocketSession.h"
+
+#include <fmt/format.h>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <deque>
+#include <nlohmann/json.hpp>
+
+#include "server/door/AskInJson.h"
+#include "server/door/Envelope.h"
+
+namespace tessera {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+
+class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
+public:
+    SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, DoorContext& context)
+        : Guest(context),
+          stream_(std::move(socket)),
+          context_(context),
+          rate_(context.limits.socketPerSecond, 2 * context.limits.socketPerSecond) {
+        ++context_.sockets;
+        const auto name = target.query.find("name");
+        name_ =
+            name == target.query.end() || name->second.empty() || name->second.size() > 64 ? "socket" : name->second;
+        const auto changes = target.query.find("changes");
+        follows_ = changes != target.query.end() && changes->second == "1";
+    }
+    ~SocketSession() override {
+        --context_.sockets;
+        if (link_) link_->close();
+    }
+
+    void accept(const beast::http::request<beast::http::string_body>& upgrade) {
+        websocket::stream_base::timeout patience{};
+        patience.handshake_timeout = context_.limits.headWait;
+        patience.idle_timeout = context_.limits.idle;  // two pings in it
+        patience.keep_alive_pings = true;
+        stream_.set_option(patience);
+        stream_.read_message_max(0);  // onRead looks at it
+        stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
+            if (!error) self->begin();
+        });
+    }
+
+private:
+    using Weak = std::weak_ptr<SocketSession>;
+
+    void begin() {
+        link_ = DoorLink::dial(context_.options.server, name_, follows_, context_.post());
+        const auto with = [weak = Weak(shared_from_this())](auto&& tell) {
+            return [weak, tell](const auto& what) {
+                if (const std::shared_ptr<SocketSession> self = weak.lock()) tell(*self, what);
+            };
+        };
+        link_->on({.notice = with([](SocketSession& self, const ApplicationNotice& notice) {
+                       Binaries binaries;
+                       const SaidJson said = noticeJson(notice, binaries);
+                       self.say(noticeText(said.name, said.fields, binaries.size()), std::move(binaries));
+                   }),
+                   .list = with([](SocketSession& self, const incoming::List& list) {
+                       self.say(changesText(list.committed->sequence, *list.list, list.whole), {});
+                   }),
+                   .ended = with([](SocketSession& self, const Error& error) {
+                       self.finish(websocket::close_code::going_away, error.message);
+                   })});
+        read();
+    }
+
+    // ---- what comes
+
+    void read() {
+        // As long as much is open, or unsent, whoever asks waits.
+        if (reading_ || closing_ || link_->open() >= context_.limits.maxOpen ||
+            unsent_ > context_.limits.maxUnsentBytes / 2)
+            return;
+        reading_ = true;
+        constexpr std::size_t kAtOnce = std::size_t{64} << 10;
+        stream_.async_read_some(buffer_, kAtOnce, [self = shared_from_this()](beast::error_code error, std::size_t) {
+            self->onRead(error);
+        });
+    }
+    void onRead(beast::error_code error) {
+        reading_ = false;
+        if (error) return leave();
+        // Looked at here, and not by the library: it would close at once, and with unread bytes the word would be lost.
+        if (buffer_.size() > (stream_.got_text() ? context_.limits.maxTextBytes : context_.limits.maxBinaryBytes))
+            return finish(websocket::close_code::too_big, "a message is too long");
+        if (!stream_.is_message_done()) return read();
+        // An answer that comes at once reads on: the buffer is free before anything is done.
+        const bool isText = stream_.got_text();
+        const auto data = buffer_.cdata();
+        const auto* from = static_cast<const std::byte*>(data.data());
+        Bytes bytes(from, from + data.size());
+        buffer_.clear();
+        if (buffer_.capacity() > (std::size_t{1} << 20)) buffer_.shrink_to_fit();
+        if (isText)
+            onText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        else
+            onBinary(std::move(bytes));
+        read();
+    }
+    void onText(std::string_view text) {
+        if (awaited_)
+            return finish(websocket::close_code::protocol_error, "binary frames were announced, and a text came");
+        std::string id;
+        ApiExpected<Envelope> envelope = readEnvelope(text, id);
+        if (!envelope) return say(errorText(id, envelope.error()), {});
+        tooMany_ = !rate_.take(std::chrono::steady_clock::now());
+        awaited_ = std::move(*envelope);
+        binaries_.clear();
+        binariesBytes_ = 0;
+        askWhenWhole();
+    }
+    void onBinary(Bytes bytes) {
+        if (!awaited_)
+            return finish(websocket::close_code::protocol_error, "a binary frame that no text has announced");
+        binariesBytes_ += bytes.size();
+        if (binariesBytes_ > context_.limits.maxBinariesBytes)
+            return finish(websocket::close_code::too_big, "the binaries of one request are too long");
+        binaries_.emplace_back(std::move(bytes));
+        askWhenWhole();
+    }
+    void askWhenWhole() {
+        if (binaries_.size() < awaited_->binaries) return;
+        const Envelope envelope = *std::exchange(awaited_, std::nullopt);
+        if (tooMany_)
+            return say(errorText(envelope.id, {ErrorCode::kLimit, fmt::format("more than {} requests in a second",
+                                                                              context_.limits.socketPerSecond)}),
+                       {});
+        askInJson(*link_, envelope.request, envelope.fields, std::exchange(binaries_, {}),
+                  [weak = Weak(shared_from_this()), id = envelope.id](const ApiExpected<ApplicationAnswer>& answer) {
+                      if (const std::shared_ptr<SocketSession> self = weak.lock()) self->answered(id, answer);
+                  });
+    }
+    void answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
+        if (!answer) {
+            say(errorText(id, answer.error()), {});
+        } else {
+            Binaries binaries;
+            const SaidJson said = answerJson(*answer, binaries);
+            say(answerText(id, said.name, said.fields, binaries.size()), std::move(binaries));
+        }
+        read();
+    }
+
+    // ---- what goes
+
+    struct Frame {
+        std::string text;
+        ByteSlice binary;
+        bool isText = false;
+        [[nodiscard]] std::size_t size() const { return isText ? text.size() : binary.size(); }
+    };
+    void say(std::string text, Binaries binaries) {
+        if (closing_) return;
+        unsent_ += text.size();
+        unsentFrames_.push_back({std::move(text), {}, true});
+        for (ByteSlice& binary : binaries) {
+            unsent_ += binary.size();
+            unsentFrames_.push_back({{}, std::move(binary), false});
+        }
+        if (unsent_ > context_.limits.maxUnsentBytes)
+            return leave();  // it does not read: what it would be told would wait as well
+        write();
+    }
+    void write() {
+        if (writing_ || unsentFrames_.empty()) return;
+        writing_ = true;
+        const Frame& frame = unsentFrames_.front();
+        stream_.text(frame.isText);
+        const auto done = [self = shared_from_this()](beast::error_code error, std::size_t) { self->onWritten(error); };
+        if (frame.isText)
+            stream_.async_write(boost::asio::buffer(frame.text), done);
+        else
+            stream_.async_write(boost::asio::buffer(frame.binary.data(), frame.binary.size()), done);
+    }
+    void onWritten(beast::error_code error) {
+        writing_ = false;
+        if (error) return leave();
+        unsent_ -= unsentFrames_.front().size();
+        unsentFrames_.pop_front();
+        if (!unsentFrames_.empty()) return write();
+        if (closing_) return close();
+        read();
+    }
+
+    // ---- the end
+
+    /// After what is on its way.
+    void finish(websocket::close_code code, std::string_view why) {
+        if (closing_) return;
+        closing_ = true;
+        reason_ = {code, why.substr(0, 120)};
+        if (unsentFrames_.empty()) close();
+    }
+    void close() {
+        if (closed_) return;
+        closed_ = true;
+        stream_.async_close(reason_, [self = shared_from_this()](beast::error_code) {});
+    }
+
+public:
+    void leave() override {
+        closing_ = closed_ = true;
+        beast::error_code ignored;
+        beast::get_lowest_layer(stream_).socket().close(ignored);
+    }
+
+private:
+    websocket::stream<beast::tcp_stream> stream_;
+    DoorContext& context_;
+    RateLimit rate_;
+    std::string name_;
+    bool follows_ = false;
+    std::shared_ptr<DoorLink> link_;
+
+    beast::flat_buffer buffer_;
+    bool reading_ = false, tooMany_ = false;
+    std::optional<Envelope> awaited_;  ///< its binaries are on their way
+    std::vector<ByteSlice> binaries_;
+    std::size_t binariesBytes_ = 0;
+
+    std::deque<Frame> unsentFrames_;
+    std::size_t unsent_ = 0;  ///< bytes
+    bool writing_ = false, closing_ = false, closed_ = false;
+    websocket::close_reason reason_;
+};
+
+}  // namespace
+
+void startSocketSession(boost::asio::ip::tcp::socket socket, beast::http::request<beast::http::string_body> upgrade,
+                        const HttpTarget& target, DoorContext& context) {
+    std::make_shared<SocketSession>(std::move(socket), target, context)->accept(upgrade);
+}
+
+}  // namespace tessera

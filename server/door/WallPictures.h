@@ -1,0 +1,47 @@
+/// What the wall shows now, as files.
+#pragma once
+
+#include <boost/asio/thread_pool.hpp>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/wall/Wall.h"
+#include "server/door/HttpMessage.h"
+#include "server/door/DoorLink.h"
+
+namespace tessera {
+
+/// Whoever asks while hosts are asked already gets the same pictures, and so does who asks within kFresh: many who look
+/// on cost hosts no more than one. The door's thread; pictures are put together on one of their own.
+class WallPictures {
+public:
+    static constexpr std::chrono::milliseconds kFresh{100};
+
+    explicit WallPictures(DoorLink::Post post) : post_(std::move(post)) {}
+    /// The mosaic of all screens.
+    void wall(DoorLink& link, AnswerHttp answer);
+    /// Who waits is told nothing.
+    void forget() { waiting_.clear(); }
+    /// Of what is being put together.
+    void finish() { maker_.join(); }
+    void tile(DoorLink& link, const std::string& name, AnswerHttp answer);
+
+private:
+    using Images = std::shared_ptr<const answer::Images>;
+    using Waiting = std::function<void(const Expected<Images>&)>;
+    void images(DoorLink& link, Waiting waiting);
+
+    DoorLink::Post post_;
+    Images newest_;
+    std::chrono::steady_clock::time_point newestAt_{};
+    std::vector<Waiting> waiting_;
+    std::shared_ptr<const std::string> jpeg_;  ///< of `jpegOf_`
+    Images jpegOf_;
+    boost::asio::thread_pool maker_{1};
+};
+
+}  // namespace tessera

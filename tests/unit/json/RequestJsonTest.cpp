@@ -1,0 +1,169 @@
+/// Requests as JSON: each that there is, there and back; and all that can be wrong with one.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/codec/ApplicationCodec.h"
+#include "common/json/MemberJson.h"
+#include "common/json/RequestJson.h"
+#include "common/request/Catalogue.h"
+#include "common/scene/FieldTable.h"
+#include "tests/unit/json/RandomMembers.h"
+
+namespace tessera {
+namespace {
+
+ApiExpected<ReadRequest> read(std::string_view name, std::string_view fields,
+                              std::span<const ByteSlice> binaries = {}) {
+    ObjectNames names;
+    return readRequest(name, *parseJson(fields), binaries, names);
+}
+
+template <typename... R>
+void thereAndBack(std::type_identity<std::variant<R...>>, std::uint64_t seed) {
+    RandomMembers random(seed);
+    const auto tryOne = [&]<typename One>(std::type_identity<One>) {
+        One request{};
+        random.fill(request);
+        if (findFault(request)) return;  // a rule of the whole, as "a place or a node"
+        Binaries binaries;
+        const std::string text = jsonText(MemberJsonWriter(binaries).write(request));
+        ObjectNames names;
+        const ApiExpected<ReadRequest> back = readRequest(One::kInfo.name, *parseJson(text), binaries, names);
+        ASSERT_TRUE(back) << One::kInfo.name << ", seed " << seed << ": " << back.error().message << "\n" << text;
+        EXPECT_EQ(encodeRequest(back->request), encodeRequest(request)) << One::kInfo.name << ", seed " << seed << "\n"
+                                                                        << text;
+    };
+    (tryOne(std::type_identity<R>{}), ...);
+}
+
+TEST(RequestJson, EachRequestThereAndBack) {
+    for (std::uint64_t seed = 0; seed < 200; ++seed) thereAndBack(std::type_identity<ApplicationRequest>{}, seed);
+}
+
+TEST(RequestJson, NothingSaidIsTheDefault) {
+    for (const RequestText& request : allRequests()) {
+        ObjectNames names;
+        const ApiExpected<ReadRequest> nothing = readRequest(request.info.name, Json(), {}, names);
+        const ApiExpected<ReadRequest> empty = read(request.info.name, "{}");
+        ASSERT_EQ(nothing.has_value(), empty.has_value()) << request.info.name;
+        if (nothing) EXPECT_EQ(encodeRequest(nothing->request), encodeRequest(empty->request)) << request.info.name;
+    }
+    const ApiExpected<ReadRequest> objects = read("GetObjects", R"({"names":["/a"]})");
+    ASSERT_TRUE(objects);
+    EXPECT_TRUE(std::get<request::GetObjects>(objects->request).wish.paths);
+}
+
+/// Keys of what is written are those that the catalogue names, for each answer and notice.
+template <typename... A>
+void expectNamedKeys(std::type_identity<std::variant<A...>>, std::span<const ToldText> told) {
+    const auto tryOne = [&]<typename One>(std::type_identity<One>) {
+        RandomMembers random(7);
+        One answer{};
+        random.fill(answer);
+        Binaries binaries;
+        const Json json = MemberJsonWriter(binaries).write(answer);
+        const auto text = std::ranges::find(told, One::kInfo.name, [](const ToldText& each) { return each.info.name; });
+        ASSERT_NE(text, told.end());
+        for (const auto& [key, value] : json.items())
+            EXPECT_TRUE(
+                std::ranges::any_of(text->members, [&](const MemberText& member) { return member.name == key; }))
+                << One::kInfo.name << "." << key;
+        for (const MemberText& member : text->members)
+            EXPECT_TRUE(json.contains(member.name) || member.optional || member.isRest || !member.when.empty() ||
+                        member.type == "bool")
+                << One::kInfo.name << "." << member.name;
+    };
+    (tryOne(std::type_identity<A>{}), ...);
+}
+TEST(RequestJson, AnswersAndNoticesHaveTheNamesOfTheCatalogue) {
+    expectNamedKeys(std::type_identity<ApplicationAnswer>{}, allAnswers());
+    expectNamedKeys(std::type_identity<ApplicationNotice>{}, allNotices());
+}
+
+struct Wrong {
+    std::string_view request, fields, field, says;
+};
+
+TEST(RequestJson, WhatIsWrongIsToldWithItsField) {
+    const Wrong all[] = {
+        {"MoveNode", R"({"nod":1})", "nod", "there are node, translation, rotation"},
+        {"MoveNode", R"({"node":1,"translation":[1,2]})", "translation",
+         "an array of 3 numbers was expected, not an array of 2"},
+        {"MoveNode", R"({"node":1,"translation":[1,"2",3]})", "translation[1]", "a number was expected, not a text"},
+        {"MoveNode", R"({"node":1,"translation":["NaN",2,3]})", "translation[0]", "a number was expected"},
+        {"MoveNode", R"({"node":-1})", "node", "a whole number from 0 to"},
+        {"MoveNode", R"({"node":1.5})", "node", "a whole number from 0 to"},
+        {"MoveNode", R"({"node":"$x"})", "node", "names no object"},
+        {"MoveNode", R"({"node":1,"scale":[0,1,1]})", "scale", "must be other than 0, not 0"},
+        {"MoveNode", R"({"node":1,"rotation":[0,0,0,0]})", "rotation", "cannot be normalised"},
+        {"MoveNode", R"([])", "", "an object was expected, not an array of 0"},
+        {"SetView", R"({"world_units_per_metre":-3})", "world_units_per_metre", "must be from 1e-09 to 1e+09, not -3"},
+        {"NavigateView", R"({"deed":"dance"})", "deed", "is none of none, home, fit"},
+        {"AnswerQuestion", R"({"question":1,"translation":[0,0,0]})", "translation",
+         "is said with decision move alone"},
+        {"MeasureDistance", R"({"from":[0,0,0]})", "", "no place and no node"},
+        {"FindNodes", R"({"core_type":"Ligth"})", "core_type", "there is no type \"Ligth\""},
+        {"GetStatus", R"({"all":true})", "all", "there are no others"},
+        {"GetEverything", R"({})", "", "there is no request \"GetEverything\""},
+        {"ProposeChanges",
+         R"({"list":{"set":[{"type":"Transform","field":"translatoin","ids":[1],"values":[[1,2,3]]}]}})",
+         "list.set[0].field", "Transform has no field \"translatoin\"; it has translation"},
+        {"ProposeChanges",
+         R"({"list":{"set":[{"type":"Transform","field":"translation","ids":[1,2],"values":[[1,2,3]]}]}})",
+         "list.set[0].values", "an array of 2 values, one for each id, was expected"},
+        {"ProposeChanges",
+         R"({"list":{"set":[{"type":"Transform","field":"translation","ids":[1],"values":[[1,2,1e999]]}]}})", "", ""},
+        {"ProposeChanges",
+         R"({"list":{"set":[{"type":"Geometry","field":"positions","ids":[1],"values":[{"binary":0}]}]}})",
+         "list.set[0].values[0].binary", "no binary frame belongs to this message"},
+        {"ProposeChanges", R"({"list":{"sett":[]}})", "list.sett", "there are created, placed, set"},
+    };
+    for (const Wrong& wrong : all) {
+        const ApiExpected<Json> fields = parseJson(wrong.fields);
+        if (wrong.says.empty()) {  // no JSON at all: a number beyond a double
+            EXPECT_FALSE(fields) << wrong.fields;
+            continue;
+        }
+        ASSERT_TRUE(fields) << wrong.fields;
+        ObjectNames names;
+        const ApiExpected<ReadRequest> read = readRequest(wrong.request, *fields, {}, names);
+        ASSERT_FALSE(read) << wrong.request << wrong.fields;
+        EXPECT_EQ(read.error().field, wrong.field) << wrong.request << wrong.fields << ": " << read.error().message;
+        EXPECT_NE(read.error().message.find(wrong.says), std::string::npos) << read.error().message;
+    }
+}
+
+TEST(RequestJson, PathsAreWantedAndThenKnown) {
+    ObjectNames names;
+    const Json fields = *parseJson(R"({"node":"/hall/crane"})");
+    ASSERT_TRUE(readRequest("RemoveNode", fields, {}, names));
+    ASSERT_EQ(names.wanted(), std::set<std::string>{"/hall/crane"});
+    names.forgetWanted();
+    names.know("/hall/crane", ObjectId(17));
+    const ApiExpected<ReadRequest> read = readRequest("RemoveNode", fields, {}, names);
+    ASSERT_TRUE(read);
+    EXPECT_TRUE(names.wanted().empty());
+    EXPECT_EQ(std::get<request::RemoveNode>(read->request).node, ObjectId(17));
+}
+
+TEST(ParseJson, RefusesWhatIsNoJsonInWords) {
+    for (const std::string_view text : {"", "{", "{}{}", "[1,]", "nul", "\"\xff\"", "NaN", "1e999", "{\"a\":1e400}"}) {
+        const ApiExpected<Json> json = parseJson(text);
+        ASSERT_FALSE(json) << text;
+        EXPECT_EQ(json.error().code, ErrorCode::kBadInput) << text;
+        EXPECT_TRUE(json.error().message.starts_with("no JSON: ")) << json.error().message;
+    }
+    for (const char open : {'[', '{'}) {
+        const ApiExpected<Json> deep = parseJson(std::string(1 << 20, open));
+        ASSERT_FALSE(deep);
+        EXPECT_EQ(deep.error().code, ErrorCode::kLimit);
+    }
+    EXPECT_TRUE(parseJson(std::string(kMaxJsonDepth, '[') + std::string(kMaxJsonDepth, ']')));
+    EXPECT_FALSE(parseJson(std::string(kMaxJsonDepth + 1, '[') + std::string(kMaxJsonDepth + 1, ']')));
+    // Brackets in a text are none.
+    EXPECT_TRUE(parseJson("\"" + std::string(1000, '[') + "\\\"[\""));
+}
+
+}  // namespace
+}  // namespace tessera
