@@ -193,7 +193,7 @@ int main(int argc, char** argv) {
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
     options
         .option("--console", arguments.console,
-                "Where browsers and programs of other languages come\nin, on this machine (127.0.0.1:0)")
+                "Where browsers and programs of other languages\ncome in, on this machine (127.0.0.1:0)")
         .typeName("ADDR:PORT");
     options.flag("--no-console", arguments.noConsole, "They do not");
     options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");

@@ -32,7 +32,7 @@ struct SavedScene {
     std::vector<ObjectId> tops;
     LaterParts later;
     std::vector<std::string> notes;  ///< what a newer version wrote, in words; of a root that is a node like others, as savedObjectText
-    std::vector<std::string> unknown;  ///< the parts that a newer version wrote: "place 7 of ParticleEmitter (2 times)"
+    std::vector<std::string> unknown;  ///< the parts that a newer version wrote: "shape 70 of CollisionObject (2 times)"
     /// Numbers that became the nearest good ones (`takeNearest`): an earlier version saved them, or a person wrote
     /// them. As savedObjectText.
     std::vector<std::string> mended;

@@ -176,7 +176,7 @@ class Node(Object):
         return self._wall._edits("MoveNode", node=self._number(), relative=by, gesture=self._wall._gesture(undo), **wish)
 
     def play(self) -> None:
-        """Of an Animation, a Motion, a Movie or a ParticleEmitter."""
+        """Of whatever plays: an Animation, a Motion, a Movie, a stream of particles."""
         self.set(playing=True)
 
     def pause(self) -> None:

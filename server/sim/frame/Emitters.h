@@ -13,6 +13,8 @@ namespace tessera {
 /// scene's lists; a frame costs what plays. An edit of the time in the same frame has the last word. Not thread-safe.
 class Emitters {
 public:
+    using Core = ParticleEmitter;
+
     /// After each list applied to the scene, with that list; null: anything may have changed.
     void update(const Aspect& scene, const ChangeList* list) {
         if (!list) {

@@ -8,9 +8,9 @@
 #include "common/cores/Animation.h"
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Motion.h"
-#include "common/cores/ParticleEmitter.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/frame/AppearingOrder.h"
+#include "server/sim/frame/Emitters.h"
 
 namespace tessera {
 namespace {
@@ -131,7 +131,7 @@ public:
           count_(list_.creations.size()),
           held_{holdPlaying(list_, typeOf<Motion>(), fieldId<&Motion::playing>),
                 holdPlaying(list_, typeOf<Animation>(), fieldId<&Animation::playing>),
-                holdPlaying(list_, typeOf<ParticleEmitter>(), fieldId<&ParticleEmitter::playing>)},
+                holdPlaying(list_, typeOf<Emitters::Core>(), fieldId<&Emitters::Core::playing>)},
           appearing_(appearingOrder(list_.placements, count_, limits.seen)),
           appears_(list_.placements.size()) {
         std::ranges::sort(list_.creations, {}, &Creation::id);
