@@ -1,6 +1,6 @@
 """Pictures: PNG read and written, and the tiles of a wall put together.
 
-zlib and numpy alone: hosts filter every row by its left neighbour (client/image/Png.cpp), which numpy undoes for a whole picture at
+zlib and numpy alone: hosts filter every row by its left neighbour (common/image/Png.cpp), which numpy undoes for a whole picture at
 once; python3-pil would be one more package for the same.
 """
 from __future__ import annotations

@@ -2,7 +2,7 @@
 asked for; fields are asked for each time."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
 
@@ -14,6 +14,14 @@ from .errors import BadInput, NotFound, Refused, UnknownField
 if TYPE_CHECKING:
     from ._edit import Edit
     from ._wall import Wall
+
+
+def _set(target: "Union[Object, Nodes]", fields: dict[str, Any]) -> Optional[Told]:
+    """At once, or in this thread's open edit, which is sent later: then None."""
+    current = target._wall._current()
+    edit = current or target._wall.edit()
+    edit.set(target, **fields)
+    return None if current else edit.commit()
 
 
 class Object:
@@ -64,10 +72,7 @@ class Object:
 
     def set(self, **fields: Any) -> Optional[Told]:
         """Several fields at once. What the server answers (`sequence`, `stopped`), or None within an edit, which is sent later."""
-        current = self._wall._current()
-        edit = current or self._wall.edit()
-        edit.set(self, **fields)
-        return None if current else edit.commit()
+        return _set(self, fields)
 
     def fields(self) -> dict[str, Any]:
         """All of them with their values now. Arrays are not fetched: of these their sizes in bytes."""
@@ -239,10 +244,7 @@ class Nodes:
 
     def set(self, **fields: Any) -> Optional[Told]:
         """Several fields at once, an array of rows each."""
-        current = self._wall._current()
-        edit = current or self._wall.edit()
-        edit.set(self, **fields)
-        return None if current else edit.commit()
+        return _set(self, fields)
 
     def _found(self, name: str) -> tuple[Type, Field, Array]:
         if self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
