@@ -15,6 +15,7 @@
 #include "client/replica/HostCheck.h"
 #include "client/replica/HostProgram.h"
 #include "client/replica/LifeLine.h"
+#include "common/access/LocalWalls.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
 
@@ -23,7 +24,7 @@ namespace {
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
+    std::string server, host, tokenFile, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false;
@@ -111,8 +112,11 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
         if (!parsed) return failWith("--culler", parsed.error());
         culler = *parsed;
     }
+    auto access = accessLater(arguments.tokenFile);
+    if (!access) return tl::unexpected(access.error());
     HostOptions options{.server = *server,
                         .name = arguments.host,
+                        .access = std::move(*access),
                         .output = arguments.output,
                         .surface = arguments.surface,
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
@@ -167,6 +171,10 @@ int main(int argc, char** argv) {
         versionText("tessera-client"));
     const Option server = options.option("--server", arguments.server, "Where the server listens").typeName("ADDR:PORT");
     const Option host = options.option("--host", arguments.host, "Name of this host in the wall").typeName("NAME");
+    options
+        .option("--token-file", arguments.tokenFile,
+                "With the server's token (TESSERA_TOKEN_FILE, else\nof this user's server on this machine)")
+        .typeName("FILE");
     options.option("--output", arguments.output, "Keep images below DIR/tiles").typeName("DIR");
     options.flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
     options.option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing").typeName("NAME");

@@ -1,4 +1,8 @@
 /// tessera-server: the authority over one scene and one wall.
+#include <pwd.h>
+#include <unistd.h>
+
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -15,7 +19,6 @@
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
 #include "server/door/Door.h"
-#include "server/door/Token.h"
 #include "server/sim/FrameLoop.h"
 
 namespace {
@@ -32,6 +35,7 @@ struct Arguments {
     std::string listen = "127.0.0.1:0";
     std::string console = "127.0.0.1:0";
     bool noConsole = false;
+    std::string tokenFile, group;
     std::vector<std::string> assets, allowed;
     std::uint64_t frames = 0;
     double rate = -1;
@@ -67,33 +71,58 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
     return wall;
 }
 
-/// The console, and where this user's programs find it. A wall is worth more than either: without them it goes on.
+/// Who comes in on this machine: the words for it, where this user's programs find them, and the console.
 class Entrance {
 public:
     /// `console`: none is wanted.
     Entrance(std::optional<Address> console, std::string wall, Log& log)
         : console_(std::move(console)), wall_(std::move(wall)), log_(log) {}
 
+    /// Without a place for the words nobody could come in, but by a file that both sides are told.
+    Expected<void> take(const std::string& listen, const std::string& tokenFile, const std::string& group) {
+        std::string said;
+        if (!tokenFile.empty()) {
+            Expected<std::string> word = readToken(tokenFile);
+            if (!word) return tl::unexpected(word.error());
+            said = std::move(*word);
+        }
+        Expected<std::unique_ptr<LocalWallPlace>> place = LocalWallPlace::take(wall_, listen, group);
+        if (!place && (said.empty() || !group.empty()))
+            return fail(place.error().code,
+                        place.error().message +
+                            "; the token that lets this user's programs in has no place (--token-file FILE names one)");
+        if (place)
+            place_ = std::move(*place);
+        else
+            log_.warning(place.error().message);
+        if (place_ && !said.empty()) place_->setOperator(said);
+        group_ = group;
+        tokens_ = place_ ? place_->tokens() : AccessTokens::fresh();
+        if (!said.empty()) tokens_.of(Role::kOperator) = said;
+        return {};
+    }
+    [[nodiscard]] const AccessTokens& tokens() const { return tokens_; }
+
+    /// Before anybody can dial in: who does finds the words. The wall goes on where there is no console.
     void open(const Address& server) {
-        Expected<std::unique_ptr<LocalWallPlace>> place = LocalWallPlace::take(wall_);
-        if (!place) log_.warning(place.error().message);
-        if (console_)
-            openDoor(server, place ? (*place)->token() : freshToken(),
-                     place ? (*place)->lastConsolePort() : std::uint16_t{0});
-        if (!place) return;
-        if (const Expected<void> told = (*place)->tell(server, door_ ? std::optional(door_->address()) : std::nullopt);
+        if (console_) openDoor(server, place_ ? place_->lastConsolePort() : std::uint16_t{0});
+        if (!place_) return;
+        if (const Expected<void> told = place_->tell(server, door_ ? std::optional(door_->address()) : std::nullopt);
             !told)
             log_.warning(told.error().message);
-        place_ = std::move(*place);
+    }
+    void describe() const {
+        if (door_) fmt::print("console: {}\n", door_->link());
+        if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
     }
 
 private:
     /// Where any port will do the last one does best: links hold.
-    void openDoor(const Address& server, const std::string& token, std::uint16_t lastPort) {
+    void openDoor(const Address& server, std::uint16_t lastPort) {
         Address near = server;
         if (near.host == "0.0.0.0") near.host = "127.0.0.1";
         if (near.host == "::") near.host = "::1";
-        DoorOptions options{.listen = *console_, .server = near, .wall = wall_, .token = token};
+        DoorOptions options{.listen = *console_, .server = near, .wall = wall_, .tokens = tokens_};
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {
@@ -102,15 +131,23 @@ private:
         }
         if (!door) return log_.warning(door.error().message);
         door_ = std::move(*door);
-        fmt::print("console: {}\n", door_->link());
     }
 
     std::optional<Address> console_;
-    std::string wall_;
+    std::string wall_, group_;
     Log& log_;
+    AccessTokens tokens_;
     std::unique_ptr<LocalWallPlace> place_;
     std::unique_ptr<Door> door_;
 };
+
+std::string nameOfUser() {
+    std::array<char, 4096> room{};
+    passwd found{};
+    passwd* known = nullptr;
+    if (getpwuid_r(geteuid(), &found, room.data(), room.size(), &known) == 0 && known != nullptr) return known->pw_name;
+    return fmt::format("user {}", geteuid());
+}
 
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
@@ -143,9 +180,14 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
             ErrorCode::kUsage,
             fmt::format("--console {}: the console opens on this machine alone, as 127.0.0.1:PORT", arguments.console));
     Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), options.wall.name, log);
+    if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
+        return taken;
+    options.access = entrance.tokens();
+    options.owner = nameOfUser();
+    options.onBound = [&](const Address& bound) { entrance.open(bound); };
     options.onListening = [&](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
-        entrance.open(bound);
+        entrance.describe();
         std::fflush(stdout);
     };
     if (arguments.progress)
@@ -196,6 +238,11 @@ int main(int argc, char** argv) {
                 "Where browsers and programs of other languages\ncome in, on this machine (127.0.0.1:0)")
         .typeName("ADDR:PORT");
     options.flag("--no-console", arguments.noConsole, "They do not");
+    options
+        .option("--token-file", arguments.tokenFile,
+                "Its first line lets programs of this machine in\n(a word that this user's programs find)")
+        .typeName("FILE");
+    options.option("--group", arguments.group, "Its people's programs find it too").typeName("NAME").check(named);
     options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");
     options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
         .typeName("DIR")

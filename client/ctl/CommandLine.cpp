@@ -36,6 +36,7 @@ std::string requestsLine() {
 struct Words {
     CommandLine line;
     double timeoutSeconds = 10;
+    std::string role;
     bool asSchema = false;
     verb::Tree tree;
     verb::Load load;
@@ -257,6 +258,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     app.add_option("--server", in.line.server,
                    "Where the server listens (TESSERA_SERVER, else the\none wall of this machine)")
         ->type_name("ADDR:PORT");
+    app.add_option("--token-file", in.line.tokenFile,
+                   "With the server's token (TESSERA_TOKEN_FILE, else\nof this user's server on this machine)")
+        ->type_name("FILE");
     app.add_flag("--json", in.line.json, "Answer in JSON");
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")
@@ -266,6 +270,12 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     app.fallthrough(false);
 
     const CLI::App* status = app.add_subcommand("status", "Frame, hosts, size of the scene");
+
+    const CLI::App* whoAmI = app.add_subcommand("whoami", "As whom the server knows you, and what you may do");
+    CLI::App* link = app.add_subcommand("link", "The link for browsers, to a server of this machine");
+    link->add_option("--role", in.role, "viewer, editor or operator (operator)")
+        ->type_name("ROLE")
+        ->check(CLI::IsMember({"viewer", "editor", "operator"}).description(""));
 
     CLI::App* tree = app.add_subcommand("tree", "The nodes of the scene");
     tree->add_option("NODE", in.tree.node, "From here down (/)");
@@ -458,6 +468,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto verb = [&]() -> Expected<Verb> {
         if (status->parsed()) return verb::Status{};
+        if (whoAmI->parsed()) return verb::Who{};
+        if (link->parsed())
+            return verb::Link{in.role == "viewer"   ? Role::kViewer
+                              : in.role == "editor" ? Role::kEditor
+                                                    : Role::kOperator};
         if (tree->parsed()) return in.tree;
         if (load->parsed()) {
             Placing& placing = in.load.placing;

@@ -15,6 +15,12 @@ namespace tessera {
 namespace verb {
 
 struct Status {};
+/// As whom the server knows us.
+struct Who {};
+/// Where browsers come in at a server of this machine, in a role.
+struct Link {
+    Role role = Role::kOperator;
+};
 struct Tree {
     std::string node = "/";
     int depth = -1;  ///< levels below the node; -1: all
@@ -132,14 +138,14 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get, verb::Remove,
-                          verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick, verb::Measure,
-                          verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot, verb::Save,
-                          verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations, verb::Inlines,
-                          verb::Play, verb::Clone, verb::Find>;
+using Verb = std::variant<verb::Status, verb::Who, verb::Link, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get,
+                          verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick,
+                          verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                          verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
+                          verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {
-    std::string server;
+    std::string server, tokenFile;
     bool json = false;
     std::chrono::milliseconds timeout{10'000};
     Verb verb;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "client/ctl/AccessVerbs.h"
 #include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
@@ -461,8 +462,9 @@ struct Runner {
     const Print& print;
 
     Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
-    /// carryOut has done it without a server.
+    /// carryOut has done these without a server.
     Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
+    Expected<Answer> operator()(const verb::Link&) const { return {}; }
     Expected<Answer> operator()(const verb::Fly&) const { return flyByTerminal(application, print); }
     Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
     Expected<Answer> operator()(const verb::Find& find) const { return run(application, find, json, print); }
@@ -476,8 +478,10 @@ struct Runner {
 
 Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     if (const auto* played = std::get_if<verb::PlayTracker>(&line.verb)) return play(*played);
+    if (const auto* link = std::get_if<verb::Link>(&line.verb)) return linkOf(line, *link);
     Application::Options options;
     options.address = line.server;
+    options.tokenFile = line.tokenFile;
     options.name = "tessera-ctl";
     options.timeout = line.timeout;
     // Every other verb costs its answer, however large the scene is.

@@ -118,17 +118,19 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         cache = std::make_unique<DiskCache>(options.cache, options.name, options.cacheBudgetBytes, log);
         cache->load([&](Blob blob) { shelf.put((arrays ? arrays->share(std::move(blob)) : std::move(blob)).paged()); });
     }
-    link = std::make_unique<ServerLink>(ServerLinkOptions{.server = options.server,
-                                                          .name = options.name,
-                                                          .pixelProbe = *probe,
-                                                          .machine = neighbourhood ? machineIdentity() : "",
-                                                          .board = neighbourhood ? neighbourhood->place() : "",
-                                                          .atOnce = [&](const Work& next) { return host.again(next); },
-                                                          .ahead = true,
-                                                          .showsNothingFrom = options.injection.kind == Injection::Kind::kShowHang
-                                                                                  ? std::optional(FrameNumber(options.injection.frame))
-                                                                                  : std::nullopt},
-                                        shelf, cache.get(), arrays.get(), events, work, log);
+    link = std::make_unique<ServerLink>(
+        ServerLinkOptions{.server = options.server,
+                          .name = options.name,
+                          .access = options.access,
+                          .pixelProbe = *probe,
+                          .machine = neighbourhood ? machineIdentity() : "",
+                          .board = neighbourhood ? neighbourhood->place() : "",
+                          .atOnce = [&](const Work& next) { return host.again(next); },
+                          .ahead = true,
+                          .showsNothingFrom = options.injection.kind == Injection::Kind::kShowHang
+                                                  ? std::optional(FrameNumber(options.injection.frame))
+                                                  : std::nullopt},
+        shelf, cache.get(), arrays.get(), events, work, log);
     if (neighbourhood) neighbourhood->listen([&] { link->tell({Attempt{}, outcome::Called{}}); });
     HostEnd end;
     std::thread session([&] {

@@ -14,6 +14,7 @@ namespace tessera {
 struct HostOptions {
     Address server;
     std::string name;
+    std::function<std::string(const std::string& peer)> access = {};  ///< see ServerLinkOptions
     std::string output;
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
     std::optional<int> device;       ///< of the surface "egl"

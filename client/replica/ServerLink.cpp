@@ -90,16 +90,18 @@ TimePoint ServerLink::nextDeadline() const {
 void ServerLink::dial() {
     dialAt_.reset();
     ++attempt_.value;
-    session_ = std::make_unique<ClientSession>(ClientSessionConfig{.name = options_.name,
-                                                                   .role = PeerRole::kHost,
-                                                                   .schema = schemaHash(),
-                                                                   .pixelProbe = options_.pixelProbe,
-                                                                   .seenEpoch = seenEpoch_,
-                                                                   .machine = options_.machine,
-                                                                   .board = options_.board,
-                                                                   .openContent = decodeSnapshot,
-                                                                   .elsewhere = elsewhere(),
-                                                                   .firstShare = static_cast<double>(::getpid() % 64) / 64});
+    session_ =
+        std::make_unique<ClientSession>(ClientSessionConfig{.name = options_.name,
+                                                            .role = PeerRole::kHost,
+                                                            .schema = schemaHash(),
+                                                            .pixelProbe = options_.pixelProbe,
+                                                            .seenEpoch = seenEpoch_,
+                                                            .machine = options_.machine,
+                                                            .board = options_.board,
+                                                            .access = options_.access,
+                                                            .openContent = decodeSnapshot,
+                                                            .elsewhere = elsewhere(),
+                                                            .firstShare = static_cast<double>(::getpid() % 64) / 64});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
     links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
@@ -116,8 +118,8 @@ void ServerLink::on(const LinkEvent& event) {
     // Events of links that are hung up already still come.
     const std::optional<ChannelKind> channel = channelOf(link);
     if (!channel || !session_) return;
-    if (std::holds_alternative<link_event::Opened>(event.what)) {
-        carryOut(session_->channelOpened(*channel, event.at));
+    if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
+        carryOut(session_->channelOpened(*channel, event.at, opened->peer));
     } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
         carryOut(message ? session_->received(*channel, received->epoch, *message, event.at)

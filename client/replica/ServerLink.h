@@ -24,6 +24,8 @@ namespace tessera {
 struct ServerLinkOptions {
     Address server;
     std::string name;  ///< of the host in the wall
+    std::function<std::string(const std::string& peer)> access =
+        {};  ///< the word that lets it in: see ClientSessionConfig
     std::uint64_t pixelProbe = 0;
     std::string machine, board;  ///< for neighbours (message::Hello)
     std::chrono::milliseconds connectTimeout{2'000};

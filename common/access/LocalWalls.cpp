@@ -2,18 +2,19 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <grp.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <map>
 
-#include "common/base/Hash.h"
-#include "common/base/SystemRandom.h"
+#include "common/net/OwnAddress.h"
 
 namespace tessera {
 namespace {
@@ -82,12 +83,64 @@ bool isLocked(int file) {
     return fcntl(file, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
-/// Open, this user's own, and nobody else's to read.
+std::string wordOf(Role role) {
+    return role == Role::kOperator ? "token" : fmt::format("token-{}", nameOf(role));
+}
+constexpr std::array kRoles{Role::kViewer, Role::kEditor, Role::kOperator};
+
+/// Words that are none are fresh ones.
+AccessTokens tokensIn(const std::map<std::string, std::string>& lines) {
+    AccessTokens tokens = AccessTokens::fresh();
+    for (const Role role : kRoles)
+        if (const auto line = lines.find(wordOf(role)); line != lines.end() && isToken(line->second))
+            tokens.of(role) = line->second;
+    return tokens;
+}
+
+/// Whether people of a group can go through all folders of a path, this one included.
+std::optional<std::string> barredFolder(const std::string& folder, gid_t group) {
+    for (std::filesystem::path at = std::filesystem::absolute(folder); !at.empty(); at = at.parent_path()) {
+        struct stat info {};
+        if (stat(at.c_str(), &info) != 0) return at;
+        if ((info.st_mode & 0001) == 0 && !(info.st_gid == group && (info.st_mode & 0010) != 0)) return at;
+        if (at == at.root_path()) break;
+    }
+    return std::nullopt;
+}
+
+Expected<void> giveToGroup(int file, const std::string& folder, const std::string& group) {
+    std::array<char, 4096> room{};
+    struct group found {};
+    struct group* known = nullptr;
+    if (getgrnam_r(group.c_str(), &found, room.data(), room.size(), &known) != 0 || known == nullptr)
+        return fail(ErrorCode::kNotFound, fmt::format("--group {}: this machine has no such group", group));
+    constexpr mode_t kMayPass = 0711, kMayRead = 0640;  // nobody lists the folder
+    if (chmod(folder.c_str(), kMayPass) != 0 || fchown(file, static_cast<uid_t>(-1), known->gr_gid) != 0 ||
+        fchmod(file, kMayRead) != 0)
+        return fail(ErrorCode::kRefused, fmt::format("--group {}: {}: {}", group, folder, std::strerror(errno)));
+    if (const std::optional<std::string> barred = barredFolder(folder, known->gr_gid))
+        return fail(
+            ErrorCode::kRefused,
+            fmt::format("--group {0}: its people cannot reach the token in {1}, because {2} lets nobody through: "
+                        "set XDG_RUNTIME_DIR to a folder that they may pass",
+                        group, folder, *barred));
+    return {};
+}
+
+/// Whether a connection to `peer` ends at who listens at `listening`, all of this machine's addresses among them.
+bool leadsTo(const Address& peer, const Address& listening) {
+    if (peer.port != listening.port) return false;
+    const std::string there = plainAddress(peer.host), here = plainAddress(listening.host);
+    if (here == "0.0.0.0" || here == "::") return isOwnAddress(there);
+    return there == (here == "localhost" ? "127.0.0.1" : here);
+}
+
+/// Open, this user's own, and nobody's to read but a group's.
 int openOwn(const std::string& path, int flags) {
     const int file = open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600);
     if (file < 0) return -1;
     struct stat info {};
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0077) == 0)
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0037) == 0)
         return file;
     close(file);
     errno = EPERM;
@@ -108,7 +161,7 @@ Expected<std::string> runFolder() {
         return tl::unexpected(systemError("a folder for this user's walls", folder));
     struct stat info {};
     if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
-    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0077) != 0)
+    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0066) != 0)
         return fail(ErrorCode::kRefused,
                     fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
                                 folder));
@@ -131,11 +184,11 @@ Expected<std::vector<LocalWall>> localWalls() {
             isLocked(file) ? readLines(file) : std::map<std::string, std::string>();
         close(file);
         const std::optional<Address> server = addressIn(lines, "server");
-        if (!server || !lines.contains("wall") || !lines.contains("token")) continue;
+        if (!server || !lines.contains("wall") || !lines.contains("token") || !isToken(lines.at("token"))) continue;
         walls.push_back({.wall = lines.at("wall"),
                          .server = *server,
                          .console = addressIn(lines, "console"),
-                         .token = lines.at("token")});
+                         .tokens = tokensIn(lines)});
     }
     return walls;
 }
@@ -163,29 +216,78 @@ Expected<Address> serverMeant(const std::string& said) {
     return only ? Expected<Address>(only->server) : tl::unexpected(only.error());
 }
 
-Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string& wall) {
+Expected<std::string> readToken(const std::string& file) {
+    const auto wrong = [&](std::string_view why) {
+        return fail(ErrorCode::kUsage, fmt::format("the file with a token {}: {}", file, why));
+    };
+    const int opened = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (opened < 0) return wrong(std::strerror(errno));
+    const std::map<std::string, std::string> lines = readLines(opened);
+    std::array<char, kMostBytes> text{};
+    const ssize_t got = pread(opened, text.data(), text.size(), 0);
+    close(opened);
+    if (got < 0) return wrong(std::strerror(errno));
+    if (const auto line = lines.find("token"); line != lines.end() && isToken(line->second)) return line->second;
+    std::string_view word(text.data(), static_cast<std::size_t>(got));
+    word = word.substr(0, word.find_first_of("\r\n"));
+    if (!isToken(word)) return wrong("its first line is no token (16 to 128 letters, digits, - and _)");
+    return std::string(word);
+}
+
+Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile) {
+    if (!tokenFile.empty()) return readToken(tokenFile);
+    if (const char* named = std::getenv("TESSERA_TOKEN_FILE"); named != nullptr && named[0] != '\0')
+        return readToken(named);
+    const Expected<std::vector<LocalWall>> walls = localWalls();
+    if (!walls) return std::string();
+    const auto wall = std::ranges::find_if(*walls, [&](const LocalWall& each) { return leadsTo(peer, each.server); });
+    return wall == walls->end() ? std::string() : wall->tokens.of(Role::kOperator);
+}
+
+Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile) {
+    if (const Expected<std::string> now = accessTo({}, tokenFile); !now) return tl::unexpected(now.error());
+    return [tokenFile](const std::string& peer) {
+        const Expected<Address> address = parseAddress(peer);
+        return accessTo(address ? *address : Address(), tokenFile).value_or("");
+    };
+}
+
+Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string& wall, const std::string& listen,
+                                                               const std::string& group) {
     const Expected<std::string> folder = runFolder();
     if (!folder) return tl::unexpected(folder.error());
-    for (int place = 1; place <= kMostPlaces; ++place) {
-        const std::string path = fmt::format("{}/{}-{}{}", *folder, fileName(wall), place, kEnding);
-        const int file = openOwn(path, O_RDWR | O_CREAT);
+    // What was left by one that listened alike is taken over; of the others none, as long as there is another place.
+    for (int place = 1; place <= 2 * kMostPlaces; ++place) {
+        const std::string path =
+            fmt::format("{}/{}-{}{}", *folder, fileName(wall), (place - 1) % kMostPlaces + 1, kEnding);
+        const bool alike = place <= kMostPlaces;
+        const int file = openOwn(path, alike ? O_RDWR : O_RDWR | O_CREAT);
+        if (file < 0 && alike && errno == ENOENT) continue;
         if (file < 0) return tl::unexpected(systemError("what this user's programs read", path));
-        if (!lockIt(file)) {  // another one of this wall runs there
+        const std::map<std::string, std::string> left = readLines(file);
+        const auto isLeft = [&](const char* word) {
+            const auto line = left.find(word);
+            return line != left.end() && line->second == listen;
+        };
+        const bool fits = alike ? isLeft("listen") || isLeft("server") : left.empty();
+        if (!fits || !lockIt(file)) {  // another one of this wall runs there
             close(file);
             continue;
         }
         std::unique_ptr<LocalWallPlace> taken(new LocalWallPlace);
         taken->path_ = path;
+        taken->listen_ = listen;
         taken->file_ = file;
         for (const char c : wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
         taken->wall_ = taken->wall_.substr(0, 256);
         const std::map<std::string, std::string> before = readLines(file);
-        const auto token = before.find("token");
-        taken->token_ = token != before.end() && token->second.size() == 64
-                            ? token->second
-                            : toHex(systemRandom()) + toHex(systemRandom());
+        taken->tokens_ = tokensIn(before);
         const std::optional<Address> console = addressIn(before, "console");
         if (console) taken->lastPort_ = console->port;
+        if (group.empty())
+            (void)fchmod(file, 0600);
+        else if (const Expected<void> given = giveToGroup(file, *folder, group); !given)
+            return tl::unexpected(given.error());
         // Where the one before listened is no longer so.
         if (const Expected<void> kept = taken->write(std::nullopt, console); !kept) return tl::unexpected(kept.error());
         return taken;
@@ -194,10 +296,11 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string
 }
 
 Expected<void> LocalWallPlace::write(const std::optional<Address>& server, const std::optional<Address>& console) {
-    std::string text = fmt::format("wall {}\n", wall_);
+    std::string text = fmt::format("wall {}\nlisten {}\n", wall_, listen_);
     if (server) text += fmt::format("server {}\n", toString(*server));
     if (console) text += fmt::format("console {}\n", toString(*console));
-    text += fmt::format("token {}\nend\n", token_);
+    for (const Role role : kRoles) text += fmt::format("{} {}\n", wordOf(role), tokens_.of(role));
+    text += "end\n";
     if (ftruncate(file_, 0) != 0 || pwrite(file_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size()))
         return tl::unexpected(systemError("what this user's programs read", path_));
     return {};

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/base/AccessToken.h"
 #include "common/net/Transport.h"
 
 namespace tessera {
@@ -17,12 +19,12 @@ struct LocalWall {
     std::string wall;                ///< its name
     Address server;                  ///< where hosts and applications dial in
     std::optional<Address> console;  ///< none: it has none
-    std::string token;               ///< that the console asks for
+    AccessTokens tokens;
 };
 
 /// `$XDG_RUNTIME_DIR/tessera`, else `/run/user/UID/tessera`, else `tessera-UID` in the folder for temporary files. Made
-/// where it is missing, for this user alone. kRefused: it is somebody else's, or others may look into it; kFailed: it
-/// cannot be made.
+/// where it is missing, for this user alone. kRefused: it is somebody else's, or others may look into it;
+/// kFailed: it cannot be made.
 [[nodiscard]] Expected<std::string> runFolder();
 
 /// Those of this user, in the order of their names. What servers have left that no longer run does not count.
@@ -34,19 +36,38 @@ struct LocalWall {
 /// this machine.
 [[nodiscard]] Expected<Address> serverMeant(const std::string& said);
 
+/// The word in a file: its first line, or in what a server has left for its own user that of an operator. kUsage: it
+/// cannot be read, or there is none in it.
+[[nodiscard]] Expected<std::string> readToken(const std::string& file);
+/// What lets a program of this user in at a server: the word in `tokenFile`, else in the file that TESSERA_TOKEN_FILE
+/// names, else that of the server of this user that listens at that very address. Nothing: it goes without one.
+/// `peer`: the other end of a connection, as a number: at what a name stands for somebody else may listen.
+[[nodiscard]] Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile = {});
+/// The same of each connection that will be made ("ADDR:PORT"). What is wrong with a file is said now; later there is
+/// then no word.
+[[nodiscard]] Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile);
+
 /// A server's own place among them: a file of mode 0600, locked as long as it runs.
 ///
-/// A server of the same wall that starts later takes the place that an earlier one has left, with its token: whoever
-/// has the link has it still. Where several run at once each has a place of its own.
+/// A server of the same wall that starts later takes the place that an earlier one has left, with its tokens: whoever
+/// has a link has it still. Where several run at once each has a place of its own.
 class LocalWallPlace {
 public:
-    [[nodiscard]] static Expected<std::unique_ptr<LocalWallPlace>> take(const std::string& wall);
+    /// `listen`: as it was said; a place that one of the same wall has left who listened alike is taken over.
+    /// `group`: whose people may read it, too (mode 0640); empty: nobody. kNotFound: there is no such group; kRefused:
+    /// this user is not in it, or its people cannot reach the file.
+    [[nodiscard]] static Expected<std::unique_ptr<LocalWallPlace>> take(const std::string& wall,
+                                                                        const std::string& listen,
+                                                                        const std::string& group = {});
     ~LocalWallPlace();
     LocalWallPlace(const LocalWallPlace&) = delete;
     LocalWallPlace& operator=(const LocalWallPlace&) = delete;
 
-    /// As the server before had it, or a fresh one: 256 bits that nobody guesses.
-    [[nodiscard]] const std::string& token() const { return token_; }
+    /// As the server before had them, or fresh ones: 256 bits each that nobody guesses.
+    [[nodiscard]] const AccessTokens& tokens() const { return tokens_; }
+    /// An operator's that somebody else has chosen. Told with the rest.
+    void setOperator(const std::string& token) { tokens_.of(Role::kOperator) = token; }
+    [[nodiscard]] const std::string& path() const { return path_; }
     /// Of the server before; 0: it had no console, or there was none.
     [[nodiscard]] std::uint16_t lastConsolePort() const { return lastPort_; }
     /// From now on others find it.
@@ -58,7 +79,8 @@ private:
     LocalWallPlace() = default;
     [[nodiscard]] Expected<void> write(const std::optional<Address>& server, const std::optional<Address>& console);
 
-    std::string path_, wall_, token_;
+    std::string path_, wall_, listen_;
+    AccessTokens tokens_;
     std::uint16_t lastPort_ = 0;
     int file_ = -1;
 };

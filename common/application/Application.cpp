@@ -23,7 +23,6 @@ using std::chrono::milliseconds;
 
 /// In one request: what is asked for costs the server time between two frames.
 constexpr std::size_t kNamesAtOnce = 64;
-
 /// Between a dial that failed and the next.
 constexpr milliseconds kFirstPause{50}, kLongestPause{1000};
 
@@ -31,6 +30,11 @@ constexpr milliseconds kFirstPause{50}, kLongestPause{1000};
 Duration until(TimePoint deadline) {
     return std::max<Duration>(deadline - clockNow(), Duration::zero());
 }
+
+template <typename... F>
+struct Each : F... {
+    using F::operator()...;
+};
 
 }  // namespace
 
@@ -247,22 +251,14 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
     const auto pass = [](const auto callback, const auto& told) {
         if (callback) callback(told);
     };
-    if (const auto* frame = std::get_if<notice::Frame>(&notice)) {
-        lastFrame = *frame;
-        pass(frameCallback, *frame);
-    } else if (const auto* contacts = std::get_if<answer::Contacts>(&notice)) {
-        pass(contactsCallback, *contacts);
-    } else if (const auto* picked = std::get_if<answer::Picked>(&notice)) {
-        pass(pickCallback, *picked);
-    } else if (const auto* events = std::get_if<answer::PairEvents>(&notice)) {
-        pass(eventsCallback, *events);
-    } else if (const auto* distances = std::get_if<answer::Distances>(&notice)) {
-        pass(distancesCallback, *distances);
-    } else if (const auto* questions = std::get_if<answer::Questions>(&notice)) {
-        pass(questionsCallback, *questions);
-    } else if (const auto* poses = std::get_if<notice::Poses>(&notice)) {
-        pass(posesCallback, *poses);
-    }
+    std::visit(Each{[&](const notice::Frame& told) { pass(frameCallback, lastFrame.emplace(told)); },
+                    [&](const answer::Contacts& told) { pass(contactsCallback, told); },
+                    [&](const answer::Picked& told) { pass(pickCallback, told); },
+                    [&](const answer::PairEvents& told) { pass(eventsCallback, told); },
+                    [&](const answer::Distances& told) { pass(distancesCallback, told); },
+                    [&](const answer::Questions& told) { pass(questionsCallback, told); },
+                    [&](const notice::Poses& told) { pass(posesCallback, told); }},
+               notice);
 }
 
 Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds timeout,
@@ -320,6 +316,9 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
     connectionOptions.lists = options.followScene;
     connectionOptions.blobs = options.followScene && options.wantBlobs;
     connectionOptions.connectTimeout = options.timeout;
+    auto access = accessLater(options.tokenFile);
+    if (!access) return tl::unexpected(access.error());
+    connectionOptions.access = std::move(*access);
     auto impl = std::make_unique<Impl>(std::move(connectionOptions), options);
 
     // A little more than the transport's own timeout, whose message is the better one.
@@ -590,6 +589,9 @@ Expected<void> Application::respond(const QuestionReply& reply) {
 }
 Expected<answer::Status> Application::status() {
     return impl_->ask(request::GetStatus{});
+}
+Expected<answer::Identity> Application::whoAmI() {
+    return impl_->ask(request::WhoAmI{});
 }
 Expected<answer::Images> Application::images() {
     return impl_->ask(request::GetImages{});

@@ -33,6 +33,8 @@ public:
         std::string address;  ///< "HOST:PORT" of the server; empty: TESSERA_SERVER, else the one server of this user on
                               ///< this machine
         std::string name = "application";           ///< for the server's log and status
+        std::string tokenFile = {};  ///< whose first line lets it in; empty: TESSERA_TOKEN_FILE, else what the server
+                                     ///< of this user has left on this machine
         bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
@@ -206,6 +208,8 @@ public:
     }
     [[nodiscard]] Expected<void> respond(const QuestionReply& reply);
     [[nodiscard]] Expected<answer::Status> status();
+    /// As whom the server knows this application, and what it may do.
+    [[nodiscard]] Expected<answer::Identity> whoAmI();
     /// The tiles as they are shown now, all of the same frame.
     [[nodiscard]] Expected<answer::Images> images();
 

@@ -28,6 +28,7 @@ ClientSessionConfig sessionConfig(const ConnectionOptions& options) {
     config.wantBlobs = options.blobs;
     config.openContent = decodeSnapshot;
     config.follows = options.lists;
+    config.access = options.access;
     config.seenEpoch = options.seenEpoch;
     return config;
 }
@@ -117,7 +118,8 @@ void Connection::on(const LinkEvent& event) {
         return std::nullopt;
     };
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
-        if (const auto channel = channelOf(opened->link)) carryOut(session_.channelOpened(*channel, event.at));
+        if (const auto channel = channelOf(opened->link))
+            carryOut(session_.channelOpened(*channel, event.at, opened->peer));
     } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
         const auto channel = channelOf(received->link);
         if (!channel) return;

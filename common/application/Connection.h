@@ -49,6 +49,9 @@ using Incoming = std::variant<incoming::Configured, incoming::List, incoming::Re
 struct ConnectionOptions {
     Address address;
     std::string name;
+    /// The word that lets it in, or an empty one: asked for, on a thread inside, once the server is there. May be
+    /// empty.
+    std::function<std::string(const std::string& peer)> access = {};
     bool lists = true;  ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};

@@ -98,6 +98,7 @@ Json requestsJson() {
                             {"stays_open", info.answered == Answered::kLater},
                             {"brings_arrays", info.bringsArrays},
                             {"help", info.help},
+                            {"example", Json::parse(info.example)},
                             {"fields", fieldsJson(request.members)}});
     }
     return {{"protocol", kProtocolVersion},

@@ -6,6 +6,8 @@
 
 #include "common/scene/FieldTable.h"
 
+#include "common/base/HashText.h"
+
 namespace tessera {
 namespace {
 
@@ -76,11 +78,7 @@ std::optional<std::uint64_t> hexIn(JsonPlace& place, const Json& json) {
 
 std::optional<Hash128> blobIdIn(JsonPlace& place, const Json& json) {
     if (json.is_string())
-        if (const std::string_view text = json.get_ref<const std::string&>(); text.size() == 32) {
-            const std::optional<std::uint64_t> high = digitsIn(text.substr(0, 16), 16),
-                                               low = digitsIn(text.substr(16), 16);
-            if (high && low) return Hash128{.low = *low, .high = *high};
-        }
+        if (const std::optional<Hash128> id = hashOfText(json.get_ref<const std::string&>())) return id;
     place.refuseType("a text of 32 hexadecimal digits", json);
     return std::nullopt;
 }

@@ -16,9 +16,10 @@ bool Address::isLoopback() const {
 
 Expected<Address> parseAddress(std::string_view text) {
     const auto refuse = [&](std::string_view why) {
-        return fail(
-            ErrorCode::kUsage,
-            fmt::format("\"{}\" is not an address: {}; write HOST:PORT, e.g. 127.0.0.1:7000 or [::1]:7000", text, why));
+        return fail(ErrorCode::kUsage,
+                    // A page's link has a token behind that.
+                    fmt::format("\"{}\" is not an address: {}; write HOST:PORT, e.g. 127.0.0.1:7000 or [::1]:7000",
+                                text.substr(0, text.find('?')), why));
     };
     if (text.size() > 300) return fail(ErrorCode::kUsage, "an address of more than 300 characters");
     const std::size_t colon = text.rfind(':');

@@ -18,8 +18,9 @@
 #include "common/net/FrameHeader.h"
 #include "common/net/FrameReader.h"
 #include "common/net/LinkTable.h"
+#include "common/net/OwnAddress.h"
 #include "common/net/PortHolder.h"
-#include "common/net/SendQueue.h"
+#include "common/net/TransportLink.h"
 
 namespace tessera {
 
@@ -38,37 +39,6 @@ constexpr std::size_t kMessageCost = 256;         ///< of a message that waits t
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
 
 }  // namespace
-
-// Named, because Transport::Impl holds them.
-enum class TransportLinkState {
-    kConnecting,
-    kOpen,
-    kClosing,  ///< sends its queue, then waits for the peer's end; what still arrives is thrown away
-    kClosed,
-};
-
-struct TransportLink {
-    TransportLink(LinkId linkId, tcp::socket s, const TransportLimits& limits)
-        : id(linkId), socket(std::move(s)), timer(socket.get_executor()), reader(limits.maxPayload) {}
-
-    LinkId id;
-    tcp::socket socket;
-    asio::steady_timer timer;  ///< connecting: the timeout; closing: the end of patience
-    TransportLinkState state = TransportLinkState::kConnecting;
-    FrameReader reader;
-    SendQueue queue;
-    TimePoint heardAt{};  ///< the last event that told of bytes
-    TimePoint sentAt{};   ///< the last write
-    struct KeepAlive {
-        Duration interval{};
-        std::uint16_t type = 0;
-        Epoch epoch;
-        SharedChain payload;
-    };
-    std::optional<KeepAlive> keepAlive;
-    std::string target;  ///< what it connects to
-    std::string closeReason;
-};
 
 namespace {
 
@@ -233,7 +203,9 @@ struct Transport::Impl {
         const tcp::endpoint peer = link->socket.remote_endpoint(error);
         link->state = TransportLinkState::kOpen;
         link->timer.cancel();
-        emit(link_event::Opened{link->id, error ? link->target : describe(peer)});
+        // A program may choose from which of the machine's addresses it comes.
+        const bool near = !error && isOwnAddress(peer.address().to_string());
+        emit(link_event::Opened{link->id, error ? link->target : describe(peer), near});
         read(link);
         write(link);
     }
@@ -291,6 +263,7 @@ struct Transport::Impl {
 
     void take(const LinkPtr& link, std::size_t count, TimePoint arrived) {
         frames.clear();
+        received.fetch_add(count, std::memory_order_relaxed);
         const Expected<void> good = link->reader.filled(count, frames);
         if (link->reader.arriving() >= kLarge) seeLarge();
         std::size_t untaken = 0;
@@ -347,6 +320,7 @@ struct Transport::Impl {
             // Nearly always all of it goes at once. What does not, and every error, is the reactor's.
             error_code laterAgain;
             std::size_t done = link->socket.write_some(buffers, laterAgain);
+            sent.fetch_add(done, std::memory_order_relaxed);
             if (laterAgain || done < asio::buffer_size(buffers)) return writeRest(link, std::move(buffers), done);
             link->sentAt = now();
             table.discharge(link->id, link->queue.written());
@@ -364,7 +338,8 @@ struct Transport::Impl {
             buffer += part;
             done -= part;
         }
-        asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t) {
+        asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t bytes) {
+            sent.fetch_add(bytes, std::memory_order_relaxed);
             if (link->state == TransportLinkState::kClosed) return;
             if (error)
                 return finish(link, link->state == TransportLinkState::kClosing ? link->closeReason : reasonFor(error, false));
@@ -484,6 +459,7 @@ struct Transport::Impl {
     std::atomic<bool> wanted{false};  ///< somebody wants to attend
     std::atomic<bool> closing{false};
     std::atomic<bool> delivered{false}, woken{false};
+    std::atomic<std::uint64_t> sent{0}, received{0};  ///< bytes
     std::atomic<std::size_t> posted{0};  ///< and not yet done
     std::atomic<Duration> lastLarge{Duration::zero()};  ///< on the clock; zero: never
     TimePoint attendantLeft{};                          ///< with the turn
@@ -519,7 +495,7 @@ void Transport::wake() {
     if (!impl_->woken.exchange(true)) asio::post(impl_->io, [] {});
 }
 
-Expected<std::uint16_t> Transport::listen(const Address& address) {
+Expected<std::uint16_t> Transport::listen(const Address& address, const std::function<void(std::uint16_t)>& onBound) {
     const Expected<tcp::endpoint> endpoint = impl_->resolveHere(address);
     if (!endpoint) return tl::unexpected(endpoint.error());
     auto listener = std::make_unique<Impl::Listener>(impl_->io);
@@ -527,6 +503,8 @@ Expected<std::uint16_t> Transport::listen(const Address& address) {
     listener->acceptor.open(endpoint->protocol(), error);
     if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error) listener->acceptor.bind(*endpoint, error);
+    if (!error && onBound)
+        if (const std::uint16_t port = listener->acceptor.local_endpoint(error).port(); !error) onBound(port);
     if (!error) listener->acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error == asio::error::address_in_use) {
         const std::string holder = holderOfPort(address.port);
@@ -589,6 +567,10 @@ void Transport::close(LinkId link, std::string reason) {
         if (const auto found = impl->links.find(link); found != impl->links.end())
             impl->beginClose(LinkPtr(found->second), std::move(reason));
     });
+}
+
+Transport::Traffic Transport::traffic() const {
+    return {impl_->sent.load(std::memory_order_relaxed), impl_->received.load(std::memory_order_relaxed)};
 }
 
 std::size_t Transport::queuedBytes(LinkId link) const {

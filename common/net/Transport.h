@@ -29,7 +29,8 @@ struct Address {
 namespace link_event {
 struct Opened {
     LinkId link;
-    std::string peer;  ///< its address, for logs
+    std::string peer;   ///< its address, for logs
+    bool near = false;  ///< it is on this machine
 };
 struct Received {
     LinkId link;
@@ -89,7 +90,9 @@ public:
     ~Transport();
 
     /// Returns the bound port (for port 0). kNetwork: cannot bind, saying why.
-    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address);
+    /// `onBound` is called with the port, which is ours, before anybody can connect. May be empty.
+    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
+                                                 const std::function<void(std::uint16_t)>& onBound = {});
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
     /// Queues one frame (before Opened too). The payload is written from where it lies, and the same one may go to many
@@ -115,6 +118,11 @@ public:
     void wake();
     /// What destruction does, but `wake` may still be called. Not while somebody attends.
     void end();
+    /// On all links so far, headers included.
+    struct Traffic {
+        std::uint64_t sent = 0, received = 0;  ///< bytes
+    };
+    [[nodiscard]] Traffic traffic() const;
     /// Bytes waiting to be sent, headers included. Never waits.
     [[nodiscard]] std::size_t queuedBytes(LinkId link) const;
 

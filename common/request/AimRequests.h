@@ -79,8 +79,10 @@ struct PickAt {
     Aim aim;
 
     using Answer = answer::Picked;
-    static constexpr RequestInfo kInfo{
-        .number = 6, .name = "PickAt", .help = "What is at a pixel, or along a wand or a ray"};
+    static constexpr RequestInfo kInfo{.number = 6,
+                                       .name = "PickAt",
+                                       .help = "What is at a pixel, or along a wand or a ray",
+                                       .example = R"({"ray":{"origin":[0,1,20],"direction":[0,0,-1]}})"};
     static constexpr auto members() { return std::tuple(spreadMember<&PickAt::aim>(1)); }
 };
 
@@ -94,7 +96,8 @@ struct GrabHandle {
                                        .name = "GrabHandle",
                                        .role = Role::kEditor,
                                        .changes = Changes::kScene,
-                                       .help = "Takes hold of a manipulator's handle"};
+                                       .help = "Takes hold of a manipulator's handle",
+                                       .example = R"({"ray":{"origin":[0,1.5,20],"direction":[0,0,-1]}})"};
     static constexpr auto members() { return std::tuple(spreadMember<&GrabHandle::aim>(1)); }
 };
 
@@ -108,7 +111,8 @@ struct DragHandle {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Leads the handle that is held to another place"};
+                                       .help = "Leads the handle that is held to another place",
+                                       .example = R"({"ray":{"origin":[0,2,20],"direction":[0,0,-1]}})"};
     static constexpr auto members() { return std::tuple(spreadMember<&DragHandle::aim>(1)); }
 };
 
@@ -128,7 +132,8 @@ struct MeasureDistance {
     using Answer = answer::Measured;
     static constexpr RequestInfo kInfo{.number = 30,
                                        .name = "MeasureDistance",
-                                       .help = "How far it is from a place to a place, or to a node's surface"};
+                                       .help = "How far it is from a place to a place, or to a node's surface",
+                                       .example = R"({"from":[0,5,0],"node":"/hall/crane"})"};
     static constexpr auto members() {
         return std::tuple(member<&MeasureDistance::from>(1, "from").in("world units"),
                           member<&MeasureDistance::to>(2, "to").in("world units").said("absent: to the node"),

@@ -22,6 +22,7 @@ struct ApplicationLimits {
     std::size_t maxDepth = 4096;  ///< nodes from a page's top to where the next one begins
     /// Of paths and of content in one answer, each.
     std::size_t maxSceneBytes = std::size_t{64} << 20;
+    std::size_t maxPieceBytes = std::size_t{256} << 10;  ///< of an array that is read in pieces
     std::size_t maxTiles = 4096;
     std::size_t maxHosts = 4096;
     std::size_t maxTrackers = 64;

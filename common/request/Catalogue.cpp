@@ -127,10 +127,6 @@ std::span<const ToldText> allNotices() {
     return all;
 }
 
-std::string_view nameOf(Role role) {
-    constexpr std::array<std::string_view, 3> kNames{"viewer", "editor", "operator"};
-    return kNames[static_cast<std::size_t>(role)];
-}
 std::string_view nameOf(Changes changes) {
     constexpr std::array<std::string_view, 3> kNames{"nothing", "scene", "view"};
     return kNames[static_cast<std::size_t>(changes)];

@@ -45,8 +45,6 @@ struct ToldText {
 [[nodiscard]] std::span<const ToldText> allAnswers();
 [[nodiscard]] std::span<const ToldText> allNotices();
 
-/// "viewer", "editor", "operator"
-[[nodiscard]] std::string_view nameOf(Role role);
 /// "nothing", "scene", "view"
 [[nodiscard]] std::string_view nameOf(Changes changes);
 

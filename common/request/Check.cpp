@@ -41,4 +41,9 @@ void FaultFinder::tooMany(std::string_view name, std::size_t count, std::size_t 
     say(ErrorCode::kLimit, fmt::format("{} has {} entries; at most {} are allowed", name, count, most));
 }
 
+Error roleRefusal(const RequestInfo& info, Role role) {
+    return {ErrorCode::kRefused, fmt::format("{} is for an {}; this link is of {} {}", info.name, nameOf(info.role),
+                                             role == Role::kViewer ? "a" : "an", nameOf(role))};
+}
+
 }  // namespace tessera

@@ -13,6 +13,9 @@ namespace tessera {
 /// "at least 0", "from 0.1 to 60000, or 0".
 [[nodiscard]] std::string textOf(const NumberBounds& bounds);
 
+/// "ProposeEdit is for an editor; this link is of a viewer"
+[[nodiscard]] Error roleRefusal(const RequestInfo& info, Role role);
+
 /// Finds what is wrong first, in the order of the members.
 class FaultFinder {
 public:
@@ -57,6 +60,9 @@ private:
         constexpr ValueKind kind = valueKindOf<T>();
         if constexpr (kind == ValueKind::kNumber) {
             number(m, value);
+        } else if constexpr (kind == ValueKind::kUnsigned) {
+            if constexpr (std::is_integral_v<T>)
+                if (m.bounds.any()) number(m, static_cast<double>(value));
         } else if constexpr (kind == ValueKind::kPlace || kind == ValueKind::kVector) {
             for (const double each : value) number(m, each);
         } else if constexpr (kind == ValueKind::kRotation) {

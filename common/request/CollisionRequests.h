@@ -279,7 +279,8 @@ struct AnswerQuestion {
                                        .name = "AnswerQuestion",
                                        .role = Role::kEditor,
                                        .changes = Changes::kScene,
-                                       .help = "Decides about a motion that was stopped"};
+                                       .help = "Decides about a motion that was stopped",
+                                       .example = R"({"question":1,"decision":"pass"})"};
     static constexpr auto members() { return std::tuple(spreadMember<&AnswerQuestion::reply>(1)); }
 };
 

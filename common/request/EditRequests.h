@@ -87,13 +87,16 @@ struct ProposeChanges {
     std::uint64_t gesture = 0;
 
     using Answer = answer::Committed;
-    static constexpr RequestInfo kInfo{.number = 1,
-                                       .name = "ProposeChanges",
-                                       .role = Role::kEditor,
-                                       .answered = Answered::kLater,
-                                       .changes = Changes::kScene,
-                                       .help = "Commits a list of changes, whole or not at all",
-                                       .bringsArrays = true};
+    static constexpr RequestInfo kInfo{
+        .number = 1,
+        .name = "ProposeChanges",
+        .role = Role::kEditor,
+        .answered = Answered::kLater,
+        .changes = Changes::kScene,
+        .help = "Commits a list of changes, whole or not at all",
+        .bringsArrays = true,
+        .example =
+            R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],"set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
     static constexpr auto members() {
         return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
                               .said("proposals in a row of one gesture are one step of undo; 0: none"),
@@ -142,7 +145,8 @@ struct MoveNode {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Moves a node to a place, or by so much"};
+                                       .help = "Moves a node to a place, or by so much",
+                                       .example = R"({"node":"/hall/crane","translation":[0,0.5,-1]})"};
     static constexpr auto members() {
         return std::tuple(member<&MoveNode::node>(1, "node").said("moves the nearest Transform from here upwards"),
                           spreadMember<&MoveNode::move>(2),
@@ -161,7 +165,8 @@ struct RemoveNode {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Removes a node with everything below it"};
+                                       .help = "Removes a node with everything below it",
+                                       .example = R"({"node":"/hall/crate"})"};
     static constexpr auto members() { return std::tuple(member<&RemoveNode::node>(1, "node")); }
 };
 
@@ -174,7 +179,8 @@ struct CloneNode {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Copies a node with everything below it"};
+                                       .help = "Copies a node with everything below it",
+                                       .example = R"({"node":"/hall/crane","name":"second crane","deep":true})"};
     static constexpr auto members() { return std::tuple(spreadMember<&CloneNode::wish>(1)); }
 };
 
@@ -190,7 +196,8 @@ struct LoadFile {
                                        .role = Role::kOperator,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Adds a file on the server's disk to the scene"};
+                                       .help = "Adds a file on the server's disk to the scene",
+                                       .example = R"({"path":"/srv/models/box.tsct","parent":"/hall","fit":2})"};
     static constexpr auto members() {
         return std::tuple(member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
                           member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"),
@@ -212,7 +219,8 @@ struct LoadAsset {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
-                                       .help = "Adds one of the server's assets to the scene"};
+                                       .help = "Adds one of the server's assets to the scene",
+                                       .example = R"({"name":"box.tsct","parent":"/hall","at":[3,0,0]})"};
     static constexpr auto members() {
         return std::tuple(member<&LoadAsset::name>(1, "name").said("behind asset://"),
                           member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"),

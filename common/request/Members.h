@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/base/ByteSlice.h"
+#include "common/base/Role.h"
 #include "common/base/StrongId.h"
 #include "common/math/Types.h"
 #include "common/request/ApplicationLimits.h"
@@ -25,12 +26,6 @@ namespace tessera {
 
 // ---- what is said
 
-/// Who may say a request; each may say what those before it may.
-enum class Role : std::uint8_t {
-    kViewer,    ///< looks and asks
-    kEditor,    ///< changes the scene and the view
-    kOperator,  ///< shows, budgets, files on the server's disk
-};
 enum class Answered : std::uint8_t {
     kAtOnce,
     kLater,  ///< it stays open: the answer comes with a frame, with a file or from hosts
@@ -41,11 +36,13 @@ enum class Changes : std::uint8_t { kNothing, kScene, kView };
 struct RequestInfo {
     std::uint8_t number = 0;  ///< never reused, 0 never used
     std::string_view name;
-    Role role = Role::kViewer;
+    Role role = Role::kViewer;  ///< who may say it
     Answered answered = Answered::kAtOnce;
     Changes changes = Changes::kNothing;
     std::string_view help;      ///< one line for people
     bool bringsArrays = false;  ///< Uploads before it belong to it
+    /// Its fields as JSON, as they may be said (common/json), in a scene with a /hall.
+    std::string_view example = "{}";
 };
 
 /// An answer, a notice, or both. Each kind has numbers of its own; 0: it is none.

@@ -189,6 +189,20 @@ struct FoundPage {
     }
 };
 
+/// Bytes of an array.
+struct ArrayPiece {
+    std::uint64_t size = 0;  ///< of the whole array
+    ByteSlice bytes;         ///< from the offset that was asked for, to the end of the piece or of the array
+
+    static constexpr ToldInfo kInfo{.name = "ArrayPiece", .answer = 16, .help = "Bytes of an array"};
+    static constexpr auto members() {
+        return std::tuple(member<&ArrayPiece::size>(1, "size").in("bytes").said("of the whole array"),
+                          partMember<&ArrayPiece::bytes>("bytes")
+                              .ofBytes(&ApplicationLimits::maxPieceBytes)
+                              .said("from the offset on"));
+    }
+};
+
 }  // namespace answer
 
 namespace request {
@@ -199,7 +213,8 @@ struct GetObjects {
     using Answer = answer::Objects;
     static constexpr RequestInfo kInfo{.number = 15,
                                        .name = "GetObjects",
-                                       .help = "What stands at names: nodes by their paths, objects by their numbers"};
+                                       .help = "What stands at names: nodes by their paths, objects by their numbers",
+                                       .example = R"({"names":["/hall/crane","#1"],"content":true})"};
     static constexpr auto members() { return std::tuple(spreadMember<&GetObjects::wish>(1)); }
 };
 
@@ -207,8 +222,10 @@ struct GetTree {
     TreeWish wish;
 
     using Answer = answer::TreePage;
-    static constexpr RequestInfo kInfo{
-        .number = 16, .name = "GetTree", .help = "A page of a node and what is below it"};
+    static constexpr RequestInfo kInfo{.number = 16,
+                                       .name = "GetTree",
+                                       .help = "A page of a node and what is below it",
+                                       .example = R"({"node":"/hall","levels":2})"};
     static constexpr auto members() { return std::tuple(spreadMember<&GetTree::wish>(1)); }
 };
 
@@ -216,12 +233,35 @@ struct FindNodes {
     NodeSearch wish;
 
     using Answer = answer::FoundPage;
-    static constexpr RequestInfo kInfo{
-        .number = 22, .name = "FindNodes", .help = "A page of the nodes that an expression names"};
+    static constexpr RequestInfo kInfo{.number = 22,
+                                       .name = "FindNodes",
+                                       .help = "A page of the nodes that an expression names",
+                                       .example = R"({"expression":"/hall/**/crane*","page_size":100})"};
     static constexpr auto members() { return std::tuple(spreadMember<&FindNodes::wish>(1)); }
 };
 
-using OfScene = std::variant<GetObjects, GetTree, FindNodes>;
+/// A large array is read in several pieces: the frames go on between them.
+struct GetArray {
+    std::string blob;          ///< 32 hexadecimal digits: the array's name, as lists of changes have it
+    std::uint64_t offset = 0;  ///< bytes
+    std::uint64_t length = 0;  ///< 0: as many as a piece may have
+
+    using Answer = answer::ArrayPiece;
+    static constexpr RequestInfo kInfo{.number = 32,
+                                       .name = "GetArray",
+                                       .help = "Bytes of an array that the scene holds, by its name",
+                                       .example = R"({"blob":"8fbc75bd6f0e8d5b6d33266de7325ff5","length":288})"};
+    static constexpr auto members() {
+        return std::tuple(member<&GetArray::blob>(1, "blob").said("32 hexadecimal digits, as changes have them"),
+                          member<&GetArray::offset>(2, "offset").in("bytes"),
+                          member<&GetArray::length>(3, "length")
+                              .in("bytes")
+                              .between(0, static_cast<double>(ApplicationLimits().maxPieceBytes))
+                              .said("0: as many as there may be"));
+    }
+};
+
+using OfScene = std::variant<GetObjects, GetTree, FindNodes, GetArray>;
 
 }  // namespace request
 

@@ -147,6 +147,18 @@ struct TileWait {
             member<&TileWait::reason>(5, "reason").said("what it spent more time on than the others did"));
     }
 };
+/// Of all since the server has started.
+struct Figures {
+    std::uint64_t count = 0;
+    double halfMs = 0, p99Ms = 0;  ///< that half, and 99 of 100, do not exceed
+
+    static constexpr std::string_view kName = "Figures";
+    static constexpr auto members() {
+        return std::tuple(member<&Figures::count>(1, "count"),
+                          member<&Figures::halfMs>(2, "half_ms").in("ms").said("that half of them do not exceed"),
+                          member<&Figures::p99Ms>(3, "p99_ms").in("ms").said("that 99 of 100 do not exceed"));
+    }
+};
 struct Status {
     std::string wallName;
     Epoch epoch;
@@ -167,6 +179,10 @@ struct Status {
     double budgetMs = 0;                ///< for a frame; 0: none
     unsigned detail = 0;                ///< step of kDetailSteps that the next frame is drawn at
     std::vector<std::string> programs;  ///< a line for each SurfaceProgram that is bad or heavy
+    Figures frames;                     ///< released: from Begin to then
+    Figures barrier;                    ///< of them: from the first host that was ready
+    std::uint64_t sentBytes = 0, receivedBytes = 0;  ///< on all links, since the server has started
+    std::uint64_t journalBytes = 0;                  ///< written to it so far
 
     static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
     static constexpr auto members() {
@@ -196,7 +212,12 @@ struct Status {
             member<&Status::detail>(22, "detail").said("step that the next frame is drawn at (common/wall/Detail.h)"),
             member<&Status::programs>(23, "programs")
                 .atMost(&ApplicationLimits::maxHosts)
-                .said("a line for each that is bad or heavy"));
+                .said("a line for each that is bad or heavy"),
+            member<&Status::frames>(24, "frames").said("from their beginning to their release"),
+            member<&Status::barrier>(25, "barrier").said("of frames: from the first ready host to the release"),
+            member<&Status::sentBytes>(26, "sent_bytes").in("bytes").said("on all links"),
+            member<&Status::receivedBytes>(27, "received_bytes").in("bytes").said("on all links"),
+            member<&Status::journalBytes>(28, "journal_bytes").in("bytes").said("written to the journal"));
     }
 };
 
@@ -210,7 +231,25 @@ struct Trackers {
     }
 };
 
+/// Who asks, as the server knows them.
+struct Identity {
+    std::string name;
+    Role role = Role::kViewer;
+
+    static constexpr ToldInfo kInfo{.name = "Identity", .answer = 15, .help = "Who asks, and what they may do"};
+    static constexpr auto members() {
+        return std::tuple(member<&Identity::name>(1, "name"),
+                          member<&Identity::role>(2, "role").said("each may do what those before it may"));
+    }
+};
+
 }  // namespace answer
+
+template <>
+struct WordsOf<Role> {
+    static constexpr std::array<std::string_view, 3> kWords{nameOf(Role::kViewer), nameOf(Role::kEditor),
+                                                            nameOf(Role::kOperator)};
+};
 
 namespace notice {
 
@@ -269,12 +308,21 @@ struct SubscribeNews {
     Subscription wanted;
 
     using Answer = answer::Done;
-    static constexpr RequestInfo kInfo{
-        .number = 9, .name = "SubscribeNews", .help = "What the application is told of every frame from now on"};
+    static constexpr RequestInfo kInfo{.number = 9,
+                                       .name = "SubscribeNews",
+                                       .help = "What the application is told of every frame from now on",
+                                       .example = R"({"frames":true,"contacts":true})"};
     static constexpr auto members() { return std::tuple(spreadMember<&SubscribeNews::wanted>(1)); }
 };
 
-using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews>;
+struct WhoAmI {
+    using Answer = answer::Identity;
+    static constexpr RequestInfo kInfo{
+        .number = 31, .name = "WhoAmI", .help = "As whom the server knows this application, and its role"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews, WhoAmI>;
 
 }  // namespace request
 

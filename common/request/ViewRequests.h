@@ -55,15 +55,14 @@ struct NavigationWish {
         return std::tuple(member<&NavigationWish::mode>(1, "mode").said("absent: it stays"),
                           member<&NavigationWish::deed>(2, "deed"),
                           member<&NavigationWish::node>(3, "node").said("of fit; 0: the whole scene"),
-                          member<&NavigationWish::bookmark>(4, "bookmark").said("1 to 9"),
+                          member<&NavigationWish::bookmark>(4, "bookmark")
+                              .between(1, kBookmarks)
+                              .onlyWhen(&NavigationWish::speaksOfBookmark, "with deed go_to_bookmark or keep_bookmark"),
                           partMember<&NavigationWish::input>("input").said(
                               "what this application holds from now on; nothing: as it was"));
     }
-    [[nodiscard]] std::optional<std::string> fault() const {
-        const bool needsNumber = deed == Deed::kGoToBookmark || deed == Deed::kKeepBookmark;
-        if (!needsNumber || (bookmark >= 1 && bookmark <= kBookmarks)) return std::nullopt;
-        return "there is no bookmark " + std::to_string(bookmark) + ": 1 to " + std::to_string(kBookmarks) +
-               " are possible";
+    [[nodiscard]] static bool speaksOfBookmark(const NavigationWish& wish) {
+        return wish.deed == Deed::kGoToBookmark || wish.deed == Deed::kKeepBookmark;
     }
 };
 template <>
@@ -111,7 +110,8 @@ struct SetView {
                                        .role = Role::kEditor,
                                        .answered = Answered::kLater,
                                        .changes = Changes::kView,
-                                       .help = "Moves the wall in the world, or a user's head before the wall"};
+                                       .help = "Moves the wall in the world, or a user's head before the wall",
+                                       .example = R"({"position":[0,2,6],"world_units_per_metre":1.5})"};
     static constexpr auto members() { return std::tuple(spreadMember<&SetView::wish>(1)); }
 };
 
@@ -123,7 +123,8 @@ struct NavigateView {
                                        .name = "NavigateView",
                                        .role = Role::kEditor,
                                        .changes = Changes::kView,
-                                       .help = "Flies, orbits or walks, goes home, to a node or to a bookmark"};
+                                       .help = "Flies, orbits or walks, goes home, to a node or to a bookmark",
+                                       .example = R"({"mode":"orbit","deed":"keep_bookmark","bookmark":1})"};
     static constexpr auto members() { return std::tuple(spreadMember<&NavigateView::wish>(1)); }
 };
 
@@ -135,7 +136,8 @@ struct ShowPicture {
     static constexpr RequestInfo kInfo{.number = 19,
                                        .name = "ShowPicture",
                                        .role = Role::kOperator,
-                                       .help = "Shows the scene, or a test picture, on all tiles"};
+                                       .help = "Shows the scene, or a test picture, on all tiles",
+                                       .example = R"({"showing":"scene"})"};
     static constexpr auto members() { return std::tuple(member<&ShowPicture::showing>(1, "showing")); }
 };
 
@@ -147,7 +149,8 @@ struct SetBudget {
     static constexpr RequestInfo kInfo{.number = 23,
                                        .name = "SetBudget",
                                        .role = Role::kOperator,
-                                       .help = "How long a frame may take before detail is left away"};
+                                       .help = "How long a frame may take before detail is left away",
+                                       .example = R"({"milliseconds":12})"};
     static constexpr auto members() {
         return std::tuple(member<&SetBudget::milliseconds>(1, "milliseconds")
                               .in("ms")

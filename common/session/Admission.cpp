@@ -24,6 +24,28 @@ Admission::Verdict Admission::program(const message::Hello& hello) const {
     return {};
 }
 
+Expected<Role> Admission::roleOf(const message::Hello& hello, Whence whence) const {
+    const AccessTokens& tokens = config_.access;
+    if (tokens.empty()) return Role::kOperator;
+    if (hello.access.empty()) {
+        if (whence == Whence::kElsewhere) return Role::kOperator;
+        return fail(ErrorCode::kRefused,
+                    fmt::format("on this machine the server takes programs of its own user ({}) alone: run this one as "
+                                "that user, or name a file with the server's token (--token-file FILE)",
+                                config_.owner));
+    }
+    const std::optional<Role> role = tokens.roleOf(hello.access);
+    if (!role)
+        return fail(ErrorCode::kRefused,
+                    fmt::format("the token is not this server's: take it from where the server's user ({}) finds it",
+                                config_.owner));
+    if (hello.role == PeerRole::kHost && *role != Role::kOperator)
+        return fail(ErrorCode::kRefused,
+                    fmt::format("a render host needs the token of an operator, and this one is a token for the role {}",
+                                nameOf(*role)));
+    return *role;
+}
+
 Admission::Verdict Admission::application(std::size_t connected) const {
     if (connected < config_.maxApplications) return {};
     return Refusal{ErrorCode::kRefused,

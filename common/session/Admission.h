@@ -32,6 +32,8 @@ public:
     [[nodiscard]] Epoch epoch() const { return epoch_; }
 
     [[nodiscard]] Verdict program(const message::Hello& hello) const;
+    /// As what it comes in. kRefused: as nothing, and it does no good to ask again.
+    [[nodiscard]] Expected<Role> roleOf(const message::Hello& hello, Whence whence) const;
     /// One more application, beside so many.
     [[nodiscard]] Verdict application(std::size_t connected) const;
     [[nodiscard]] Refusal unknownHost(const std::string& name) const;

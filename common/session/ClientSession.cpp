@@ -54,7 +54,7 @@ struct ClientSession::Impl {
     explicit Impl(ClientSessionConfig c)
         : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.firstShare, config.maxUnwantedBytes}) {}
 
-    void opened(ChannelKind channel, TimePoint now);
+    void opened(ChannelKind channel, TimePoint now, const std::string& peer);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
     [[nodiscard]] bool mayHear(const MessageInfo& info, ChannelKind channel) const;
     void misplaced(const MessageInfo& said, ChannelKind channel);
@@ -147,7 +147,7 @@ struct ClientSession::Impl {
     ClientActions out;
 };
 
-void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
+void ClientSession::Impl::opened(ChannelKind channel, TimePoint now, const std::string& peer) {
     message::Hello hello{.schema = config.schema,
                          .role = config.role,
                          .channel = channel,
@@ -158,7 +158,8 @@ void ClientSession::Impl::opened(ChannelKind channel, TimePoint now) {
                          .follows = config.follows,
                          .seenEpoch = config.seenEpoch,
                          .machine = config.machine,
-                         .board = config.board};
+                         .board = config.board,
+                         .access = channel == ChannelKind::kControl && config.access ? config.access(peer) : ""};
     send(channel, hello);
     if (channel == ChannelKind::kControl) {
         stage = Stage::kGreeting;
@@ -484,8 +485,8 @@ void ClientSession::Impl::disconnect(std::string reason, bool retry, ErrorCode c
 ClientSession::ClientSession(ClientSessionConfig config) : impl_(std::make_unique<Impl>(std::move(config))) {}
 ClientSession::~ClientSession() = default;
 
-ClientActions ClientSession::channelOpened(ChannelKind channel, TimePoint now) {
-    if (!impl_->dead()) impl_->opened(channel, now);
+ClientActions ClientSession::channelOpened(ChannelKind channel, TimePoint now, const std::string& peer) {
+    if (!impl_->dead()) impl_->opened(channel, now, peer);
     return impl_->take();
 }
 

@@ -22,6 +22,8 @@ struct ClientSessionConfig {
     /// The highest epoch in which a server of this wall has welcomed this process; a lower one is left again.
     Epoch seenEpoch;
     std::string machine, board;  ///< hosts: see message::Hello
+    /// The word that lets it in, or an empty one: asked for once the server is there. May be empty.
+    std::function<std::string(const std::string& peer)> access = {};
     bool wantBlobs = true;
     bool follows = true;  ///< false: an application that only asks; it is sent neither snapshot nor lists
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;  ///< one blob; refused before memory is taken
@@ -131,7 +133,8 @@ public:
     explicit ClientSession(ClientSessionConfig config);
     ~ClientSession();
 
-    [[nodiscard]] ClientActions channelOpened(ChannelKind channel, TimePoint now);
+    /// `peer`: the other end, as a number, "ADDR:PORT".
+    [[nodiscard]] ClientActions channelOpened(ChannelKind channel, TimePoint now, const std::string& peer = {});
     /// `epoch` is what the message came with: once welcomed, the server's.
     [[nodiscard]] ClientActions received(ChannelKind channel, Epoch epoch, const Message& message, TimePoint now);
     /// To be sent with every message: the server's, zero until it is known.

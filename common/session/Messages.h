@@ -100,6 +100,7 @@ struct Hello {
     Epoch seenEpoch;               ///< hosts: the highest in which a server of this wall has welcomed this process
     std::string machine;           ///< hosts: equal where two can reach each other's memory; empty: nobody's neighbour
     std::string board;             ///< and where neighbours find this one's board (client/share)
+    std::string access;            ///< control channels: the word that lets it in (AccessToken.h)
 
     static constexpr MessageInfo kInfo{
         2, "Hello", Party::kPeers, Party::kServer, OnChannel::kBoth, SaidWhen::kFirst, kTexts};
@@ -110,7 +111,8 @@ struct Hello {
                           field::varint(8, "want_blobs", &Hello::wantBlobs),
                           field::varint(9, "follows", &Hello::follows), field::hash(10, "token", &Hello::token),
                           field::fixed(12, "seen_epoch", &Hello::seenEpoch),
-                          field::text(13, "machine", &Hello::machine), field::text(14, "board", &Hello::board));
+                          field::text(13, "machine", &Hello::machine), field::text(14, "board", &Hello::board),
+                          field::text(15, "access", &Hello::access));
     }
 };
 /// The replica stands at `sequence` with all its blobs; a host can enter the barrier.

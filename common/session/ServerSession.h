@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/AccessToken.h"
 #include "common/session/Messages.h"
 #include "common/session/SwapBarrier.h"
 
@@ -73,6 +74,10 @@ struct ServerSessionConfig {
     std::size_t maxAnnouncements = 256;
     /// A BlobRequest for more than this is a protocol fault.
     std::uint32_t maxChunkBytes = 4u << 20;
+    /// Who comes in as what. Without a word nobody of this machine does, while links from others are plain; a wrong one
+    /// lets nobody in. Empty: all may do all.
+    AccessTokens access = {};
+    std::string owner = {};  ///< whose programs they are, for people
     /// Bytes that wait to be sent to a peer, as whoever sends them knows. May be empty: none ever wait.
     std::function<std::size_t(ConnectionId)> unsentBytes;
     /// Who follows off the barrier and reads more slowly than that gets no further lists and notices. Once it has read half
@@ -165,6 +170,7 @@ struct EpochRaised {
 struct ApplicationJoined {
     ConnectionId connection;
     std::string name;
+    Role role = Role::kOperator;
 };
 struct ApplicationLeft {
     ConnectionId connection;
@@ -214,6 +220,8 @@ inline void append(ServerActions& to, ServerActions more) {
     to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
+enum class Whence : bool { kElsewhere, kThisMachine };
+
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
 /// clock and returns what is to be done, in order. Not thread-safe.
 ///
@@ -224,7 +232,8 @@ public:
     explicit ServerSession(ServerSessionConfig config);
     ~ServerSession();
 
-    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now);
+    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now,
+                                                 Whence whence = Whence::kElsewhere);
     /// `now` is when the bytes arrived, not when they are looked at.
     /// `epoch` is what the message came with; another one than ours is refused, except by who knows none yet (zero).
     [[nodiscard]] ServerActions received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);

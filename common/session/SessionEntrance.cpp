@@ -6,17 +6,19 @@
 
 namespace tessera {
 
-void SessionEntrance::opened(ConnectionId connection, TimePoint now) {
+void SessionEntrance::opened(ConnectionId connection, TimePoint now, Whence whence) {
     // A peer that means it says hello within a round trip: what waits longest is what stays silent.
     if (SessionPeer* oldest = roster_.peers.onePendingTooMany())
         roster_.close(*oldest, "too many connections that say nothing");
-    roster_.peers.open(connection, now);
+    roster_.peers.open(connection, now).whence = whence;
 }
 
 void SessionEntrance::hello(SessionPeer& peer, const message::Hello& hello, TimePoint now) {
     if (Admission::Verdict verdict = admission_.program(hello)) return refuse(peer, std::move(*verdict));
     if (hello.channel == ChannelKind::kBulk) return bulk(peer, hello);
-    if (hello.role == PeerRole::kApplication) return application(peer, hello, now);
+    const Expected<Role> as = admission_.roleOf(hello, peer.whence);
+    if (!as) return refuse(peer, {as.error().code, as.error().message, false});
+    if (hello.role == PeerRole::kApplication) return application(peer, hello, *as, now);
     if (hello.role == PeerRole::kHost) return host(peer, hello, now);
     refuse(peer, {ErrorCode::kNetwork, "unknown role of a peer", false});
 }
@@ -36,13 +38,13 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     control->other = peer.id;
 }
 
-void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, TimePoint now) {
+void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, Role as, TimePoint now) {
     if (Admission::Verdict verdict = admission_.application(roster_.peers.applications()))
         return refuse(peer, std::move(*verdict));
     peer.role = PeerRole::kApplication;
     peer.name = hello.name;
     welcome(peer, now);
-    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name});
+    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, as});
     // Whoever only asks is told what it asks for, and what it has subscribed to.
     if (hello.follows) roster_.followers.ask(peer.id, peer.name, roster_.out);
 }

@@ -20,13 +20,13 @@ public:
 
     [[nodiscard]] Epoch epoch() const { return admission_.epoch(); }
     /// A connection that has not said anything. Of too many the one that has waited longest goes.
-    void opened(ConnectionId connection, TimePoint now);
+    void opened(ConnectionId connection, TimePoint now, Whence whence);
     /// The first word on a connection. `peer` may be gone afterwards.
     void hello(SessionPeer& peer, const message::Hello& hello, TimePoint now);
 
 private:
     void bulk(SessionPeer& peer, const message::Hello& hello);
-    void application(SessionPeer& peer, const message::Hello& hello, TimePoint now);
+    void application(SessionPeer& peer, const message::Hello& hello, Role as, TimePoint now);
     void host(SessionPeer& peer, const message::Hello& hello, TimePoint now);
     void admit(SessionPeer& peer, SessionHost& host, const message::Hello& hello, TimePoint now);
     void welcome(SessionPeer& peer, TimePoint now);

@@ -1,7 +1,6 @@
 #include "deploy/wall/OwnAddress.h"
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
 #include <netdb.h>
 #include <sys/socket.h>
 
@@ -25,15 +24,6 @@ std::optional<std::string> numbersOf(const sockaddr* address) {
 }
 
 }  // namespace
-
-bool isOwnAddress(const std::string& address) {
-    ifaddrs* all = nullptr;
-    if (::getifaddrs(&all) != 0) return false;
-    const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> keep(all, &::freeifaddrs);
-    for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next)
-        if (one->ifa_addr != nullptr && numbersOf(one->ifa_addr) == address) return true;
-    return false;
-}
 
 std::optional<std::string> addressTowards(const std::string& name) {
     addrinfo wanted{};

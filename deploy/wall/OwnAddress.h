@@ -7,8 +7,6 @@
 
 namespace tessera {
 
-/// Numbers, of IPv4 or IPv6, without a scope: is it one of this machine's interfaces'?
-[[nodiscard]] bool isOwnAddress(const std::string& address);
 /// The address from which a datagram to `name` would leave; nothing is sent. Nothing where the name is not known here or no way leads
 /// there.
 [[nodiscard]] std::optional<std::string> addressTowards(const std::string& name);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/Version.h"
+#include "common/net/OwnAddress.h"
 #include "common/wall/WindowLayout.h"
 #include "deploy/wall/Machines.h"
 #include "deploy/wall/OwnAddress.h"

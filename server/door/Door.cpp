@@ -27,25 +27,23 @@ struct Door::Impl {
                     if (!stopped) accept();
                 });
             }
-            if (context.guests.size() < context.limits.maxConnections)
+            // Whoever means it says so at once: of too many the one that has been silent for longest goes.
+            bool room = context.guests.size() < context.limits.maxConnections;
+            if (!room && !context.silent.empty()) {
+                Guest* const oldest = context.silent.front();
+                context.silent.pop_front();
+                oldest->giveWay();
+                // It is gone once its reader has heard of it.
+                room = context.guests.size() < context.limits.maxConnections + kGivingWay;
+            }
+            if (room)
                 startHttpSession(std::move(socket), context);
             else
-                sendAway(std::move(socket));
+                sayTooMany(socket);
             accept();
         });
     }
-    /// In words, without waiting for anybody.
-    void sendAway(tcp::socket socket) {
-        static const std::string kBody = errorAnswer(503, "limit", "as many connections are open as may be").body;
-        static const std::string kAnswer = fmt::format(
-            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: {}\r\nRetry-After: "
-            "1\r\nConnection: close\r\n\r\n{}",
-            kBody.size(), kBody);
-        boost::system::error_code ignored;
-        socket.non_blocking(true, ignored);
-        socket.write_some(boost::asio::buffer(kAnswer), ignored);
-        socket.shutdown(tcp::socket::shutdown_both, ignored);
-    }
+    static constexpr std::size_t kGivingWay = 16;
 
     DoorContext context;
     tcp::acceptor acceptor;
@@ -106,7 +104,8 @@ const Address& Door::address() const {
 }
 
 std::string Door::link() const {
-    return fmt::format("http://{}/?token={}", toString(impl_->bound), impl_->context.options.token);
+    return fmt::format("http://{}/?token={}", toString(impl_->bound),
+                       impl_->context.options.tokens.of(Role::kOperator));
 }
 
 }  // namespace tessera

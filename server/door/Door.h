@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "common/base/AccessToken.h"
 #include "common/net/Transport.h"
 
 namespace tessera {
@@ -12,7 +13,7 @@ struct DoorOptions {
     Address listen;     ///< on loopback
     Address server;     ///< where applications dial in
     std::string wall;   ///< the wall's name, for people
-    std::string token;  ///< whoever has it may come in
+    AccessTokens tokens;  ///< whoever has one may come in
 };
 
 /// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like
@@ -27,7 +28,7 @@ public:
     Door& operator=(const Door&) = delete;
 
     [[nodiscard]] const Address& address() const;
-    /// With the token: `http://127.0.0.1:7001/?token=…`
+    /// With an operator's token: `http://127.0.0.1:7001/?token=…`
     [[nodiscard]] std::string link() const;
 
 private:

@@ -6,6 +6,8 @@
 
 #include <chrono>
 #include <cstddef>
+#include <list>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -41,43 +43,55 @@ public:
     Guest& operator=(const Guest&) = delete;
     /// Closes its connection at once: what it waits for ends with an error.
     virtual void leave() = 0;
+    /// It has not shown a token yet, and others want in: it is told so, as far as that takes no time, and closed.
+    virtual void giveWay() { leave(); }
 
 private:
     DoorContext& context_;
 };
 
 struct DoorContext {
-    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.token, port) {}
+    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port) {}
 
     boost::asio::io_context io{1};
     DoorOptions options;
     DoorLimits limits;
     Gatekeeper gate;
     RateLimit httpRate{limits.httpPerSecond, 2 * limits.httpPerSecond};
+    RateLimit strangersRate{limits.httpPerSecond, 2 * limits.httpPerSecond};  ///< without a token
     std::set<Guest*> guests;
+    std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
     std::size_t sockets = 0;  ///< of the guests
 
     [[nodiscard]] DoorLink::Post post() {
         return [this](std::function<void()> work) { boost::asio::post(io, std::move(work)); };
     }
-    /// The link by which requests over HTTP go; dialled when it is first needed, and again when it has ended.
-    [[nodiscard]] DoorLink& sharedLink() {
-        if (!shared_ || shared_->ended()) shared_ = DoorLink::dial(options.server, "console", false, post());
-        return *shared_;
+    /// The link by which requests over HTTP of a role go; dialled when it is first needed, and again when it has ended.
+    [[nodiscard]] DoorLink& sharedLink(Role role) {
+        std::shared_ptr<DoorLink>& link = shared_[role];
+        if (!link || link->ended()) link = dial("console", role, false);
+        return *link;
+    }
+    [[nodiscard]] std::shared_ptr<DoorLink> dial(const std::string& name, Role role, bool follow) {
+        return DoorLink::dial({.address = options.server,
+                               .name = name,
+                               .access = [word = options.tokens.of(role)](const std::string&) { return word; },
+                               .lists = follow},
+                              post());
     }
 
     WallPictures pictures{post()};
 
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {
-        if (shared_) shared_->close();
-        shared_.reset();
+        for (const auto& [role, link] : shared_) link->close();
+        shared_.clear();
         pictures.forget();
         for (Guest* guest : std::set(guests)) guest->leave();
     }
 
 private:
-    std::shared_ptr<DoorLink> shared_;
+    std::map<Role, std::shared_ptr<DoorLink>> shared_;
 };
 
 inline Guest::Guest(DoorContext& context) : context_(context) {
@@ -85,6 +99,7 @@ inline Guest::Guest(DoorContext& context) : context_(context) {
 }
 inline Guest::~Guest() {
     context_.guests.erase(this);
+    context_.silent.remove(this);
 }
 
 }  // namespace tessera

@@ -4,12 +4,8 @@
 
 namespace tessera {
 
-std::shared_ptr<DoorLink> DoorLink::dial(const Address& server, const std::string& name, bool follow, Post post) {
+std::shared_ptr<DoorLink> DoorLink::dial(ConnectionOptions options, Post post) {
     std::shared_ptr<DoorLink> link(new DoorLink);
-    ConnectionOptions options;
-    options.address = server;
-    options.name = name;
-    options.lists = follow;
     // What comes waits for the door's thread; a link that is gone meanwhile hears nothing.
     options.arrived = [weak = std::weak_ptr(link), post = std::move(post)] {
         post([weak] {

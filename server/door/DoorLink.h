@@ -25,9 +25,8 @@ public:
     /// Has a function run on the door's thread; from any thread.
     using Post = std::function<void(std::function<void()>)>;
 
-    /// `follow`: lists come, too.
-    [[nodiscard]] static std::shared_ptr<DoorLink> dial(const Address& server, const std::string& name, bool follow,
-                                                          Post post);
+    /// `arrived` of the options is this one's own.
+    [[nodiscard]] static std::shared_ptr<DoorLink> dial(ConnectionOptions options, Post post);
     ~DoorLink();
 
     void on(Callbacks callbacks) { callbacks_ = std::move(callbacks); }

@@ -5,7 +5,6 @@
 
 #include "common/json/Json.h"
 #include "common/net/Transport.h"
-#include "server/door/Token.h"
 
 namespace tessera {
 
@@ -20,20 +19,19 @@ std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) cons
     return errorAnswer(403, "refused", "a page from elsewhere may not ask this door");
 }
 
-std::optional<HttpAnswer> Gatekeeper::refusal(const HttpRequest& request, const HttpTarget& target) const {
-    if (std::optional<HttpAnswer> stranger = strangers(request)) return stranger;
+tl::expected<Role, HttpAnswer> Gatekeeper::roleOf(const HttpRequest& request, const HttpTarget& target) const {
+    if (std::optional<HttpAnswer> stranger = strangers(request)) return tl::unexpected(std::move(*stranger));
     constexpr std::string_view kBearer = "Bearer ";
-    if (request.authorization.starts_with(kBearer) &&
-        sameToken(std::string_view(request.authorization).substr(kBearer.size()), token_))
-        return std::nullopt;
+    if (request.authorization.starts_with(kBearer))
+        if (const auto role = tokens_.roleOf(std::string_view(request.authorization).substr(kBearer.size())))
+            return *role;
     const auto said = target.query.find("token");
-    if (said != target.query.end() && (target.path == "/" || target.path == "/socket") &&
-        sameToken(said->second, token_))
-        return std::nullopt;
+    if (said != target.query.end() && (target.path == "/" || target.path == "/socket" || target.path == "/link"))
+        if (const auto role = tokens_.roleOf(said->second)) return *role;
     HttpAnswer answer = errorAnswer(
         401, "refused", "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
     answer.fields.emplace_back("WWW-Authenticate", "Bearer");
-    return answer;
+    return tl::unexpected(std::move(answer));
 }
 
 bool Gatekeeper::isHere(std::string_view authority) const {

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/AccessToken.h"
+#include "common/base/Error.h"
 #include "server/door/HttpMessage.h"
 
 namespace tessera {
@@ -18,18 +20,18 @@ namespace tessera {
 /// before the token.
 class Gatekeeper {
 public:
-    Gatekeeper(std::string token, std::uint16_t port) : token_(std::move(token)), port_(port) {}
+    Gatekeeper(AccessTokens tokens, std::uint16_t port) : tokens_(std::move(tokens)), port_(port) {}
 
-    /// What is wrong with it: 421 for a strange Host, 403 for a strange Origin, 401 without the token. Nothing: it may
-    /// come in. The token stands in Authorization ("Bearer T"), or for the page and the socket in the query.
-    [[nodiscard]] std::optional<HttpAnswer> refusal(const HttpRequest& request, const HttpTarget& target) const;
-    /// Without the token: where the request comes from.
+    /// As what it comes in. Else what is wrong with it: 421 for a strange Host, 403 for a strange Origin, 401 without a
+    /// token. The token stands in Authorization ("Bearer T"), or for the page and the socket in the query.
+    [[nodiscard]] tl::expected<Role, HttpAnswer> roleOf(const HttpRequest& request, const HttpTarget& target) const;
+    /// Without a token: where the request comes from.
     [[nodiscard]] std::optional<HttpAnswer> strangers(const HttpRequest& request) const;
 
 private:
     [[nodiscard]] bool isHere(std::string_view authority) const;
 
-    std::string token_;
+    AccessTokens tokens_;
     std::uint16_t port_;
 };
 

@@ -1,10 +1,14 @@
 #include "server/door/HttpSession.h"
 
+#include <fmt/format.h>
+
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/version.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include "server/door/LinkTunnel.h"
 #include "server/door/SocketSession.h"
 
 namespace tessera {
@@ -19,9 +23,22 @@ constexpr std::string_view kPolicy =
 class HttpSession : public Guest, public std::enable_shared_from_this<HttpSession> {
 public:
     HttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
-        : Guest(context), stream_(std::move(socket)), context_(context), routes_(context) {}
-    void leave() override { stream_.close(); }
+        : Guest(context), stream_(std::move(socket)), context_(context), routes_(context), patience_(context.io) {}
+    void giveWay() override {
+        sayTooMany(stream_.socket());
+        leave();
+    }
+    void leave() override {
+        patience_.cancel();
+        stream_.close();
+    }
 
+    void begin() {
+        context_.silent.push_back(this);
+        readHead();
+    }
+
+private:
     void readHead() {
         parser_.emplace();
         parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
@@ -33,7 +50,6 @@ public:
             [self = shared_from_this()](beast::error_code error, std::size_t) { self->onHead(error); });
     }
 
-private:
     void onHead(beast::error_code error) {
         if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
         if (error == http::error::body_limit) return refuse(tooLong());
@@ -52,7 +68,9 @@ private:
                     .wantsSocket = beast::websocket::is_upgrade(head),
                     .body = {}};
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_)) return refuse(std::move(*early));
-        if (request_.wantsSocket && readTarget(request_.target)->path == "/socket") return becomeSocket();
+        if (routes_.knowsWho()) context_.silent.remove(this);
+        const std::string path = readTarget(request_.target)->path;
+        if (request_.wantsSocket && (path == "/socket" || path == "/link")) return becomeSocket(path == "/link");
         stream_.expires_after(context_.limits.idle);
         // Whoever waits to be asked for the body is asked.
         if (beast::iequals(head[http::field::expect], "100-continue")) {
@@ -72,10 +90,20 @@ private:
         if (error == http::error::body_limit) return refuse(tooLong());
         if (error) return;
         request_.body = std::move(parser_->get().body());
-        stream_.expires_after(context_.limits.answerWait);
-        routes_.answer(request_, [self = shared_from_this(), answered = false](HttpAnswer answer) mutable {
-            if (!std::exchange(answered, true)) self->write(std::move(answer), self->parser_->keep_alive());
+        const auto once = [weak = weak_from_this(), number = ++asked_](HttpAnswer answer) {
+            const std::shared_ptr<HttpSession> self = weak.lock();
+            if (!self || self->answered_ == number) return;
+            self->answered_ = number;
+            self->patience_.cancel();
+            self->stream_.expires_after(self->context_.limits.answerWait);
+            self->write(std::move(answer), self->parser_->keep_alive());
+        };
+        // Nothing is read or written meanwhile, so that the stream's own clock stands still.
+        patience_.expires_after(context_.limits.answerWait);
+        patience_.async_wait([self = shared_from_this(), once](beast::error_code error) {
+            if (!error) once(errorAnswer(504, "network", "the wall has not answered in time"));
         });
+        routes_.answer(request_, once);
     }
 
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
@@ -120,12 +148,14 @@ private:
                                 });
     }
 
-    void becomeSocket() {
+    void becomeSocket(bool isLink) {
         if (context_.sockets >= context_.limits.maxSockets)
             return refuse(errorAnswer(
                 503, "limit", "as many sockets are open as may be: " + std::to_string(context_.limits.maxSockets)));
         stream_.expires_never();
-        startSocketSession(stream_.release_socket(), parser_->release(), *readTarget(request_.target), context_);
+        if (isLink) return startLinkTunnel(stream_.release_socket(), parser_->release(), context_);
+        startSocketSession(stream_.release_socket(), parser_->release(), *readTarget(request_.target), routes_.role(),
+                           context_);
     }
 
     beast::tcp_stream stream_;
@@ -135,13 +165,27 @@ private:
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
     std::size_t served_ = 0;
+    boost::asio::steady_timer patience_;      ///< for an answer
+    std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
     std::vector<char> rest_;
 };
 
 }  // namespace
 
 void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context) {
-    std::make_shared<HttpSession>(std::move(socket), context)->readHead();
+    std::make_shared<HttpSession>(std::move(socket), context)->begin();
+}
+
+void sayTooMany(boost::asio::ip::tcp::socket& socket) {
+    static const std::string kBody = errorAnswer(503, "limit", "as many connections are open as may be").body;
+    static const std::string kAnswer = fmt::format(
+        "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: {}\r\nRetry-After: "
+        "1\r\nConnection: close\r\n\r\n{}",
+        kBody.size(), kBody);
+    beast::error_code ignored;
+    socket.non_blocking(true, ignored);
+    socket.write_some(boost::asio::buffer(kAnswer), ignored);
+    socket.shutdown(boost::asio::ip::tcp::socket::shutdown_both, ignored);
 }
 
 }  // namespace tessera

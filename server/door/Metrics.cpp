@@ -47,6 +47,7 @@ public:
         text_ += labels.size() > 0 ? "} " : " ";
         text_ += std::isfinite(value) ? fmt::format("{}\n", value) : "NaN\n";
     }
+    void sample(std::string_view ending, double value) { text_ += fmt::format("{}{} {}\n", name_, ending, value); }
     void one(std::string_view name, std::string_view type, std::string_view help, double value,
              std::string_view unit = {}) {
         family(name, type, help, unit);
@@ -81,6 +82,17 @@ std::string metricsText(const answer::Status& status) {
     Exposition out;
     const auto number = [](auto value) { return static_cast<double>(value); };
     out.one("frames", "counter", "Frames that the wall has begun", number(status.frame.value));
+    const auto summary = [&](std::string_view name, std::string_view help, const answer::Figures& figures) {
+        out.family(name, "summary", help, "seconds");
+        out.sample(figures.halfMs / 1000, {{"quantile", "0.5"}});
+        out.sample(figures.p99Ms / 1000, {{"quantile", "0.99"}});
+        out.sample("_count", number(figures.count));
+    };
+    summary("frame_seconds", "From the beginning of a frame to its release", status.frames);
+    summary("barrier_seconds", "From the first host that is ready to the release", status.barrier);
+    out.one("sent_bytes", "counter", "Bytes sent on all links", number(status.sentBytes), "bytes");
+    out.one("received_bytes", "counter", "Bytes received on all links", number(status.receivedBytes), "bytes");
+    out.one("journal_bytes", "counter", "Bytes written to the journal", number(status.journalBytes), "bytes");
     out.one("sequence", "counter", "Lists of changes that were committed", number(status.sequence.value));
     out.one("objects", "gauge", "Objects in the scene", number(status.objects));
     out.one("nodes", "gauge", "Nodes in the scene", number(status.nodes));

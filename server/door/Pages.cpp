@@ -77,14 +77,18 @@ HttpAnswer apiPage(const std::string& wall) {
         "<p>Each request is said to <code>/socket</code>, a WebSocket, as "
         "<code>{\"id\":1,\"request\":\"NAME\",\"fields\":{}}</code>, or as a POST of its fields to "
         "<code>/api/NAME</code>. "
-        "<a href=\"/api\">/api</a> has all of this as data, and the types of a scene; <a "
-        "href=\"/metrics\">/metrics</a> has figures. "
-        "Both want the token as <code>Authorization: Bearer</code>.</p>\n";
+        "<code>/api</code> has all of this as data, and the types of a scene; <code>/metrics</code> has figures. "
+        "All of these want the token as <code>Authorization: Bearer</code>, the socket also as "
+        "<code>?token=</code>. Objects are said by their numbers, or by text: <code>/hall/crane</code>, "
+        "<code>#17</code>. Arrays and pictures are binary frames behind a text that counts them: "
+        "<code>\"binaries\":2</code>, and <code>{\"binary\":0}</code> where the first belongs. A socket that is "
+        "opened with <code>changes=1</code> is told each list of changes.</p>\n";
     for (const RequestText& request : allRequests())
         body += fmt::format(
-            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>.</p>\n{5}",
+            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>.</p>\n{5}"
+            "<pre>{{\"id\":1,\"request\":\"{0}\",\"fields\":{6}}}</pre>\n",
             request.info.name, escaped(request.info.help), nameOf(request.info.role), nameOf(request.info.changes),
-            request.answer, membersTable(request.members));
+            request.answer, membersTable(request.members), escaped(request.info.example));
     body += "<h1>Answers</h1>\n";
     for (const ToldText& told : allAnswers())
         body += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}", told.info.name, escaped(told.info.help),
@@ -102,7 +106,8 @@ HttpAnswer stylePage() {
             .body =
                 "body{margin:2rem auto;max-width:60rem;padding:0 1rem;background:#14171a;color:#e8eaed;font:1rem/1.5 "
                 "sans-serif}\n"
-                "a{color:#8ab4f8}h1,h2{line-height:1.2}code{background:#23282d;padding:0 .2em}\n"
+                "a{color:#8ab4f8}h1,h2{line-height:1.2}code,pre{background:#23282d;padding:0 "
+                ".2em}pre{overflow-x:auto;padding:.4em}\n"
                 "table{border-collapse:collapse;width:100%}th,td{border:1px solid #3c4043;padding:.3rem "
                 ".6rem;text-align:left;vertical-align:top}\n"
                 "input,button{font:inherit;padding:.4rem;background:#23282d;color:inherit;border:1px solid #5f6368}\n"};

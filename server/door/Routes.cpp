@@ -6,6 +6,8 @@
 
 #include "common/json/ApiJson.h"
 #include "common/json/RequestJson.h"
+#include "common/request/Catalogue.h"
+#include "common/request/Check.h"
 #include "server/door/AskInJson.h"
 #include "server/door/Metrics.h"
 #include "server/door/Pages.h"
@@ -18,7 +20,7 @@ constexpr std::string_view kAskPrefix = "/api/", kTilePrefix = "/tile/", kTileEn
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
-    for (const std::string_view known : {"/", "/api", "/metrics", "/style.css", "/socket", "/wall.jpg"})
+    for (const std::string_view known : {"/", "/api", "/metrics", "/style.css", "/socket", "/link", "/wall.jpg"})
         if (path == known) return "GET";
     if (path.starts_with(kTilePrefix) && path.ends_with(kTileEnding) &&
         path.size() > kTilePrefix.size() + kTileEnding.size())
@@ -57,19 +59,23 @@ HttpAnswer apiErrorAnswer(const ApiError& error) {
     return {.status = httpStatus(error.code), .body = jsonText({{"error", errorJson(error)}}) + "\n"};
 }
 
-std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) const {
+std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (!target) return errorAnswer(400, "bad_input", "no path");
     const std::string_view method = methodOf(target->path);
+    knowsWho_ = false;
     if (target->path == "/style.css") {
         if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
-    } else if (std::optional<HttpAnswer> refusal = context_.gate.refusal(request, *target)) {
-        if (refusal->status == 401 && target->path == "/") return tokenPage();
-        return refusal;
+    } else if (tl::expected<Role, HttpAnswer> role = context_.gate.roleOf(request, *target); !role) {
+        if (role.error().status == 401 && target->path == "/") return tokenPage();
+        return std::move(role.error());
+    } else {
+        role_ = *role;
+        knowsWho_ = true;
     }
     if (method.empty())
         return errorAnswer(404, "not_found",
-                           "there is nothing here: /api, /metrics, /socket, /wall.jpg, /tile/NAME.png");
+                           "there is nothing here: /api, /metrics, /socket, /link, /wall.jpg, /tile/NAME.png");
     if (request.method != method) {
         HttpAnswer answer = errorAnswer(405, "refused", fmt::format("{} takes {}", target->path, method));
         answer.fields.emplace_back("Allow", method);
@@ -79,7 +85,8 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) const {
 }
 
 void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
-    if (!context_.httpRate.take(std::chrono::steady_clock::now())) {
+    RateLimit& rate = knowsWho_ ? context_.httpRate : context_.strangersRate;
+    if (!rate.take(std::chrono::steady_clock::now())) {
         HttpAnswer tooMany =
             errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
         tooMany.fields.emplace_back("Retry-After", "1");
@@ -93,36 +100,42 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         return answer({.body = kApi});
     }
     if (target->path == "/metrics")
-        return context_.sharedLink().ask(StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
-            if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));
-            answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
-                    .body = metricsText(std::get<answer::Status>(*status))});
-        });
-    if (target->path == "/wall.jpg") return context_.pictures.wall(context_.sharedLink(), answer);
+        return context_.sharedLink(role_).ask(
+            StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
+                if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));
+                answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
+                        .body = metricsText(std::get<answer::Status>(*status))});
+            });
+    if (target->path == "/wall.jpg") return context_.pictures.wall(context_.sharedLink(role_), answer);
     if (target->path.starts_with(kTilePrefix))
         return context_.pictures.tile(
-            context_.sharedLink(),
+            context_.sharedLink(role_),
             target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
             answer);
-    if (target->path == "/socket") return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
+    if (target->path == "/socket" || target->path == "/link")
+        return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
     ask(target->path.substr(kAskPrefix.size()), request.body, answer);
 }
 
 void Routes::ask(const std::string& name, const std::string& body, const AnswerHttp& answer) {
+    for (const RequestText& known : allRequests())
+        if (known.info.name == name && role_ < known.info.role)
+            return answer(errorAnswer(403, "refused", roleRefusal(known.info, role_).message));
     std::shared_ptr<const Json> fields;
     if (!body.empty()) {
         ApiExpected<Json> json = parseJson(body);
         if (!json) return answer(apiErrorAnswer(json.error()));
         fields = std::make_shared<const Json>(std::move(*json));
     }
-    askInJson(context_.sharedLink(), name, std::move(fields), {}, [answer](const ApiExpected<ApplicationAnswer>& said) {
-        if (!said) return answer(apiErrorAnswer(said.error()));
-        Binaries binaries;
-        const SaidJson json = answerJson(*said, binaries);
-        if (!binaries.empty())
-            return answer(errorAnswer(406, "refused", "this answer brings binaries: ask it at /socket"));
-        answer(jsonAnswer({{"answer", json.name}, {"fields", json.fields}}));
-    });
+    askInJson(context_.sharedLink(role_), name, std::move(fields), {},
+              [answer](const ApiExpected<ApplicationAnswer>& said) {
+                  if (!said) return answer(apiErrorAnswer(said.error()));
+                  Binaries binaries;
+                  const SaidJson json = answerJson(*said, binaries);
+                  if (!binaries.empty())
+                      return answer(errorAnswer(406, "refused", "this answer brings binaries: ask it at /socket"));
+                  answer(jsonAnswer({{"answer", json.name}, {"fields", json.fields}}));
+              });
 }
 
 }  // namespace tessera

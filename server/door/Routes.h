@@ -10,13 +10,19 @@ class Routes {
 public:
     explicit Routes(DoorContext& context) : context_(context) {}
     /// What can be said before the body is there. Nothing: read on.
-    [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request) const;
+    [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request);
     void answer(const HttpRequest& request, const AnswerHttp& answer);
+    /// Of who has come in, once beforeBody has said nothing.
+    [[nodiscard]] Role role() const { return role_; }
+    /// A token was shown.
+    [[nodiscard]] bool knowsWho() const { return knowsWho_; }
 
 private:
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
 
     DoorContext& context_;
+    Role role_ = Role::kViewer;
+    bool knowsWho_ = false;
 };
 
 /// Of an error of a request: its status and `{"error":…}`.

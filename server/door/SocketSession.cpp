@@ -18,10 +18,11 @@ namespace websocket = beast::websocket;
 
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
-    SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, DoorContext& context)
+    SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, Role role, DoorContext& context)
         : Guest(context),
           stream_(std::move(socket)),
           context_(context),
+          role_(role),
           rate_(context.limits.socketPerSecond, 2 * context.limits.socketPerSecond) {
         ++context_.sockets;
         const auto name = target.query.find("name");
@@ -51,7 +52,8 @@ private:
     using Weak = std::weak_ptr<SocketSession>;
 
     void begin() {
-        link_ = DoorLink::dial(context_.options.server, name_, follows_, context_.post());
+        alive_ = shared_from_this();
+        link_ = context_.dial(name_, role_, follows_);
         const auto with = [weak = Weak(shared_from_this())](auto&& tell) {
             return [weak, tell](const auto& what) {
                 if (const std::shared_ptr<SocketSession> self = weak.lock()) tell(*self, what);
@@ -60,7 +62,8 @@ private:
         link_->on({.notice = with([](SocketSession& self, const ApplicationNotice& notice) {
                        Binaries binaries;
                        const SaidJson said = noticeJson(notice, binaries);
-                       self.say(noticeText(said.name, said.fields, binaries.size()), std::move(binaries));
+                       const std::string text = noticeText(said.name, said.fields, binaries.size());
+                       self.say(text, std::move(binaries));
                    }),
                    .list = with([](SocketSession& self, const incoming::List& list) {
                        self.say(changesText(list.committed->sequence, *list.list, list.whole), {});
@@ -143,7 +146,9 @@ private:
         } else {
             Binaries binaries;
             const SaidJson said = answerJson(*answer, binaries);
-            say(answerText(id, said.name, said.fields, binaries.size()), std::move(binaries));
+            // Apart: which argument is made first is not said.
+            const std::string text = answerText(id, said.name, said.fields, binaries.size());
+            say(text, std::move(binaries));
         }
         read();
     }
@@ -201,11 +206,12 @@ private:
     void close() {
         if (closed_) return;
         closed_ = true;
-        stream_.async_close(reason_, [self = shared_from_this()](beast::error_code) {});
+        stream_.async_close(reason_, [self = shared_from_this()](beast::error_code) { self->alive_.reset(); });
     }
 
 public:
     void leave() override {
+        const std::shared_ptr<SocketSession> self = std::move(alive_);
         closing_ = closed_ = true;
         beast::error_code ignored;
         beast::get_lowest_layer(stream_).socket().close(ignored);
@@ -214,10 +220,13 @@ public:
 private:
     websocket::stream<beast::tcp_stream> stream_;
     DoorContext& context_;
+    const Role role_;
     RateLimit rate_;
     std::string name_;
     bool follows_ = false;
     std::shared_ptr<DoorLink> link_;
+    /// Until it ends: while much is open nothing is read, and perhaps nothing written.
+    std::shared_ptr<SocketSession> alive_;
 
     beast::flat_buffer buffer_;
     bool reading_ = false, tooMany_ = false;
@@ -234,8 +243,8 @@ private:
 }  // namespace
 
 void startSocketSession(boost::asio::ip::tcp::socket socket, beast::http::request<beast::http::string_body> upgrade,
-                        const HttpTarget& target, DoorContext& context) {
-    std::make_shared<SocketSession>(std::move(socket), target, context)->accept(upgrade);
+                        const HttpTarget& target, Role role, DoorContext& context) {
+    std::make_shared<SocketSession>(std::move(socket), target, role, context)->accept(upgrade);
 }
 
 }  // namespace tessera

@@ -12,6 +12,6 @@ namespace tessera {
 /// Lives as long as its connection. With `?changes=1` it is told every list of changes, too.
 void startSocketSession(boost::asio::ip::tcp::socket socket,
                         boost::beast::http::request<boost::beast::http::string_body> upgrade, const HttpTarget& target,
-                        DoorContext& context);
+                        Role role, DoorContext& context);
 
 }  // namespace tessera

@@ -38,7 +38,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-using Event = std::variant<LinkEvent, LoadFinished, SnapshotMade, StateCompared, SceneSurveyed, CopyMade, JournalProgress, UploadFinished>;
+using Event =
+    std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, SceneSurveyed, JournalProgress, UploadFinished>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -76,11 +77,10 @@ struct FrameLoop::Impl {
     void lookAtTheClock(TimePoint now);
 
     Expected<void> take(const LinkEvent& event);
-    Expected<void> take(LoadFinished finished);
+    Expected<void> take(Preparation made);
     Expected<void> take(SnapshotMade made);
     Expected<void> take(const StateCompared& found);
     Expected<void> take(const SceneSurveyed& survey);
-    Expected<void> take(CopyMade made);
     void orderSurvey();
     Expected<void> take(UploadFinished finished);
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
@@ -191,8 +191,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 inbox.push(link.value, std::move(event));
             }),
       loader(importOptions(), files,
-             [this](LoadFinished finished) {
-                 if (inbox.push(kOurselves, std::move(finished))) peers.wake();
+             [this](Preparation made) {
+                 if (inbox.push(kOurselves, std::move(made))) peers.wake();
              }),
       uploads([this](UploadFinished finished) {
           if (inbox.push(kOurselves, std::move(finished))) peers.wake();
@@ -212,7 +212,14 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .drags = drags,
             .journal = options.journalPath,
             .editsRefused = [this] { return trouble(); },
-            .describeWaits = [this](answer::Status& status) { report.describeWaits(status); },
+            .describeWaits =
+                [this](answer::Status& status) {
+                    report.describeWaits(status);
+                    const Transport::Traffic traffic = peers.traffic();
+                    status.sentBytes = traffic.sent;
+                    status.receivedBytes = traffic.received;
+                    if (journal()) status.journalBytes = journal()->writtenBytes();
+                },
             .describeTrackers = [this] { return describeTrackers(); },
             .describePrograms = [this] { return actors.programs.troubles(simulation.scene()); },
             .filmLength = [this](ObjectId movie) { return actors.films.lengthOf(movie); },
@@ -222,7 +229,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .inlines = &actors.inlines,
             .orderSurvey = [this] { orderSurvey(); },
             .orderCopy =
-                [this](CopyOrder order) {
+                [this](Preparation order) {
                     snapshots.look(simulation.sequence(), [this, order = std::move(order)](const Aspect* scene) {
                         TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
                         if (inbox.push(kOurselves, makeCopy(*scene, order))) peers.wake();
@@ -288,6 +295,8 @@ ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
     const auto now = std::chrono::system_clock::now();
     ServerSessionConfig config = sessionConfigOf(options.wall, journal() ? journal()->epoch() : nextEpoch({}, now));
     config.furthestSeen = furthestEpoch(now);
+    config.access = options.access;
+    config.owner = options.owner;
     if (journal()) config.firstFrame = opened->state.nextFrame;
     return config;
 }
@@ -310,7 +319,11 @@ Expected<void> FrameLoop::Impl::run() {
 
 Expected<void> FrameLoop::Impl::begin() {
     if (!opened) return tl::unexpected(opened.error());
-    const Expected<std::uint16_t> port = peers.listen(options.listen);
+    Address bound = options.listen;
+    const Expected<std::uint16_t> port = peers.listen(options.listen, [&](std::uint16_t ours) {
+        bound.port = ours;
+        if (options.onBound) options.onBound(bound);
+    });
     if (!port) return tl::unexpected(port.error());
     if (const Expected<void> heard = trackers.open(); !heard) return heard;
     // (Numbers that are skipped are not made again by who repeats it either.)
@@ -326,8 +339,6 @@ Expected<void> FrameLoop::Impl::begin() {
                              "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a pause",
                              refused, static_cast<int>(Urgency::kReleasing)));
     actions.carryOut(marks.announce(Clock::now()));
-    Address bound = options.listen;
-    bound.port = *port;
     if (!bound.isLoopback())
         log.warning("the link is plain: neither encrypted nor authenticated; keep it on a network of the wall's own");
     if (options.onListening) options.onListening(bound);
@@ -443,15 +454,15 @@ Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
     return {};
 }
 
-Expected<void> FrameLoop::Impl::take(LoadFinished finished) {
-    if (finished.ticket != RequestDesk::kStartScene) {
-        if (finished.scene)
-            for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
-        if (!finished.scene && finished.content) log.warning(fmt::format("{}: {}", finished.path, finished.scene.error().message));
-        actions.carryOut(desk.loaded(std::move(finished), Clock::now()));
+Expected<void> FrameLoop::Impl::take(Preparation made) {
+    if (made.ticket != RequestDesk::kStartScene) {
+        for (const std::string& note : made.notes)
+            log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
+        if (made.refused && made.content) log.warning(fmt::format("{}: {}", made.path, made.refused->message));
+        actions.carryOut(desk.prepared(std::move(made), Clock::now()));
         return {};
     }
-    Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(finished), loader, log);
+    Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(made), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
     const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
@@ -468,11 +479,6 @@ Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
 
 Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
     actions.compared(found);
-    return {};
-}
-
-Expected<void> FrameLoop::Impl::take(CopyMade made) {
-    actions.carryOut(desk.copied(std::move(made), Clock::now()));
     return {};
 }
 
@@ -533,7 +539,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(maker.begin(number, made), now));
-    if (std::optional<InlineOrder> order = actors.inlines.takeOrder()) desk.loadContent(std::move(*order));
+    if (std::optional<Preparation> order = actors.inlines.takeOrder()) desk.loadContent(std::move(*order));
     actions.carryOut(marks.named(made.commit.sent->blobs, Clock::now()));
     actions.carryOut(desk.heads(poses));
     actions.carryOut(untilWritten(desk.committed(std::move(made), number, simulation.openQuestions())));

@@ -19,6 +19,8 @@ struct ServerOptions {
     std::vector<std::string> scenes;
     Placing placing = {};  ///< of each of the scenes
     Address listen{.host = "127.0.0.1", .port = 0};
+    AccessTokens access = {};  ///< empty: nobody is asked for any
+    std::string owner = {};    ///< whose programs may come in, for people
     ImportOptions import;
     std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets
     std::uint64_t frames = 0;  ///< 0: until stopped
@@ -32,6 +34,7 @@ struct ServerOptions {
     bool notices = true;       ///< walls say what is wrong with programs of materials
     unsigned threads = 1;      ///< of the collision pipeline; what comes out does not depend on it
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
+    std::function<void(const Address&)> onBound = {};  ///< before anybody can connect; may be empty
     std::function<void(const Address&)> onListening;
 };
 

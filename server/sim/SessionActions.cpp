@@ -108,7 +108,7 @@ ServerActions SessionActions::on(const server_action::RequestReceived& request) 
 }
 
 ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
-    around_.desk.applicationJoined(joined.connection);
+    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .role = joined.role});
     return {};
 }
 

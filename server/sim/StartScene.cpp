@@ -27,19 +27,19 @@ StartScene::~StartScene() = default;
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
     if (paths_.empty()) return {};
-    if (!loader.order({.ticket = ticket, .path = paths_[lists_.size()], .parent = kRootNode, .placing = placing_, .asked = false}))
+    if (!loader.order(
+            {.ticket = ticket, .node = kRootNode, .path = paths_[lists_.size()], .placing = placing_, .asked = false}))
         return fail(ErrorCode::kLimit, "too many files wait to be loaded already");
     return {};
 }
 
-Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished finished, Loader& loader, Log& log) {
-    if (!finished.scene && !finished.content) return tl::unexpected(finished.scene.error());
-    if (finished.scene)
-        for (const std::string& note : finished.scene->notes) log.info(note.starts_with(finished.path) ? note : finished.path + ": " + note);
-    if (!finished.content) {
-        lists_.push_back(std::move(finished.scene->list));
+Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation made, Loader& loader, Log& log) {
+    if (made.refused && !made.content) return tl::unexpected(*made.refused);
+    for (const std::string& note : made.notes) log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
+    if (!made.content) {
+        lists_.push_back(std::move(made.lists.front()));
         if (lists_.size() < paths_.size()) {
-            if (const Expected<void> next = order(loader, finished.ticket); !next) return tl::unexpected(next.error());
+            if (const Expected<void> next = order(loader, made.ticket); !next) return tl::unexpected(next.error());
             return std::nullopt;
         }
         const auto loads = [](const Creation& creation) { return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>(); };
@@ -50,15 +50,14 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(LoadFinished f
         // Whoever loads the lists says what is wrong with one.
         for (const ChangeList& list : lists_)
             if (!draft_->take(list)) return std::exchange(lists_, {});
-        return goOn(loader, finished.ticket);
+        return goOn(loader, made.ticket);
     }
-    const InlineOrder& content = *finished.content;
-    const bool came = finished.scene && draft_->take(finished.scene->list);
-    if (came) lists_.push_back(std::move(finished.scene->list));
-    const std::string problem = finished.scene ? "the scene has no room for what it holds" : finished.scene.error().message;
-    if (!came) log.warning(fmt::format("{}: {}", finished.path, problem));
-    draft_->loading.ended(content.core, came ? std::nullopt : std::optional(problem));
-    return goOn(loader, finished.ticket);
+    const bool came = !made.refused && draft_->take(made.lists.front());
+    if (came) lists_.push_back(std::move(made.lists.front()));
+    const std::string problem = made.refused ? made.refused->message : "the scene has no room for what it holds";
+    if (!came) log.warning(fmt::format("{}: {}", made.path, problem));
+    draft_->loading.ended(made.content->core, came ? std::nullopt : std::optional(problem));
+    return goOn(loader, made.ticket);
 }
 
 std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uint64_t ticket) {
@@ -66,13 +65,13 @@ std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uin
     // One turn looks at some of those that wait.
     for (std::size_t looked = 0; looked <= draft_->contents.pending().size(); looked += InlineLoading::kPerFrame) {
         ChangeList states = draft_->loading.advance(scene, draft_->contents, View());
-        std::optional<InlineOrder> order = draft_->loading.takeOrder();
+        std::optional<Preparation> order = draft_->loading.takeOrder();
         if (!states.empty() && draft_->take(states)) lists_.push_back(std::move(states));
         if (!order) continue;
         if (++inlines_ > kMostInlines) break;
-        const std::string path = order->file;
-        const ObjectId node = order->node;
-        if (loader.order({.ticket = ticket, .path = path, .parent = node, .asked = false, .content = std::move(order)})) return std::nullopt;
+        order->ticket = ticket;
+        order->asked = false;
+        if (loader.order(std::move(*order))) return std::nullopt;
         break;
     }
     draft_.reset();

@@ -24,7 +24,7 @@ public:
     /// The first file; the others follow. Orders carry this ticket.
     [[nodiscard]] Expected<void> order(Loader& loader, std::uint64_t ticket) const;
     /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot have is in its state.
-    [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(LoadFinished finished, Loader& loader, Log& log);
+    [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(Preparation made, Loader& loader, Log& log);
     [[nodiscard]] bool empty() const { return paths_.empty(); }
     /// Where the lists' ids will begin, if others have been taken before: lists of Inlines' states name them.
     void idsFrom(std::uint64_t first) { firstId_ = first; }

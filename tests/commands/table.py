@@ -89,6 +89,8 @@ ROWS = {
     # ------------------------------------------------------------------ on a wall that runs
     # Programs in Python.
     "PYTHONPATH=build/python deploy/examples/python/parts.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/parts.py $WALL --frames 3", says="moved 3 parts"),
+    'PYTHONPATH=build/python deploy/examples/python/swarm.py "$(build/bin/tessera-ctl link)"': asked(
+        'PYTHONPATH=$BUILT/python deploy/examples/python/swarm.py "$(ctl link)" --frames 3', says="moved 10000"),
     "PYTHONPATH=build/python deploy/examples/python/swarm.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/swarm.py $WALL --frames 3", says="moved 10000"),
     "build/bin/tessera-wall --wall 1x1 --window --scene tests/data/scenes/yard.tsct &": Row("", elsewhere="run-wall --window; the line below it is run on a wall without one"),
     "tessera-ctl --server ADDR:PORT status": asked("ctl status", says="frame"),
@@ -127,6 +129,10 @@ ROWS = {
     "tessera-ctl play|pause|seek|speed NODE": asked("ctl pause /drive && ctl seek /drive 99 && ctl play /drive", says="stopped at 1 s: 99 s is beyond its end, 1 s"),
     "tessera-ctl trackers": asked("ctl trackers"),
     "tessera-ctl --server ADDR:PORT trackers": asked("ctl trackers"),
+    "tessera-ctl whoami": asked('ctl whoami && ctl --token-file "$(grep -l "server $WALL" $XDG_RUNTIME_DIR/tessera/*.wall)" whoami', says="operator of the wall"),
+    "tessera-ctl link": asked("ctl link", says="/?token="),
+    "tessera-ctl link --role viewer": asked("ctl link --role viewer", says="/?token="),
+    "tessera-ctl link --role ROLE": Row("", elsewhere="link --role viewer"),
     "tessera-ctl measure FROM TO": asked("ctl measure 0,9,0 /post && ctl measure 0,0,0 3,4,0", says="/post"),
     "tessera-ctl pick --wand NAME": asked("ctl pick --wand right", code=3, says="right"),
     "tessera-ctl play-tracker 127.0.0.1:5000": Row("Asked", "tessera-ctl play-tracker 127.0.0.1:$PORT --seconds 0.1"),

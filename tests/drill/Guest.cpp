@@ -12,6 +12,7 @@
 #include <csignal>
 #include <thread>
 
+#include "common/access/LocalWalls.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/net/FrameHeader.h"
@@ -39,8 +40,12 @@ public:
         to.sin_port = htons(parsed ? parsed->port : 0);
         inet_pton(AF_INET, parsed ? parsed->host.c_str() : "", &to.sin_addr);
         open_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0;
-        const message::Hello hello{
-            .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guest", .wantBlobs = false, .follows = follows};
+        const message::Hello hello{.schema = schemaHash(),
+                                   .role = PeerRole::kApplication,
+                                   .name = "guest",
+                                   .wantBlobs = false,
+                                   .follows = follows,
+                                   .access = parsed ? accessTo(*parsed).value_or("") : ""};
         const Bytes bytes = test::messageBytes({}, hello);
         out_.insert(out_.end(), bytes.begin(), bytes.end());
     }

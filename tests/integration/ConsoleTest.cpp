@@ -1,6 +1,12 @@
 /// The console of a running wall: requests of another language, and all that may come to a port.
 #include <gtest/gtest.h>
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <set>
 #include <thread>
 
 #include "tests/integration/DoorClient.h"
@@ -229,6 +235,40 @@ TEST_F(Console, FiguresEndAsTheFormatSays) {
     EXPECT_NE(figures.head.find("application/openmetrics-text"), std::string::npos);
     EXPECT_NE(figures.body.find("tessera_host_up{host=\"all\""), std::string::npos) << figures.body;
     EXPECT_TRUE(figures.body.ends_with("# EOF\n"));
+}
+
+/// While as much is open as may be nothing is read, and the session goes on all the same.
+TEST_F(Console, AThousandRequestsAtOnceAreAllAnswered) {
+    DoorSocket socket(port_, socketTarget());
+    constexpr int kMany = 1000;
+    for (int id = 0; id < kMany; ++id) ASSERT_TRUE(socket.sendText(json{{"id", id}, {"request", "GetStatus"}}.dump()));
+    std::set<int> answered;
+    while (answered.size() < kMany) {
+        const json said = socket.next();
+        ASSERT_TRUE(said.is_object()) << answered.size() << " were answered";
+        if (said.contains("answer")) answered.insert(said["id"].get<int>());
+    }
+    EXPECT_EQ(*answered.rbegin(), kMany - 1);
+}
+
+/// Who has no token may look at the style, and keeps nobody out who has one.
+TEST_F(Console, ThoseWithoutATokenGiveWay) {
+    std::vector<int> kept;
+    for (int i = 0; i < 300; ++i) {
+        const int one = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        sockaddr_in to{};
+        to.sin_family = AF_INET;
+        to.sin_port = htons(port_);
+        to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        ASSERT_EQ(::connect(one, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+        const std::string asks = "GET /style.css HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) + "\r\n\r\n";
+        ASSERT_EQ(::send(one, asks.data(), asks.size(), MSG_NOSIGNAL), static_cast<ssize_t>(asks.size()));
+        kept.push_back(one);
+    }
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(get("/api").status, 200) << i;
+    DoorSocket socket(port_, socketTarget());
+    EXPECT_TRUE(socket.open()) << socket.refused();
+    for (const int one : kept) ::close(one);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "common/access/LocalWalls.h"
 #include "common/image/SharedFrame.h"
 
 namespace tessera::test {
@@ -32,6 +33,12 @@ Process& LiveWall::startClient(const std::string& host, std::vector<std::string>
     command.insert(command.end(), more.begin(), more.end());
     clients_[host] = std::make_unique<Process>(folder_.path(), host, command);
     return *clients_[host];
+}
+
+std::string LiveWall::token() const {
+    const Expected<Address> server = parseAddress(address_);
+    const Expected<std::string> word = server ? accessTo(*server) : std::string();
+    return word ? *word : "";
 }
 
 std::int64_t LiveWall::shownFrame(const std::string& tile) const {

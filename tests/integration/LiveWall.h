@@ -37,6 +37,10 @@ public:
 
     [[nodiscard]] const std::string& address() const { return address_; }
     [[nodiscard]] Process& server() { return *server_; }
+    /// That lets programs in, as this user's find it.
+    [[nodiscard]] std::string token() const;
+    /// A file with it, for those who come in another way.
+    [[nodiscard]] std::string tokenFile() const { return folder_.write("token", token() + "\n"); }
     /// Starts (or restarts) a render host.
     Process& startClient(const std::string& host, std::vector<std::string> more = {});
     [[nodiscard]] Process& client(const std::string& host) { return *clients_.at(host); }

@@ -93,11 +93,15 @@ SshServer::SshServer(const std::string& folder) : folder_(folder + "/ssh"), port
     for (const char* key : {"host", "mine", "other"}) callOk(fmt::format("ssh-keygen -q -t ed25519 -N '' -C {1} -f '{0}/{1}'", folder_, key));
     write("authorized_keys", readText(folder_ + "/mine.pub"));
     write("known_hosts", fmt::format("[127.0.0.1]:{} {}", port_, readText(folder_ + "/host.pub")));
+    const char* run = std::getenv("XDG_RUNTIME_DIR");
     write("sshd_config",
-          fmt::format("ListenAddress 127.0.0.1\nPort {0}\nHostKey {1}/host\nAuthorizedKeysFile {1}/authorized_keys\nPidFile none\nStrictModes no\n"
-                      "UsePAM no\nPasswordAuthentication no\nKbdInteractiveAuthentication no\nPermitRootLogin prohibit-password\nMaxStartups 100\n"
-                      "PermitUserEnvironment no\nLogLevel VERBOSE\n",
-                      port_, folder_));
+          fmt::format("ListenAddress 127.0.0.1\nPort {0}\nHostKey {1}/host\nAuthorizedKeysFile "
+                      "{1}/authorized_keys\nPidFile none\nStrictModes no\n"
+                      "UsePAM no\nPasswordAuthentication no\nKbdInteractiveAuthentication no\nPermitRootLogin "
+                      "prohibit-password\nMaxStartups 100\n"
+                      "PermitUserEnvironment no\nLogLevel VERBOSE\n{2}",
+                      // As pam_systemd gives sessions theirs: programs of one user find each other.
+                      port_, folder_, run != nullptr ? fmt::format("SetEnv XDG_RUNTIME_DIR={}\n", run) : ""));
     const auto client = [&](const std::string& name, const std::string& key, const std::string& known) {
         return write(name, fmt::format("#!/bin/sh\nexec ssh -F /dev/null -i '{0}/{1}' -o IdentitiesOnly=yes -o UserKnownHostsFile='{0}/{2}' "
                                        "-o GlobalKnownHostsFile=/dev/null -o StrictHostKeyChecking=yes \"$@\"\n", folder_, key, known), true);

@@ -135,7 +135,9 @@ TEST_F(Strangers, AMessageThatOnlyAHostMaySayEndsTheConnection) {
 
 TEST_F(Strangers, AnApplicationThatSpeaksOfAnotherEpochIsHungUpOn) {
     const Knock knock(wall_.address());
-    knock.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "late"}));
+    knock.say(messageBytes(
+        {}, message::Hello{
+                .schema = schemaHash(), .role = PeerRole::kApplication, .name = "late", .access = wall_.token()}));
     const Epoch epoch = knock.hearEpoch();
     ASSERT_TRUE(epoch);
     knock.say(messageBytes(epoch.next(), message::Request{1, share(encodeRequest(request::GetStatus{}))}));
@@ -144,7 +146,9 @@ TEST_F(Strangers, AnApplicationThatSpeaksOfAnotherEpochIsHungUpOn) {
 
 TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
     const Knock knock(wall_.address());
-    knock.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy"}));
+    knock.say(messageBytes(
+        {}, message::Hello{
+                .schema = schemaHash(), .role = PeerRole::kApplication, .name = "greedy", .access = wall_.token()}));
     const Epoch epoch = knock.hearEpoch();
     ASSERT_TRUE(epoch);
     Bytes many;
@@ -194,7 +198,9 @@ TEST(Farewell, AnApplicationThatDoesNotListenKeepsNobodyWaiting) {
     LiveWall wall({});
     for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
     const Knock deaf(wall.address());
-    deaf.say(messageBytes({}, message::Hello{.schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf"}));
+    deaf.say(messageBytes(
+        {}, message::Hello{
+                .schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf", .access = wall.token()}));
     ASSERT_TRUE(deaf.hearEpoch());
     ASSERT_TRUE(wall.server().waitForText("enters at frame", 30s)) << wall.logs();
     wall.server().signal(SIGTERM);

@@ -22,7 +22,8 @@ std::string largeScene() {
     for (int row = 0; row < kRows; ++row) {
         text += fmt::format("node {{ name: \"row{}\" transform {{}}\n", row);
         for (int i = 0; i < kInRow; ++i)
-            text += fmt::format("  node {{ name: \"part{}\" transform {{ translation {{ x: {} y: {} }} }} }}\n", i, i, row);
+            text +=
+                fmt::format("  node {{ name: \"part{}\" transform {{ translation {{ x: {} y: {} }} }} }}\n", i, i, row);
         text += "}\n";
     }
     return text;
@@ -56,14 +57,18 @@ TEST(VerbCost, EachVerbIsSentItsAnswerAndNotTheScene) {
              {{"snapshot", folder.path() + "/wall.png"}, 262'144},
          }) {
         (void)proxy.taken();
-        std::vector<std::string> command = {program("tessera-ctl"), "--server", proxy.address(), "--timeout", "60"};
+        std::vector<std::string> command = {
+            program("tessera-ctl"), "--server", proxy.address(), "--token-file", wall.tokenFile(), "--timeout", "60"};
         command.insert(command.end(), c.words.begin(), c.words.end());
         const Outcome outcome = run(folder.path(), command, 90s);
         EXPECT_EQ(outcome.exitCode, 0) << c.words[0] << ": " << outcome.output;
         EXPECT_LT(proxy.taken(), c.mostBytes) << c.words[0];
     }
     // All of it is told where all of it is asked for, in pages.
-    const Outcome tree = run(folder.path(), {program("tessera-ctl"), "--server", proxy.address(), "--timeout", "60", "tree"}, 90s);
+    const Outcome tree = run(folder.path(),
+                             {program("tessera-ctl"), "--server", proxy.address(), "--token-file", wall.tokenFile(),
+                              "--timeout", "60", "tree"},
+                             90s);
     EXPECT_EQ(tree.exitCode, 0) << tree.output.substr(0, 1000);
     EXPECT_EQ(std::count(tree.output.begin(), tree.output.end(), '\n'), 1 + kRows + kRows * kInRow - 1);
     EXPECT_GT(proxy.taken(), 1'000'000u) << "the scene does pass through where somebody wants it";

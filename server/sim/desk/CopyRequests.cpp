@@ -24,7 +24,7 @@ ServerActions CopyRequests::ask(const Asker& asker, const CloneWish& wish, TimeP
         const std::uint64_t ticket = edits_.newTicket();
         options.maxChanges = most;
         edits_.open(ticket, {.asker = asker, .isCopy = true});
-        waiting_.push_back({.ticket = ticket, .node = wish.node, .options = std::move(options)});
+        waiting_.push_back({.ticket = ticket, .node = wish.node, .copy = std::move(options)});
         goOn();
         return {};
     }
@@ -47,19 +47,19 @@ void CopyRequests::goOn() {
     waiting_.pop_front();
 }
 
-ServerActions CopyRequests::copied(CopyMade made, TimePoint now) {
+ServerActions CopyRequests::copied(Preparation made, TimePoint now) {
     making_ = false;
     ServerActions actions;
     if (OpenEdits::Open* const open = edits_.find(made.ticket); !open) {
-        edits_.drop(std::move(made.parts.lists));
-    } else if (!made.node) {
-        actions = edits_.refuse(made.ticket, made.node.error());
+        edits_.drop(std::move(made.lists));
+    } else if (made.refused) {
+        actions = edits_.refuse(made.ticket, *made.refused);
     } else {
-        open->copy = *made.node;
-        open->created = open->edit.objects = made.parts.objects;
+        open->copy = made.top;
+        open->created = open->edit.objects = made.objects;
         open->bytes = made.bytes;
-        open->parts = std::move(made.parts.lists);
-        actions = edits_.queue(made.ticket, std::move(made.named), now);
+        open->parts = std::move(made.lists);
+        actions = edits_.queue(made.ticket, std::move(made.arrays), now);
     }
     goOn();
     return actions;

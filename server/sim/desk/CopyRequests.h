@@ -16,7 +16,7 @@ public:
         : around_(around), limits_(limits), edits_(edits) {}
 
     [[nodiscard]] ServerActions ask(const Asker& asker, const CloneWish& wish, TimePoint now);
-    [[nodiscard]] ServerActions copied(CopyMade made, TimePoint now);
+    [[nodiscard]] ServerActions copied(Preparation made, TimePoint now);
     /// Orders the next one, where there is room. Call when edits have been closed.
     void goOn();
 
@@ -24,7 +24,7 @@ private:
     const DeskSurroundings& around_;
     const DeskLimits& limits_;
     OpenEdits& edits_;
-    std::deque<CopyOrder> waiting_;  ///< for the one that is made
+    std::deque<Preparation> waiting_;  ///< for the one that is made
     bool making_ = false;
 };
 

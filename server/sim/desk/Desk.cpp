@@ -2,7 +2,16 @@
 
 #include <fmt/format.h>
 
+#include "common/request/Check.h"
+
 namespace tessera {
+
+std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& info) const {
+    const auto known = applications.find(connection);
+    const Role role = known == applications.end() ? Role::kViewer : known->second.role;
+    if (role >= info.role) return std::nullopt;
+    return roleRefusal(info, role);
+}
 
 std::optional<Error> Desk::tooManyOpen(ConnectionId connection) const {
     const OpenEdits::Count open = edits.countOf(connection);

@@ -1,7 +1,8 @@
 /// What a deed has at hand.
 #pragma once
 
-#include <set>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "server/sim/desk/CopyRequests.h"
@@ -15,6 +16,12 @@ namespace tessera {
 
 /// All that waits for something, with what the server lends the desk. Frame thread only.
 struct Desk {
+    /// An application, as its link has brought it.
+    struct Known {
+        std::string name = {};
+        Role role = Role::kOperator;
+    };
+
     Desk(const DeskSurroundings& lent, const DeskLimits& most)
         : around(lent),
           limits(most),
@@ -30,7 +37,7 @@ struct Desk {
 
     const DeskSurroundings around;
     const DeskLimits limits;
-    std::set<ConnectionId> applications;  ///< that are there
+    std::map<ConnectionId, Known> applications;  ///< that are there
     OpenEdits edits;
     ProposalRequests proposals;
     LoadRequests loads;
@@ -46,6 +53,8 @@ struct Desk {
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error why) const {
         return answer(asker, tl::unexpected(std::move(why)));
     }
+    /// One that has gone may do nothing any more.
+    [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// Each application for itself: one that asks without end keeps no other from asking.
     [[nodiscard]] std::optional<Error> tooManyOpen(ConnectionId connection) const;
 };

@@ -14,6 +14,7 @@
 #include "server/sim/desk/Uploads.h"
 #include "server/sim/desk/ViewRequests.h"
 #include "server/sim/frame/Copies.h"
+#include "server/sim/frame/InlineLoading.h"
 #include "server/sim/navigation/Steering.h"
 #include "server/sim/view/FrameBudget.h"
 #include "server/sim/view/ViewSource.h"
@@ -57,7 +58,7 @@ struct DeskSurroundings {
     std::string journal = {};  ///< its folder; empty: there is none
     /// Why no edit is taken at present; empty: none is ever refused for that.
     std::function<std::optional<Error>()> editsRefused = {};
-    /// Fills in which tiles the wall waits for; empty: nobody knows.
+    /// Fills in which tiles the wall waits for, how long frames take, and what has been sent; empty: nobody knows.
     std::function<void(answer::Status&)> describeWaits = {};
     std::function<answer::Trackers()> describeTrackers = {};  ///< empty: there are none
     /// Those of materials that are bad or heavy; empty: nobody knows.
@@ -68,9 +69,9 @@ struct DeskSurroundings {
     Steering* steering = nullptr;                     ///< null: nobody can be asked to fly
     InlineLoading* inlines = nullptr;                 ///< is told what comes of its orders
     ViewRequests::Survey orderSurvey = {};
-    /// Has `makeCopy` called beside the frames, with the scene as it is now; `copied` is told. Empty: copies are made
-    /// at once.
-    std::function<void(CopyOrder)> orderCopy = {};
+    /// Has `makeCopy` called beside the frames, with the scene as it is now; `RequestDesk::prepared` is told. Empty:
+    /// copies are made at once.
+    std::function<void(Preparation)> orderCopy = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
     /// Why no edit is taken at present; none: edits are taken.

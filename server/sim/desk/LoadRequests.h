@@ -16,8 +16,8 @@ public:
     [[nodiscard]] ServerActions ask(const Asker& asker, const std::string& path, ObjectId parent,
                                     const Placing& placing);
     /// What an Inline holds comes like any other load, but nobody is answered and it is no step of undo.
-    void loadContent(InlineOrder order);
-    [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now);
+    void loadContent(Preparation order);
+    [[nodiscard]] ServerActions loaded(Preparation made, TimePoint now);
 
 private:
     const DeskSurroundings& around_;

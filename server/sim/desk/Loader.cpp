@@ -11,12 +11,14 @@
 #include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/InlineContents.h"
+#include "server/sim/frame/LoadParts.h"
 
 namespace tessera {
 namespace {
 
 /// Says that what an Inline holds is there, in the list that brings it.
-void addState(ChangeList& list, const InlineOrder& content) {
+void addState(ChangeList& list, const Preparation::Content& content) {
     ChangeListBuilder state;
     setLoadState(state, content.core, content.type, LoadWords::kThere);
     const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
@@ -31,10 +33,10 @@ void addState(ChangeList& list, const InlineOrder& content) {
 
 }  // namespace
 
-Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(LoadFinished)> onFinished)
+Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished)
     : options_(std::move(options)), files_(std::move(files)), onFinished_(std::move(onFinished)), thread_([this] {
           const auto work = [this] {
-              while (std::optional<LoadOrder> order = orders_.pop()) carryOutApart(*order);
+              while (std::optional<Preparation> order = orders_.pop()) carryOutApart(std::move(*order));
           };
           std::vector<std::thread> others;
           for (std::size_t i = 1; i < kAtOnce; ++i) others.emplace_back(work);
@@ -42,32 +44,44 @@ Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::fu
           for (std::thread& other : others) other.join();
       }) {}
 
-void Loader::carryOutApart(const LoadOrder& order) {
+void Loader::carryOutApart(Preparation order) {
     constexpr std::size_t kMostWords = 4096;
     std::array<char, kMostWords> words{};
     std::optional<ErrorCode> refused;
     std::thread([&] {
-        LoadFinished finished = carryOut(order);
-        if (finished.scene) return onFinished_(std::move(finished));
+        Preparation made = order;
+        carryOut(made);
+        if (!made.refused) return onFinished_(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
-        refused = finished.scene.error().code;
-        cutUtf8(finished.scene.error().message, words.size() - 1).copy(words.data(), words.size() - 1);
+        refused = made.refused->code;
+        cutUtf8(made.refused->message, words.size() - 1).copy(words.data(), words.size() - 1);
     }).join();
-    if (refused) onFinished_({.ticket = order.ticket, .path = order.path, .scene = fail(*refused, words.data()), .content = order.content});
+    if (!refused) return;
+    order.refused = Error{*refused, words.data()};
+    onFinished_(std::move(order));
 }
 
-LoadFinished Loader::carryOut(const LoadOrder& order) const {
+void Loader::carryOut(Preparation& order) const {
     constexpr int kLowestPriority = 19;
     // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it
     // would be.
     if (order.asked) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
-    LoadFinished finished{.ticket = order.ticket, .path = order.path, .scene = read(order), .content = order.content};
-    if (!order.asked || !finished.scene) return finished;
+    Expected<ImportedScene> scene = read(order);
+    if (!scene) {
+        order.refused = scene.error();
+        return;
+    }
+    order.top = scene->top;
+    order.objects = scene->nodes + scene->cores;
+    order.triangles = scene->triangles;
+    order.notes = std::move(scene->notes);
+    if (!order.asked) {
+        order.lists.push_back(std::move(scene->list));
+        return;
+    }
     // All that takes long with a large scene is done here, to the freeing of what is not needed any more.
-    finished.arrays = blobsOf(finished.scene->list);
-    finished.parts = cutForFrames(std::exchange(finished.scene->list, {}));
-    finished.scene->later = {};
-    return finished;
+    order.arrays = blobsOf(scene->list);
+    order.lists = cutForFrames(std::move(scene->list));
 }
 
 Loader::~Loader() {
@@ -78,38 +92,39 @@ Loader::~Loader() {
 }
 
 /// Here and not where the order comes from: folders may be slow.
-Expected<ImportedScene> Loader::read(const LoadOrder& order) const {
-    if (order.content) return readContent(*order.content);
+Expected<ImportedScene> Loader::read(const Preparation& order) const {
+    if (order.content) return readContent(order);
     ImportOptions options = options_;
     options.placing = order.placing;
     options.gathers = order.asked;
     options.camerasEnabled = true;
     if (!order.asked) {
-        Expected<ImportedScene> scene = importScene(order.path, order.parent, options);
+        Expected<ImportedScene> scene = importScene(order.path, order.node, options);
         if (scene) files_->add(scene->named);
         return scene;
     }
     const Expected<std::string> path = files_->ofApplication(order.path);
     if (!path) return tl::unexpected(path.error());
     options.resolved = path->find("://") == std::string::npos;
-    return importScene(*path, order.parent, options);
+    return importScene(*path, order.node, options);
 }
 
-Expected<ImportedScene> Loader::readContent(const InlineOrder& content) const {
-    const Expected<std::string> path = files_->ofScene(content.file);
+Expected<ImportedScene> Loader::readContent(const Preparation& order) const {
+    const Expected<std::string> path = files_->ofScene(order.path);
     if (!path) return tl::unexpected(path.error());
-    for (const std::string& outer : content.chain) {
+    for (const std::string& outer : order.content->chain) {
         const Expected<std::string> known = files_->ofScene(outer);
         if (known && *known == *path)
-            return fail(ErrorCode::kBadInput, fmt::format("it inlines itself: {} → {}", fmt::join(content.chain, " → "), content.file));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("it inlines itself: {} → {}", fmt::join(order.content->chain, " → "), order.path));
     }
     ImportOptions options = options_;
     options.placing.reset();
     options.resolved = true;
-    Expected<ImportedScene> scene = importScene(*path, content.node, options);
+    Expected<ImportedScene> scene = importScene(*path, order.node, options);
     if (!scene) return scene;
     files_->add(scene->named);
-    addState(scene->list, content);
+    addState(scene->list, *order.content);
     return scene;
 }
 

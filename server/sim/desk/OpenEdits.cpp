@@ -101,10 +101,10 @@ std::size_t OpenEdits::copiedBytes() const {
     return bytes;
 }
 
-void OpenEdits::forgetLeftBehind(const std::set<ConnectionId>& present) {
+void OpenEdits::forgetLeftBehind(const std::function<bool(ConnectionId)>& isPresent) {
     const auto leftBehind = [&](const Opens::value_type& entry) {
         const Open& open = entry.second;
-        return !open.isLoad && open.parts.empty() && !present.contains(open.asker.connection);
+        return !open.isLoad && open.parts.empty() && !isPresent(open.asker.connection);
     };
     auto many = static_cast<std::size_t>(std::ranges::count_if(open_, leftBehind));
     for (auto it = open_.end(); many > limits_.maxLeftBehind && it != open_.begin();) {

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
-#include <set>
 #include <vector>
 
 #include "server/sim/desk/DeskSurroundings.h"
@@ -62,8 +62,8 @@ public:
     [[nodiscard]] std::size_t copiedBytes() const;
 
     /// Edits on their way are carried out: they were asked for. Their answers go nowhere. Where those who come and go
-    /// leave too many behind, because no frame takes them, the newest do not count. `present`: who is there.
-    void forgetLeftBehind(const std::set<ConnectionId>& present);
+    /// leave too many behind, because no frame takes them, the newest do not count. `isPresent`: who is there.
+    void forgetLeftBehind(const std::function<bool(ConnectionId)>& isPresent);
 
     /// The whole edits for the frame that is about to be made.
     [[nodiscard]] std::vector<Edit> takeEdits();

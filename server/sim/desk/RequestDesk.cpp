@@ -31,7 +31,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     desk_.views.applicationLeft(connection);
     desk_.proposals.dropArrays(connection);
     desk_.around.drags.release(connection.value);
-    desk_.edits.forgetLeftBehind(desk_.applications);
+    desk_.edits.forgetLeftBehind([this](ConnectionId one) { return desk_.applications.contains(one); });
     desk_.copies.goOn();
 }
 

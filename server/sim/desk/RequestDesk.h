@@ -26,13 +26,10 @@ public:
     [[nodiscard]] ServerActions uploaded(UploadFinished finished, TimePoint now) {
         return desk_.proposals.uploaded(std::move(finished), now);
     }
-    [[nodiscard]] ServerActions loaded(LoadFinished finished, TimePoint now) {
-        return desk_.loads.loaded(std::move(finished), now);
+    [[nodiscard]] ServerActions prepared(Preparation made, TimePoint now) {
+        return made.copy ? desk_.copies.copied(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
     }
-    [[nodiscard]] ServerActions copied(CopyMade made, TimePoint now) {
-        return desk_.copies.copied(std::move(made), now);
-    }
-    void loadContent(InlineOrder order) { desk_.loads.loadContent(std::move(order)); }
+    void loadContent(Preparation order) { desk_.loads.loadContent(std::move(order)); }
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
         return desk_.images.imageReceived(image);
     }
@@ -40,7 +37,9 @@ public:
     [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return desk_.views.surveyed(bounds, at); }
     [[nodiscard]] ServerActions advance(TimePoint now) { return desk_.images.advance(now); }
     [[nodiscard]] TimePoint nextDeadline() const { return desk_.images.nextDeadline(); }
-    void applicationJoined(ConnectionId connection) { desk_.applications.insert(connection); }
+    void applicationJoined(ConnectionId connection, Desk::Known known = {}) {
+        desk_.applications.insert_or_assign(connection, std::move(known));
+    }
     void applicationLeft(ConnectionId connection);
 
     /// The edits for the frame that is about to be made.

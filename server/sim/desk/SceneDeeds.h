@@ -1,6 +1,11 @@
 /// Requests that look at the scene. For Deeds.cpp alone.
 #pragma once
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "common/base/HashText.h"
 #include "common/cores/Movie.h"
 #include "server/sim/desk/DeedTable.h"
 #include "server/sim/desk/SceneAnswers.h"
@@ -38,6 +43,22 @@ inline ServerActions find(Desk& desk, const Asker& asker, const request::FindNod
     return desk.answer(asker, ApplicationAnswer(std::move(*page)));
 }
 
-inline constexpr DeedTable kRows{&getObjects, &getTree, &find};
+/// A piece is small enough to be copied between two frames.
+inline ServerActions getArray(Desk& desk, const Asker& asker, const request::GetArray& wish, TimePoint) {
+    const std::optional<BlobId> id = hashOfText(wish.blob);
+    if (!id) return desk.refuse(asker, {ErrorCode::kBadInput, "blob: an array's name is 32 hexadecimal digits"});
+    const Blob array = desk.around.blobs.find(*id);
+    if (!array.resident())
+        return desk.refuse(asker, {ErrorCode::kNotFound, "blob: nothing holds an array of that name any more"});
+    if (wish.offset > array.sizeBytes())
+        return desk.refuse(asker,
+                           {ErrorCode::kBadInput, fmt::format("offset: the array has {} bytes", array.sizeBytes())});
+    const std::uint64_t most = wish.length == 0 ? ApplicationLimits().maxPieceBytes : wish.length;
+    Bytes piece(static_cast<std::size_t>(std::min(most, array.sizeBytes() - wish.offset)));
+    array.read(wish.offset, piece);
+    return desk.answer(asker, ApplicationAnswer(answer::ArrayPiece{array.sizeBytes(), ByteSlice(std::move(piece))}));
+}
+
+inline constexpr DeedTable kRows{&getObjects, &getTree, &find, &getArray};
 
 }  // namespace tessera::scene_deeds

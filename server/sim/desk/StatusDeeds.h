@@ -22,6 +22,13 @@ inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::Su
     return actions;
 }
 
-inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe};
+inline ServerActions whoAmI(Desk& desk, const Asker& asker, const request::WhoAmI&, TimePoint) {
+    const auto known = desk.applications.find(asker.connection);
+    answer::Identity who;
+    if (known != desk.applications.end()) who = {.name = known->second.name, .role = known->second.role};
+    return desk.answer(asker, ApplicationAnswer(std::move(who)));
+}
+
+inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe, &whoAmI};
 
 }  // namespace tessera::status_deeds

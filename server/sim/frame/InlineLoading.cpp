@@ -148,7 +148,9 @@ InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineCont
         judged.problem = "nodes are below it already; what the file holds would come among them";
     else if (chain.size() >= kMostChain)
         judged.problem = fmt::format("Inlines are nested deeper than {} levels", kMostChain);
-    judged.order = {.node = bearer, .core = core, .type = wish.type, .file = std::string(wish.file), .chain = std::move(chain)};
+    judged.order = {.node = bearer,
+                    .path = std::string(wish.file),
+                    .content = Preparation::Content{.core = core, .type = wish.type, .chain = std::move(chain)}};
     return judged;
 }
 

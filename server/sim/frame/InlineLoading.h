@@ -10,16 +10,9 @@
 
 #include "common/wall/View.h"
 #include "server/sim/frame/InlineContents.h"
+#include "server/sim/frame/Preparation.h"
 
 namespace tessera {
-
-/// A file to be read and put below a node.
-struct InlineOrder {
-    ObjectId node, core;
-    ObjectType type;
-    std::string file;                ///< as the core says it
-    std::vector<std::string> chain;  ///< files of the Inlines above it, outermost first
-};
 
 /// Asks for files and says how that goes, in `state` and `problem`. One file is on its way at a time, so nothing that a scene says can have more
 /// than one read; those that wait have their turns in the order of their ids.
@@ -42,9 +35,10 @@ public:
     /// Of a wall without tiles nobody is near anything.
     explicit InlineLoading(const Wall& wall);
 
-    /// What is to be written. `view`: of the frame before. An order that comes of it can be taken afterwards.
+    /// What is to be written. `view`: of the frame before. An order that comes of it, without a ticket, can be taken
+    /// afterwards.
     [[nodiscard]] ChangeList advance(const Aspect& scene, const InlineContents& inlines, const View& view);
-    [[nodiscard]] std::optional<InlineOrder> takeOrder() { return std::exchange(order_, std::nullopt); }
+    [[nodiscard]] std::optional<Preparation> takeOrder() { return std::exchange(order_, std::nullopt); }
     /// Of the order that was taken: its content is there, or why it never will be.
     void ended(ObjectId core, const std::optional<std::string>& problem);
 
@@ -55,7 +49,7 @@ private:
         bool wanted = false;
         std::string problem;  ///< why it cannot be; empty: it can
         ObjectId top;         ///< the node below the root that it hangs below, or is
-        InlineOrder order;
+        Preparation order;
     };
     [[nodiscard]] Judged judge(const Aspect& scene, const InlineContents& inlines, ObjectId core, const std::vector<Vec3d>& heads) const;
     [[nodiscard]] std::vector<Vec3d> headsIn(const View& view) const;
@@ -63,7 +57,7 @@ private:
     [[nodiscard]] bool isFull(const Aspect& scene, const InlineContents& inlines, ObjectId top);
 
     std::vector<std::pair<Screen, User>> lookers_;  ///< each user that tiles are drawn for, once a screen
-    std::optional<InlineOrder> order_;
+    std::optional<Preparation> order_;
     ObjectId underWay_;  ///< the core whose file is being read; none: nothing is
     /// By the top node: the cores below it that have content, as of `counted_`, and those that were ordered since; some may have gone.
     std::map<ObjectId, std::set<ObjectId>> brought_;

@@ -146,14 +146,13 @@ public:
         if (appearing_.size() > 1) go_.push_back(holdMasses(list_));
     }
 
-    LoadParts run() {
+    std::vector<ChangeList> run() {
         order();
         open_.assign(list_.columns.size(), {});
         for (const Change& change : stream_) take(change);
         close();
-        for (std::size_t i = 0; i + 1 < appearing_.size(); ++i) place(appearing_[i], parts_.lists.emplace_back());
-        parts_.lists.push_back(lastOne());
-        parts_.objects = count_;
+        for (std::size_t i = 0; i + 1 < appearing_.size(); ++i) place(appearing_[i], parts_.emplace_back());
+        parts_.push_back(lastOne());
         return std::move(parts_);
     }
 
@@ -232,7 +231,7 @@ private:
         if (changes_ == 0) return;
         for (FieldColumn& column : open_)
             if (!column.ids.empty()) part_.columns.push_back(std::exchange(column, {}));
-        parts_.lists.push_back(std::exchange(part_, {}));
+        parts_.push_back(std::exchange(part_, {}));
         changes_ = bytes_ = 0;
     }
 
@@ -264,7 +263,7 @@ private:
     const std::vector<std::vector<std::uint32_t>> appearing_;
     std::vector<bool> appears_;  ///< by placement
     std::vector<Change> stream_;
-    LoadParts parts_;
+    std::vector<ChangeList> parts_;
     ChangeList part_;
     std::vector<FieldColumn> open_;  ///< of the part, by the list's columns
     std::size_t changes_ = 0, bytes_ = 0;
@@ -280,10 +279,10 @@ bool isSmall(const ChangeList& list, const LoadPartLimits& limits) {
 
 }  // namespace
 
-LoadParts cutForFrames(ChangeList list, const LoadPartLimits& limits) {
+std::vector<ChangeList> cutForFrames(ChangeList list, const LoadPartLimits& limits) {
     if (!isSmall(list, limits) && mayBeCut(list)) return Cutter(std::move(list), limits).run();
-    LoadParts whole{.lists = {}, .objects = list.creations.size()};
-    whole.lists.push_back(std::move(list));
+    std::vector<ChangeList> whole;
+    whole.push_back(std::move(list));
     return whole;
 }
 

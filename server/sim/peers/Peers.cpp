@@ -38,7 +38,8 @@ ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
         const ConnectionId connection{opened->link.value};
         open_.emplace(connection, opened->peer);
-        return perform(session_.connectionOpened(connection, event.at));
+        return perform(
+            session_.connectionOpened(connection, event.at, opened->near ? Whence::kThisMachine : Whence::kElsewhere));
     }
     if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         const ConnectionId connection{closed->link.value};

@@ -29,7 +29,11 @@ public:
 
     Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver);
 
-    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address) { return transport_.listen(address); }
+    /// See Transport.
+    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
+                                                 const std::function<void(std::uint16_t)>& onBound) {
+        return transport_.listen(address, onBound);
+    }
 
     /// Waits for the network by doing its work: see Transport.
     [[nodiscard]] bool attend(TimePoint until) { return transport_.attend(until); }
@@ -50,6 +54,7 @@ public:
 
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
+    [[nodiscard]] Transport::Traffic traffic() const { return transport_.traffic(); }
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
     [[nodiscard]] std::size_t hostCount() const;
 

@@ -174,6 +174,11 @@ void Report::journal(const std::string& folder, std::uint64_t bytes, const std::
 
 void Report::describeWaits(answer::Status& status) const {
     constexpr std::size_t kMostRows = 64;
+    const auto figures = [](const Series& series) {
+        return answer::Figures{series.count(), series.quantile(0.5), series.quantile(0.99)};
+    };
+    status.frames = figures(frameMs_);
+    status.barrier = figures(barrierMs_);
     status.waitFrames = waits_.recentFrames();
     for (const WaitStatistics::Row& row : waits_.recent()) {
         if (status.waits.size() == kMostRows) break;

@@ -1,10 +1,12 @@
 /// What servers leave for the programs of their user.
 #include <gtest/gtest.h>
 
+#include <grp.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -23,7 +25,7 @@ protected:
         return folder_.path() + "/tessera" + (name.empty() ? "" : "/" + name);
     }
     static std::unique_ptr<LocalWallPlace> place(const std::string& wall) {
-        Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take(wall);
+        Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take(wall, "127.0.0.1:0");
         EXPECT_TRUE(taken) << taken.error().message;
         return taken ? std::move(*taken) : nullptr;
     }
@@ -32,31 +34,31 @@ protected:
 };
 
 TEST_F(LocalWalls, ATokenOutlivesItsServer) {
-    std::string token;
+    AccessTokens tokens;
     {
         const std::unique_ptr<LocalWallPlace> first = place("cave4");
         EXPECT_EQ(first->lastConsolePort(), 0);
-        token = first->token();
-        EXPECT_EQ(token.size(), 64u);
+        tokens = first->tokens();
+        for (const std::string& token : tokens.words) EXPECT_EQ(token.size(), 43u);
         ASSERT_TRUE(first->tell({"127.0.0.1", 7000}, Address{"127.0.0.1", 7001}));
         const Expected<LocalWall> found = onlyLocalWall();
         ASSERT_TRUE(found) << found.error().message;
         EXPECT_EQ(found->wall, "cave4");
         EXPECT_EQ(toString(found->server), "127.0.0.1:7000");
         EXPECT_EQ(toString(found->console.value()), "127.0.0.1:7001");
-        EXPECT_EQ(found->token, token);
+        EXPECT_EQ(found->tokens.words, tokens.words);
     }
     EXPECT_TRUE(localWalls()->empty()) << "it runs no more";
     EXPECT_EQ(onlyLocalWall().error().code, ErrorCode::kNotFound);
     const std::unique_ptr<LocalWallPlace> second = place("cave4");
-    EXPECT_EQ(second->token(), token);
+    EXPECT_EQ(second->tokens().words, tokens.words);
     EXPECT_EQ(second->lastConsolePort(), 7001);
     EXPECT_TRUE(localWalls()->empty()) << "where the one before listened is no longer so";
 }
 
 TEST_F(LocalWalls, SeveralAtOnceHaveAPlaceEach) {
     const std::unique_ptr<LocalWallPlace> a = place("2x2"), b = place("2x2"), c = place("../../etc/pass wd\n");
-    EXPECT_NE(a->token(), b->token());
+    EXPECT_NE(a->tokens().words, b->tokens().words);
     ASSERT_TRUE(a->tell({"127.0.0.1", 1}, std::nullopt) && b->tell({"127.0.0.1", 2}, std::nullopt) &&
                 c->tell({"::1", 3}, std::nullopt));
     const Expected<std::vector<LocalWall>> all = localWalls();
@@ -91,7 +93,7 @@ TEST_F(LocalWalls, OneThatIsKilledRunsNoMore) {
     ASSERT_EQ(pipe(ready), 0);
     const pid_t child = fork();
     if (child == 0) {
-        const Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take("wall");
+        const Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take("wall", "127.0.0.1:0");
         const bool told = taken && (*taken)->tell({"127.0.0.1", 7000}, std::nullopt);
         (void)!write(ready[1], told ? "1" : "0", 1);
         pause();
@@ -123,8 +125,8 @@ TEST_F(LocalWalls, AreForTheirUserAlone) {
     std::filesystem::create_symlink(run("wall-1.wall"), run("link-1.wall"));
     ASSERT_EQ(mkfifo(run("pipe-1.wall").c_str(), 0600), 0);
     EXPECT_EQ(localWalls()->size(), 1u);
-    EXPECT_FALSE(LocalWallPlace::take("link"));
-    EXPECT_FALSE(LocalWallPlace::take("pipe"));
+    EXPECT_FALSE(LocalWallPlace::take("link", ""));
+    EXPECT_FALSE(LocalWallPlace::take("pipe", ""));
     // A folder that others may look into.
     chmod(run().c_str(), 0755);
     const Expected<std::vector<LocalWall>> open = localWalls();
@@ -147,6 +149,93 @@ TEST_F(LocalWalls, WhatIsTornOrRubbishIsNotThere) {
     EXPECT_TRUE(localWalls()->empty());
     EXPECT_TRUE(mine->tell({"127.0.0.1", 7000}, std::nullopt));
     EXPECT_EQ(localWalls()->size(), 1u);
+}
+
+// ---- the word that lets a program in
+
+class Access : public LocalWalls {
+protected:
+    ~Access() override { unsetenv("TESSERA_TOKEN_FILE"); }
+    [[nodiscard]] std::string file(const std::string& text) const {
+        std::ofstream(folder_.path() + "/word") << text;
+        return folder_.path() + "/word";
+    }
+    static std::string to(const std::string& address, const std::string& tokenFile = {}) {
+        const Expected<std::string> word = accessTo(parseAddress(address).value(), tokenFile);
+        return word ? *word : "error: " + word.error().message;
+    }
+};
+
+TEST_F(Access, IsThatOfTheServerOfThisUserThere) {
+    const std::unique_ptr<LocalWallPlace> a = place("a"), b = place("b");
+    ASSERT_TRUE(a->tell({"127.0.0.1", 7000}, std::nullopt) && b->tell({"0.0.0.0", 7001}, std::nullopt));
+    EXPECT_EQ(to("127.0.0.1:7000"), a->tokens().of(Role::kOperator));
+    EXPECT_EQ(to("[::ffff:127.0.0.1]:7000"), a->tokens().of(Role::kOperator)) << "the same in IPv6's writing";
+    EXPECT_EQ(to("127.0.0.1:7002"), "") << "nobody of this user listens there";
+    // At another address of this machine somebody else may listen at the same port.
+    for (const std::string other : {"127.0.0.9", "[::1]", "203.0.113.9", "localhost"})
+        EXPECT_EQ(to(other + ":7000"), "") << other;
+    // One that listens at all of them has them all, and those of other machines are not its own.
+    for (const std::string own : {"127.0.0.1", "127.0.0.9", "[::1]"})
+        EXPECT_EQ(to(own + ":7001"), b->tokens().of(Role::kOperator)) << own;
+    EXPECT_EQ(to("203.0.113.9:7001"), "");
+}
+
+TEST_F(Access, APlaceIsTakenOverByWhoListensAlike) {
+    const auto take = [](const std::string& listen) { return LocalWallPlace::take("w", listen).value(); };
+    const std::string first = take("127.0.0.1:7461")->tokens().of(Role::kOperator);
+    const std::string second = take("127.0.0.1:7462")->tokens().of(Role::kOperator);
+    EXPECT_NE(first, second) << "the place of the first is left alone";
+    EXPECT_EQ(take("127.0.0.1:7462")->tokens().of(Role::kOperator), second) << "whichever starts again first";
+    EXPECT_EQ(take("127.0.0.1:7461")->tokens().of(Role::kOperator), first);
+}
+
+TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
+    const std::unique_ptr<LocalWallPlace> a = place("a");
+    ASSERT_TRUE(a->tell({"127.0.0.1", 7000}, std::nullopt));
+    const std::string word(20, 'w');
+    EXPECT_EQ(to("127.0.0.1:7000", file(word)), word);
+    EXPECT_EQ(to("203.0.113.9:7000", file(word + "\r\nmore\n")), word);
+    EXPECT_EQ(to("203.0.113.9:7000", a->path()), a->tokens().of(Role::kOperator))
+        << "what a server has left is one, too";
+    setenv("TESSERA_TOKEN_FILE", file(word).c_str(), 1);
+    EXPECT_EQ(to("127.0.0.1:7000"), word);
+    for (const std::string& wrong : {std::string(), std::string("short"), word + " two", std::string(10'000, 'w')})
+        EXPECT_NE(to("127.0.0.1:7000", file(wrong)).find("its first line is no token"), std::string::npos) << wrong;
+    EXPECT_NE(to("127.0.0.1:7000", "/no/such/file").find("No such file"), std::string::npos);
+    EXPECT_NE(to("127.0.0.1:7000", folder_.path()).find("error"), std::string::npos);
+}
+
+TEST_F(Access, MayBeAGroups) {
+    chmod(folder_.path().c_str(), 0711);
+    const Expected<std::unique_ptr<LocalWallPlace>> none = LocalWallPlace::take("w", "", "no such group");
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().code, ErrorCode::kNotFound);
+    std::array<char, 4096> room{};
+    struct group found {};
+    struct group* known = nullptr;
+    ASSERT_EQ(getgrgid_r(getegid(), &found, room.data(), room.size(), &known), 0);
+    ASSERT_NE(known, nullptr);
+    struct stat info {};
+    {
+        const Expected<std::unique_ptr<LocalWallPlace>> taken =
+            LocalWallPlace::take("w", "127.0.0.1:0", known->gr_name);
+        ASSERT_TRUE(taken) << taken.error().message;
+        ASSERT_TRUE((*taken)->tell({"127.0.0.1", 7000}, std::nullopt));
+        ASSERT_EQ(stat((*taken)->path().c_str(), &info), 0);
+        EXPECT_EQ(info.st_mode & 0777, 0640u);
+        ASSERT_EQ(stat(run().c_str(), &info), 0);
+        EXPECT_EQ(info.st_mode & 0777, 0711u);
+        EXPECT_EQ(localWalls()->size(), 1u) << "its own user reads it as before";
+    }
+    chmod(folder_.path().c_str(), 0700);
+    const Expected<std::unique_ptr<LocalWallPlace>> barred = LocalWallPlace::take("v", "", known->gr_name);
+    ASSERT_FALSE(barred) << "nobody of the group would reach it";
+    EXPECT_NE(barred.error().message.find(folder_.path() + " lets nobody through"), std::string::npos)
+        << barred.error().message;
+    const std::unique_ptr<LocalWallPlace> again = place("w");
+    ASSERT_EQ(stat(again->path().c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0777, 0600u) << "without --group it is one user's again";
 }
 
 }  // namespace

@@ -308,7 +308,7 @@ TEST(ApplicationCodec, WhatIsOutOfItsBoundsIsRefusedByItsName) {
     EXPECT_EQ(refusal(request::MoveNode{.move = {.scale = Vec3d(1, 0, 1)}}),
               "MoveNode: scale must be other than 0, not 0");
     EXPECT_EQ(refusal(request::NavigateView{{.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 10}}),
-              "NavigateView: there is no bookmark 10: 1 to 9 are possible");
+              "NavigateView: bookmark must be from 1 to 9, not 10");
     EXPECT_EQ(refusal(request::LoadFile{std::string(5000, 'x'), {}}),
               "LoadFile: path has 5000 bytes; at most 4096 are allowed");
     const auto said = checkRequest(request::SetBudget{-3});

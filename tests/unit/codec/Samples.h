@@ -197,7 +197,9 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::GrabHandle{{.xPx = 3.5, .yPx = 4.5, .wand = "w", .ray = Ray{Vec3d(1, 2, 3), Vec3d(0, 0, -1)}}},
             request::DragHandle{{.xPx = 5.5, .wand = {}}},
             request::ReleaseHandle{},
-            request::MeasureDistance{.from = Vec3d(1, 2, 3), .to = Vec3d(4, 5, -6)}};
+            request::MeasureDistance{.from = Vec3d(1, 2, 3), .to = Vec3d(4, 5, -6)},
+            request::WhoAmI{},
+            request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -223,6 +225,11 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.budgetMs = 16.5;
     status.detail = 3;
     status.programs = {"SurfaceProgram #12 is heavy: it held up"};
+    status.frames = {33, 16.25, 17.5};
+    status.barrier = {34, 0.125, 0.5};
+    status.sentBytes = 35;
+    status.receivedBytes = 36;
+    status.journalBytes = 37;
     const ObjectId placeholder{kFirstPlaceholder + 5};
     return {
         answer::Done{},
@@ -249,6 +256,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                            4,
                            {{"body 0", "head viewer", 5, 6, 60.5, 7.5, 0.25, 9}}}}},
         answer::FoundPage{36_seq, twoObjects(), {ObjectId{1}, ObjectId{5}}, 37},
+        answer::Identity{"table", Role::kEditor},
+        answer::ArrayPiece{38, share(Bytes{std::byte{1}, std::byte{2}, std::byte{3}})},
         answer::Measured{.from = Vec3d(1, 2, 3),
                          .to = Vec3d(4, 5, -6),
                          .distance = 9.5,

@@ -51,12 +51,15 @@ public:
     void load(std::size_t nodes, std::size_t parts) {
         test::ListMaker make;
         for (std::size_t i = 0; i < nodes; ++i) make.node("n" + std::to_string(i), kRootNode);
-        LoadParts cut = cutForFrames(make.builder.take(), {.changes = 50, .seen = seen});
-        ASSERT_GT(cut.lists.size(), 5u);
-        for (std::size_t i = 0; i < std::min(parts, cut.lists.size()); ++i) {
-            std::vector<Edit> edits = one(i + 1 < cut.lists.size() ? Edit::Kind::kPart : Edit::Kind::kLastPart, std::move(cut.lists[i]));
+        ChangeList whole = make.builder.take();
+        const std::size_t objects = whole.creations.size();
+        std::vector<ChangeList> cut = cutForFrames(std::move(whole), {.changes = 50, .seen = seen});
+        ASSERT_GT(cut.size(), 5u);
+        for (std::size_t i = 0; i < std::min(parts, cut.size()); ++i) {
+            std::vector<Edit> edits =
+                one(i + 1 < cut.size() ? Edit::Kind::kPart : Edit::Kind::kLastPart, std::move(cut[i]));
             edits[0].ticket = 7;
-            edits[0].objects = cut.objects;
+            edits[0].objects = objects;
             const FrameResult result = frame(std::move(edits));
             ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes[0].result.error().message;
         }

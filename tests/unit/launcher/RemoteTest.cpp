@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/base/Version.h"
+#include "common/net/OwnAddress.h"
 #include "deploy/wall/Machines.h"
 #include "deploy/wall/OwnAddress.h"
 #include "deploy/wall/RemoteWall.h"

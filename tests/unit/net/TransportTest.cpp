@@ -1,14 +1,20 @@
 #include "common/net/Transport.h"
 
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <ctime>
 #include <future>
 #include <set>
 #include <thread>
 
 #include "Peers.h"
+#include "common/net/OwnAddress.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/Sanitized.h"
 
@@ -51,6 +57,41 @@ TEST(Transport, SpeaksIpv6AndNames) {
         client->connect({host, *port}, 5s);
         EXPECT_FALSE(client.next<Opened>().peer.empty());
         server.next<Opened>();
+    }
+}
+
+/// A program chooses from which address of its machine it comes: each of them is near.
+TEST(Transport, KnowsItsOwnMachineWhicheverOfItsAddressesAPeerComesFrom) {
+    EXPECT_TRUE(isOwnAddress("127.0.0.1") && isOwnAddress("127.9.9.9") && isOwnAddress("::1"));
+    EXPECT_TRUE(isOwnAddress("::ffff:127.0.0.1"));
+    EXPECT_FALSE(isOwnAddress("203.0.113.9") || isOwnAddress("wall-3") || isOwnAddress(""));
+    Peer server;
+    const std::uint16_t port = server.listen();
+    std::vector<std::string> own{"127.0.0.1", "127.0.0.9"};
+    ifaddrs* all = nullptr;
+    ASSERT_EQ(getifaddrs(&all), 0);
+    for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next)
+        if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET) {
+            std::array<char, INET_ADDRSTRLEN> text{};
+            inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text.data(),
+                      text.size());
+            own.emplace_back(text.data());
+        }
+    freeifaddrs(all);
+    for (const std::string& from : own) {
+        const int handle = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        sockaddr_in here{}, there{};
+        here.sin_family = there.sin_family = AF_INET;
+        ASSERT_EQ(inet_pton(AF_INET, from.c_str(), &here.sin_addr), 1);
+        there.sin_port = htons(port);
+        there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        ASSERT_EQ(::bind(handle, reinterpret_cast<const sockaddr*>(&here), sizeof here), 0) << from;
+        ASSERT_EQ(::connect(handle, reinterpret_cast<const sockaddr*>(&there), sizeof there), 0) << from;
+        const Opened opened = server.next<Opened>();
+        EXPECT_TRUE(opened.near) << opened.peer;
+        EXPECT_TRUE(opened.peer.starts_with(from + ":")) << opened.peer;
+        ::close(handle);
+        (void)server.next<Closed>();
     }
 }
 

@@ -173,13 +173,13 @@ private:
                 make.node("shape", below, make.box(Vec3d::Constant(between(random_, 0.4, 1.2))));
                 if (i == 3) make.node("motion", below, make.motion(place, {{0, 0, 0, 0}, {1, 1, 0, 0}}));
             }
-            LoadParts parts = cutForFrames(make.builder.take(), {.changes = 20, .seen = seen});
+            ChangeList whole = make.builder.take();
+            const std::size_t objects = whole.creations.size();
+            std::vector<ChangeList> parts = cutForFrames(std::move(whole), {.changes = 20, .seen = seen});
             ++ticket_;
-            for (ChangeList& list : parts.lists)
-                parts_.push_back({.ticket = ticket_,
-                                  .list = std::move(list),
-                                  .kind = Edit::Kind::kPart,
-                                  .objects = parts.objects});
+            for (ChangeList& list : parts)
+                parts_.push_back(
+                    {.ticket = ticket_, .list = std::move(list), .kind = Edit::Kind::kPart, .objects = objects});
             parts_.back().kind = Edit::Kind::kLastPart;
         }
         Edit part = std::move(parts_.front());

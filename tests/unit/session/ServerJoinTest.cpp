@@ -533,5 +533,65 @@ TEST(ServerJoin, HostsOfOneMachineAreToldOfEachOther) {
     EXPECT_TRUE(told(a).empty()) << "too long to be a place";
 }
 
+// ---- who may come in
+
+struct Gated : ServerFixture {
+    Gated()
+        : ServerFixture([] {
+              ServerSessionConfig config = twoHosts();
+              config.access = {{"looks", "changes", "runs"}};
+              config.owner = "ada";
+              return config;
+          }()) {}
+
+    ConnectionId knock(const std::string& word, Whence whence, PeerRole role = PeerRole::kApplication) {
+        const ConnectionId connection(++lastConnection);
+        take(session.connectionOpened(connection, now, whence));
+        message::Hello hello = greeting(role == PeerRole::kHost ? "a" : "asks", role);
+        hello.access = word;
+        say(connection, hello);
+        return connection;
+    }
+    std::string refusalOf(ConnectionId connection) {
+        const auto refused = sent<message::Refused>(connection);
+        return refused.empty() ? "" : refused[0].reason;
+    }
+};
+
+TEST(ServerJoin, OnThisMachineTheWordsOfItsUserLetIn) {
+    Gated s;
+    for (const auto& [word, role] :
+         {std::pair("looks", Role::kViewer), std::pair("changes", Role::kEditor), std::pair("runs", Role::kOperator)})
+        for (const Whence whence : {Whence::kThisMachine, Whence::kElsewhere}) {
+            s.forget();
+            EXPECT_EQ(s.refusalOf(s.knock(word, whence)), "");
+            ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, role);
+        }
+    s.forget();
+    EXPECT_EQ(s.refusalOf(s.knock("runs", Whence::kThisMachine, PeerRole::kHost)), "");
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+}
+
+TEST(ServerJoin, OthersOfThisMachineAreRefusedInWordsAndDoNotComeAgain) {
+    Gated s;
+    for (const PeerRole role : {PeerRole::kApplication, PeerRole::kHost}) {
+        const ConnectionId without = s.knock("", Whence::kThisMachine, role);
+        EXPECT_NE(s.refusalOf(without).find("(ada)"), std::string::npos) << s.refusalOf(without);
+        EXPECT_NE(s.refusalOf(without).find("--token-file"), std::string::npos);
+        EXPECT_FALSE(s.sent<message::Refused>(without)[0].retry);
+        // A wrong word lets nobody in, wherever they are.
+        for (const Whence whence : {Whence::kThisMachine, Whence::kElsewhere})
+            EXPECT_NE(s.refusalOf(s.knock("guessed", whence, role)), "");
+    }
+    for (const std::string word : {"looks", "changes"})
+        EXPECT_NE(s.refusalOf(s.knock(word, Whence::kThisMachine, PeerRole::kHost)).find("operator"),
+                  std::string::npos);
+    EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
+    // From other machines the link is plain.
+    EXPECT_EQ(s.refusalOf(s.knock("", Whence::kElsewhere)), "");
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>().at(0).role, Role::kOperator);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/desk/RequestDesk.h"
+#include "server/sim/frame/LoadParts.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/unit/session/ServerFixture.h"
 #include "tests/unit/sim/SceneForTests.h"
@@ -16,7 +17,7 @@ struct DeskWithFrames {
     /// `beside`: copies are made beside the frames.
     explicit DeskWithFrames(bool beside) {
         RequestDesk::Surroundings around{.wall = wall, .blobs = blobs, .session = server.session, .simulation = simulation, .view = view, .loader = loader, .drags = drags};
-        if (beside) around.orderCopy = [this](CopyOrder order) { orders.push_back(std::move(order)); };
+        if (beside) around.orderCopy = [this](Preparation order) { orders.push_back(std::move(order)); };
         desk = std::make_unique<RequestDesk>(around);
         application = server.hello("copier", PeerRole::kApplication);
         desk->applicationJoined(application);
@@ -38,7 +39,8 @@ struct DeskWithFrames {
     }
     /// What the thread beside does.
     void copy() {
-        for (const CopyOrder& order : std::exchange(orders, {})) server.take(desk->copied(makeCopy(simulation.scene(), order), server.now));
+        for (const Preparation& order : std::exchange(orders, {}))
+            server.take(desk->prepared(makeCopy(simulation.scene(), order), server.now));
     }
     /// Frames until nobody wants anything. The changes of the largest list.
     std::size_t frames() {
@@ -69,9 +71,9 @@ struct DeskWithFrames {
     ServerFixture server;
     Simulation simulation;
     ViewSource view{wall, ""};
-    Loader loader{{}, {}, [](LoadFinished) {}};
+    Loader loader{{}, {}, [](Preparation) {}};
     ManipulatorDrags drags;
-    std::vector<CopyOrder> orders;
+    std::vector<Preparation> orders;
     std::unique_ptr<RequestDesk> desk;
     ConnectionId application;
     std::uint64_t asked = 0;
@@ -135,7 +137,7 @@ TEST(Copies, OneThatIsTooLargeOrHasNowhereToStandIsRefusedInWords) {
     const ObjectId group = beside.group(3'000);
     beside.ask(request::CloneNode{{.node = group, .deep = true}});
     ASSERT_EQ(beside.orders.size(), 1u);
-    beside.orders[0].options.maxChanges = 2'000;
+    beside.orders[0].copy->maxChanges = 2'000;
     beside.copy();
     ASSERT_EQ(beside.replies().size(), 1u);
     EXPECT_NE(beside.replies()[0].error.find("copy it part by part"), std::string::npos) << beside.replies()[0].error;

@@ -39,11 +39,11 @@ protected:
     RequestDesk desk{around(), limits};
     [[nodiscard]] DeskSurroundings around() {
         DeskSurroundings all = surroundings();
-        all.orderCopy = [this](CopyOrder order) { copies.push_back(std::move(order)); };
+        all.orderCopy = [this](Preparation order) { copies.push_back(std::move(order)); };
         return all;
     }
     std::uint64_t asked = 0;
-    std::vector<CopyOrder> copies;  ///< that are to be made
+    std::vector<Preparation> copies;  ///< that are to be made
 };
 
 TEST_F(DeskLimits, WhoAsksWithoutEndIsRefusedAndNobodyElseIs) {
@@ -93,7 +93,7 @@ TEST_F(DeskLimits, CopiesCountByWhatTheyHoldAndNoneIsMadeBeforeThereIsRoom) {
     for (int i = 0; i < 2; ++i)
         EXPECT_FALSE(ask(greedy, request::CloneNode{{.node = node, .under = kRootNode, .name = "copy", .deep = true}}));
     ASSERT_EQ(copies.size(), 1u) << "one at a time";
-    server.take(desk.copied(makeCopy(simulation.scene(), copies[0]), server.now));
+    server.take(desk.prepared(makeCopy(simulation.scene(), copies[0]), server.now));
     EXPECT_EQ(copies.size(), 1u) << "the first one holds more than all may";
     EXPECT_NE(ask(greedy, proposal()).value_or("").find("wait already"), std::string::npos);
     EXPECT_FALSE(ask(other, proposal()));

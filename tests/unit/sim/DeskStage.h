@@ -27,7 +27,7 @@ protected:
     ServerFixture server;
     Simulation simulation;
     ViewSource view{wall, ""};
-    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {}};
+    Loader loader{{}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](Preparation) {}};
     ManipulatorDrags drags;
 };
 

@@ -41,7 +41,7 @@ TEST(InlinesAppear, WhatAppearsAndIsNotWantedAnyMoreGoesBeforeTheNextFileComes) 
     EXPECT_TRUE(stage.set<&Inline::file>(stage.node, std::string("/b")).result);
     for (int i = 0; i < 200 && !stage.order; ++i) stage.frame();
     ASSERT_TRUE(stage.order) << stage.problemOf(stage.node);
-    EXPECT_EQ(stage.order->file, "/b");
+    EXPECT_EQ(stage.order->path, "/b");
     EXPECT_EQ(stage.scene().objectCount(), stage.empty + 2) << "the node and its core";
     stage.fileComes();
     stage.frames(100);
@@ -79,19 +79,21 @@ TEST(InlinesAppear, ThatLetTheirContentGoTakeAlongWhatIsJustAppearingInIt) {
         test::ListMaker make;
         const ObjectId top = make.node("top", stage.scene().get<Node>(node)->children.front());
         for (int i = 0; i < 15; ++i) make.node("n", top, make.transform(Vec3d::Zero()));
-        LoadParts cut = cutForFrames(make.builder.take(), {.changes = 12, .seen = 2});
+        ChangeList content = make.builder.take();
+        const std::size_t objects = content.creations.size();
+        std::vector<ChangeList> cut = cutForFrames(std::move(content), {.changes = 12, .seen = 2});
         std::size_t next = 0;
         const auto part = [&] {
-            Edit edit{.ticket = 7, .list = cut.lists[next++], .kind = Edit::Kind::kPart, .objects = cut.objects};
-            if (next == cut.lists.size()) edit.kind = Edit::Kind::kLastPart;
+            Edit edit{.ticket = 7, .list = cut[next++], .kind = Edit::Kind::kPart, .objects = objects};
+            if (next == cut.size()) edit.kind = Edit::Kind::kLastPart;
             return stage.frame(std::move(edit)).result.has_value();
         };
-        for (int i = 0; i < frames && next < cut.lists.size(); ++i) EXPECT_TRUE(part());
-        const bool whole = next == cut.lists.size();
+        for (int i = 0; i < frames && next < cut.size(); ++i) EXPECT_TRUE(part());
+        const bool whole = next == cut.size();
         ASSERT_TRUE(stage.set<&Inline::wanted>(node, false).result);
         EXPECT_EQ(stage.below(node), 0u) << frames;
         if (!whole) {
-            while (next < cut.lists.size() && part()) {
+            while (next < cut.size() && part()) {
             }
         }
         stage.frames(40);

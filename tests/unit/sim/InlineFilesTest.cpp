@@ -17,30 +17,32 @@ namespace {
 class InlineFiles : public testing::Test {
 protected:
     /// What comes of one order.
-    Expected<ImportedScene> read(const std::string& file, std::vector<std::string> chain = {}, std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
+    Preparation read(const std::string& file, std::vector<std::string> chain = {},
+                     std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
         return read(std::make_shared<SceneFiles>(importOptions(), std::move(allowed), std::move(scenes)), file, std::move(chain));
     }
-    Expected<ImportedScene> read(std::shared_ptr<SceneFiles> files, const std::string& file, std::vector<std::string> chain = {}) {
-        Channel<LoadFinished> finished(1);
-        Loader loader(importOptions(), std::move(files), [&](LoadFinished done) { finished.push(std::move(done)); });
+    Preparation read(std::shared_ptr<SceneFiles> files, const std::string& file, std::vector<std::string> chain = {}) {
+        Channel<Preparation> finished(1);
+        Loader loader(importOptions(), std::move(files), [&](Preparation done) { finished.push(std::move(done)); });
         EXPECT_TRUE(loader.order({.ticket = 1,
+                                  .node = kRootNode,
                                   .path = file,
-                                  .parent = kRootNode,
                                   .asked = false,
-                                  .content = InlineOrder{.node = kRootNode, .core = ObjectId(40), .type = typeOf<Inline>(), .file = file, .chain = std::move(chain)}}));
-        return std::move(finished.pop()->scene);
+                                  .content = Preparation::Content{
+                                      .core = ObjectId(40), .type = typeOf<Inline>(), .chain = std::move(chain)}}));
+        return std::move(*finished.pop());
     }
     std::string trouble(const std::string& file, std::vector<std::string> chain = {}, std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
-        const Expected<ImportedScene> scene = read(file, std::move(chain), std::move(allowed), std::move(scenes));
-        return scene ? "" : scene.error().message;
+        const Preparation made = read(file, std::move(chain), std::move(allowed), std::move(scenes));
+        return made.refused ? made.refused->message : "";
     }
     /// The scene of these files, as it is before the first frame.
     Expected<Aspect> start(const std::vector<std::string>& paths) {
         return start(paths, std::make_shared<SceneFiles>(importOptions(), std::vector<std::string>(), paths));
     }
     Expected<Aspect> start(const std::vector<std::string>& paths, std::shared_ptr<SceneFiles> files) {
-        Channel<LoadFinished> finished(8);
-        Loader loader(importOptions(), std::move(files), [&](LoadFinished done) { finished.push(std::move(done)); });
+        Channel<Preparation> finished(8);
+        Loader loader(importOptions(), std::move(files), [&](Preparation done) { finished.push(std::move(done)); });
         StartScene scene(paths);
         if (const Expected<void> ordered = scene.order(loader, 0); !ordered) return tl::unexpected(ordered.error());
         for (;;) {
@@ -101,7 +103,7 @@ TEST_F(InlineFiles, ThatAScenesFilesNameAreReadAndNoneBesideThem) {
     for (const std::string& name : {b, other, scene, scratch.path("in/./sub/a.tsct"), std::string("/etc/passwd"), scratch.path("secret.tsct")}) EXPECT_FALSE(may(*files, name)) << name;
     EXPECT_FALSE(files->ofApplication(a)) << "what an application loads itself is another matter";
     // What it names in its turn, once it is read.
-    ASSERT_TRUE(read(files, a));
+    ASSERT_FALSE(read(files, a).refused);
     EXPECT_TRUE(may(*files, b) && !may(*files, other));
     // A wall that goes on from its journal imports no scene.
     SceneFiles again(importOptions(), {}, {scene}, true);
@@ -113,13 +115,14 @@ TEST_F(InlineFiles, ThatAScenesFilesNameAreReadAndNoneBesideThem) {
 }
 
 TEST_F(InlineFiles, BringWhatTheyHoldAndSayThatItIsThere) {
-    const Expected<ImportedScene> scene = read(scratch.write("a.tsct", kBox), {}, {scratch.path("")});
-    ASSERT_TRUE(scene) << scene.error().message;
+    const Preparation made = read(scratch.write("a.tsct", kBox), {}, {scratch.path("")});
+    ASSERT_FALSE(made.refused) << made.refused->message;
+    const ChangeList& list = made.lists.front();
     std::size_t said = 0;
-    for (const FieldColumn& column : scene->list.columns)
+    for (const FieldColumn& column : list.columns)
         if (column.type == typeOf<Inline>() && column.field == fieldId<&Inline::state>) said += column.ids == std::vector{ObjectId(40)};
     EXPECT_EQ(said, 1u);
-    EXPECT_EQ(scene->list.placements.front().parent, kRootNode);
+    EXPECT_EQ(list.placements.front().parent, kRootNode);
 }
 
 TEST_F(InlineFiles, ThatInlineThemselvesAreRefusedWhateverTheyAreCalled) {

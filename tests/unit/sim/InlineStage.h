@@ -28,7 +28,7 @@ public:
     View view;
     LoadPartLimits parts{.changes = 12};
     std::size_t nodesInFile = 3;
-    std::optional<InlineOrder> order;  ///< that nobody has answered
+    std::optional<Preparation> order;  ///< that nobody has answered
     std::vector<Edit> coming;          ///< parts of what is being put into the scene
 
     [[nodiscard]] const Aspect& scene() const { return simulation.scene(); }
@@ -39,7 +39,7 @@ public:
         if (!simulation.stepUnderWay())
             if (ChangeList states = loading_.advance(scene(), simulation.inlines(), view); !states.empty())
                 edits.push_back({.ticket = InlineLoading::kTicket, .list = std::move(states), .undoable = false});
-        if (std::optional<InlineOrder> next = loading_.takeOrder()) order = std::move(next);
+        if (std::optional<Preparation> next = loading_.takeOrder()) order = std::move(next);
         const bool step = edit && isStep(edit->kind);
         if (edit) edits.push_back(std::move(*edit));
         if (!coming.empty() && !step && !simulation.stepUnderWay()) {
@@ -74,21 +74,23 @@ public:
     void fileComes() {
         ASSERT_TRUE(order);
         ListMaker make;
-        const ObjectId top = make.node(order->file, order->node, make.transform(Vec3d(1, 0, 0)));
+        const ObjectId top = make.node(order->path, order->node, make.transform(Vec3d(1, 0, 0)));
         for (std::size_t i = 1; i < nodesInFile; ++i) make.node("n" + std::to_string(i), top, make.box(Vec3d::Ones()));
-        setLoadState(make.builder, order->core, order->type, LoadWords::kThere);
-        LoadParts cut = cutForFrames(make.builder.take(), parts);
-        for (std::size_t i = 0; i < cut.lists.size(); ++i) {
-            Edit part{.ticket = kContent, .list = std::move(cut.lists[i]), .undoable = false, .objects = cut.objects};
-            if (cut.lists.size() > 1) part.kind = i + 1 == cut.lists.size() ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+        setLoadState(make.builder, order->content->core, order->content->type, LoadWords::kThere);
+        ChangeList whole = make.builder.take();
+        const std::size_t objects = whole.creations.size();
+        std::vector<ChangeList> cut = cutForFrames(std::move(whole), parts);
+        for (std::size_t i = 0; i < cut.size(); ++i) {
+            Edit part{.ticket = kContent, .list = std::move(cut[i]), .undoable = false, .objects = objects};
+            if (cut.size() > 1) part.kind = i + 1 == cut.size() ? Edit::Kind::kLastPart : Edit::Kind::kPart;
             coming.push_back(std::move(part));
         }
-        answered_ = order->core;
+        answered_ = order->content->core;
         order.reset();
     }
     void fileFails(const std::string& why) {
         ASSERT_TRUE(order);
-        loading_.ended(order->core, why);
+        loading_.ended(order->content->core, why);
         order.reset();
     }
 

@@ -52,14 +52,14 @@ TEST(Inlines, AreLoadedNearByHandAndLetGo) {
     EXPECT_TRUE(stage.set<&ProxyGroup::distance>(box, 1.1).result);
     stage.frames(1);
     ASSERT_TRUE(stage.order);
-    EXPECT_EQ(stage.order->file, "/box");
+    EXPECT_EQ(stage.order->path, "/box");
     stage.fileComes();
     stage.frames(3);
     EXPECT_EQ(stage.wishOf(box).state, L::kThere);
     stage.view.users[0].position = Vec3d(0, 0.5, 1.9);
     stage.frames(2);
     ASSERT_TRUE(stage.order);
-    EXPECT_EQ(stage.order->file, "/near");
+    EXPECT_EQ(stage.order->path, "/near");
     stage.fileComes();
     stage.frames(3);
     stage.view.users[0].position = Vec3d(0, 0.5, 100);
@@ -94,7 +94,7 @@ TEST(Inlines, AnotherFileTakesTheOldOnesPlaceAlsoInTheMiddle) {
     stage.frames(30);
     EXPECT_EQ(stage.below(node), 0u) << "what comes too late is not taken";
     ASSERT_TRUE(stage.order);
-    EXPECT_EQ(stage.order->file, "/b");
+    EXPECT_EQ(stage.order->path, "/b");
     stage.fileComes();
     stage.frames(30);
     ASSERT_EQ(stage.below(node), 1u);
@@ -104,7 +104,7 @@ TEST(Inlines, AnotherFileTakesTheOldOnesPlaceAlsoInTheMiddle) {
     EXPECT_EQ(stage.below(node), 0u);
     stage.frames(1);
     ASSERT_TRUE(stage.order);
-    EXPECT_EQ(stage.order->file, "/a");
+    EXPECT_EQ(stage.order->path, "/a");
 }
 
 TEST(Inlines, UndoTakesTheNodeWithWhatCameAndRedoLoadsAnew) {

@@ -36,7 +36,7 @@ protected:
     ~Loads() override { ::close(gate_); }
 
     [[nodiscard]] bool order(Loader& loader, std::uint64_t ticket, const std::string& name) const {
-        return loader.order({.ticket = ticket, .path = scratch.write(name, kLoadedBox), .parent = kRootNode});
+        return loader.order({.ticket = ticket, .node = kRootNode, .path = scratch.write(name, kLoadedBox)});
     }
     void letGo(int files) const {
         for (int i = 0; i < files; ++i) EXPECT_EQ(::write(gate_, "\n", 1), 1);
@@ -50,7 +50,7 @@ protected:
 
     Scratch scratch;
     ImportOptions options_;
-    Channel<LoadFinished> finished{64};
+    Channel<Preparation> finished{64};
 
 private:
     int gate_ = -1;
@@ -59,28 +59,30 @@ private:
 TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
     // The slow ones have 60 s, and a sanitized importer takes some of them itself.
     const std::uint64_t last = kSanitized ? 13 : 20;
-    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
+    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}),
+                  [this](Preparation done) { finished.push(std::move(done)); });
     for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
     for (std::uint64_t quick = 10; quick < last; ++quick)
         ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
     // None of the slow ones has been let go: without threads of their own this would wait for ever.
     for (std::uint64_t quick = 10; quick < last; ++quick) {
-        const LoadFinished done = *finished.pop();
-        EXPECT_TRUE(done.scene) << done.scene.error().message;
+        const Preparation done = *finished.pop();
+        EXPECT_FALSE(done.refused) << done.refused->message;
         EXPECT_EQ(done.ticket, quick) << "one thread is left: in the order of asking";
     }
     letGo(Loader::kAtOnce - 1);
     std::set<std::uint64_t> tickets;
     for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) {
-        const LoadFinished done = *finished.pop();
-        EXPECT_TRUE(done.scene) << done.scene.error().message;
+        const Preparation done = *finished.pop();
+        EXPECT_FALSE(done.refused) << done.refused->message;
         tickets.insert(done.ticket);
     }
     EXPECT_EQ(tickets.size(), Loader::kAtOnce - 1) << "each once";
 }
 
 TEST_F(Loads, BeginInTheOrderOfAskingAndNeverMoreAtOnceThanMayBe) {
-    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}), [this](LoadFinished done) { finished.push(std::move(done)); });
+    Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}),
+                  [this](Preparation done) { finished.push(std::move(done)); });
     std::vector<std::string> asked;
     for (std::uint64_t i = 0; i < 3 * Loader::kAtOnce; ++i) {
         asked.push_back("slow" + std::to_string(i) + ".tsct");
@@ -88,8 +90,8 @@ TEST_F(Loads, BeginInTheOrderOfAskingAndNeverMoreAtOnceThanMayBe) {
     }
     for (std::size_t done = 0; done < asked.size(); ++done) {
         letGo(1);
-        const LoadFinished finishedOne = *finished.pop();
-        EXPECT_TRUE(finishedOne.scene) << finishedOne.scene.error().message;
+        const Preparation finishedOne = *finished.pop();
+        EXPECT_FALSE(finishedOne.refused) << finishedOne.refused->message;
         const std::vector<std::string> names = begun();
         // What one that is done leaves free may be taken already.
         EXPECT_LE(names.size(), done + 1 + Loader::kAtOnce);

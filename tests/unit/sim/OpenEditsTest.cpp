@@ -106,9 +106,9 @@ TEST_F(OpenEditsBook, APartThatIsRefusedTakesTheOthersWithIt) {
 
 TEST_F(OpenEditsBook, OfThoseWhoHaveLeftTheNewestEditsDoNotCount) {
     for (int i = 0; i < 5; ++i) (void)edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now);
-    edits.forgetLeftBehind({application});
+    edits.forgetLeftBehind([&](ConnectionId one) { return one == application; });
     EXPECT_EQ(edits.countOf(application).edits, 5u) << "it is there";
-    edits.forgetLeftBehind({});
+    edits.forgetLeftBehind([](ConnectionId) { return false; });
     const std::vector<Edit> taken = edits.takeEdits();
     ASSERT_EQ(taken.size(), 2u);
     EXPECT_LT(taken[0].ticket, taken[1].ticket);

@@ -65,7 +65,8 @@ private:
         Peers peers(configOf(wall), blobs, [this](LinkEvent event) {
             events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
         });
-        Loader loader({}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()), [](LoadFinished) {});
+        Loader loader({}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()),
+                      [](Preparation) {});
         ManipulatorDrags drags;
         RequestDesk desk({.wall = wall,
                           .blobs = blobs,
@@ -74,13 +75,15 @@ private:
                           .view = view,
                           .loader = loader,
                           .drags = drags});
-        port_.set_value(peers.listen({"127.0.0.1", 0}).value_or(0));
+        port_.set_value(peers.listen({"127.0.0.1", 0}, {}).value_or(0));
         while (const std::optional<Event> event = events_.pop()) (*event)(peers, desk);
     }
     static void handle(Peers& peers, const ServerActions& actions, RequestDesk& desk) {
         for (const ServerAction& action : actions) {
             if (const auto* request = std::get_if<server_action::RequestReceived>(&action))
                 (void)peers.perform(desk.received(*request, std::chrono::steady_clock::now()));
+            if (const auto* joined = std::get_if<server_action::ApplicationJoined>(&action))
+                desk.applicationJoined(joined->connection, {.name = joined->name, .role = joined->role});
             if (const auto* left = std::get_if<server_action::ApplicationLeft>(&action))
                 desk.applicationLeft(left->connection);
         }

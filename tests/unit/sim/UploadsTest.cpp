@@ -232,7 +232,7 @@ protected:
     ServerFixture server;
     Simulation simulation;
     ViewSource view{wall, ""};
-    Loader loader{{}, {}, [](LoadFinished) {}};
+    Loader loader{{}, {}, [](Preparation) {}};
     Uploading upload{limits};
     ManipulatorDrags drags;
     RequestDesk desk{{.wall = wall, .blobs = blobs, .session = server.session, .simulation = simulation, .view = view, .loader = loader, .uploads = &upload.uploads, .drags = drags}};

@@ -1,0 +1,37 @@
+#include "client/ctl/AccessVerbs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/access/LocalWalls.h"
+
+namespace tessera {
+
+Expected<Answer> run(Application& application, const verb::Who&) {
+    const Expected<answer::Identity> who = application.whoAmI();
+    if (!who) return tl::unexpected(who.error());
+    return Answer{fmt::format("{}, {} of the wall {}\n", who->name, nameOf(who->role), application.wall().name),
+                  {{"name", who->name}, {"role", nameOf(who->role)}, {"wall", application.wall().name}},
+                  {}};
+}
+
+Expected<Answer> linkOf(const CommandLine& line, const verb::Link& wanted) {
+    const Expected<Address> server = serverMeant(line.server);
+    if (!server) return tl::unexpected(server.error());
+    const Expected<std::vector<LocalWall>> walls = localWalls();
+    if (!walls) return tl::unexpected(walls.error());
+    const auto same = [&](const LocalWall& wall) {
+        return wall.server.port == server->port && (wall.server.host == server->host || server->isLoopback());
+    };
+    const auto wall = std::ranges::find_if(*walls, same);
+    if (wall == walls->end())
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("link: no server of this user listens at {} on this machine", toString(*server)));
+    if (!wall->console)
+        return fail(ErrorCode::kNotFound, fmt::format("link: the server at {} has no console", toString(*server)));
+    const std::string link = fmt::format("http://{}/?token={}", toString(*wall->console), wall->tokens.of(wanted.role));
+    return Answer{link + "\n", {{"link", link}, {"role", nameOf(wanted.role)}}, {}};
+}
+
+}  // namespace tessera

@@ -1,0 +1,46 @@
+/// One connection of a Transport, as its network thread knows it. For Transport.cpp alone.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <optional>
+#include <string>
+
+#include "common/net/FrameReader.h"
+#include "common/net/SendQueue.h"
+#include "common/net/Transport.h"
+
+namespace tessera {
+
+enum class TransportLinkState {
+    kConnecting,
+    kOpen,
+    kClosing,  ///< sends its queue, then waits for the peer's end; what still arrives is thrown away
+    kClosed,
+};
+
+struct TransportLink {
+    TransportLink(LinkId linkId, boost::asio::ip::tcp::socket s, const TransportLimits& limits)
+        : id(linkId), socket(std::move(s)), timer(socket.get_executor()), reader(limits.maxPayload) {}
+
+    LinkId id;
+    boost::asio::ip::tcp::socket socket;
+    boost::asio::steady_timer timer;  ///< connecting: the timeout; closing: the end of patience
+    TransportLinkState state = TransportLinkState::kConnecting;
+    FrameReader reader;
+    SendQueue queue;
+    TimePoint heardAt{};  ///< the last event that told of bytes
+    TimePoint sentAt{};   ///< the last write
+    struct KeepAlive {
+        Duration interval{};
+        std::uint16_t type = 0;
+        Epoch epoch;
+        SharedChain payload;
+    };
+    std::optional<KeepAlive> keepAlive;
+    std::string target;  ///< what it connects to
+    std::string closeReason;
+};
+
+}  // namespace tessera

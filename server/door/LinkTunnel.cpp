@@ -1,0 +1,118 @@
+#include "server/door/LinkTunnel.h"
+
+#include <boost/asio/connect.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <array>
+
+namespace tessera {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::asio::ip::tcp;
+
+class LinkTunnel : public Guest, public std::enable_shared_from_this<LinkTunnel> {
+public:
+    LinkTunnel(tcp::socket socket, DoorContext& context)
+        : Guest(context), context_(context), outside_(std::move(socket)), inside_(context.io) {
+        ++context_.sockets;
+    }
+    ~LinkTunnel() override { --context_.sockets; }
+
+    void accept(const beast::http::request<beast::http::string_body>& upgrade) {
+        websocket::stream_base::timeout patience{};
+        patience.handshake_timeout = context_.limits.headWait;
+        patience.idle_timeout = context_.limits.idle;
+        patience.keep_alive_pings = true;
+        outside_.set_option(patience);
+        outside_.read_message_max(0);  // it is read in parts
+        outside_.binary(true);
+        outside_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
+            if (!error) self->dial();
+        });
+    }
+    void leave() override {
+        over_ = true;
+        beast::error_code ignored;
+        beast::get_lowest_layer(outside_).socket().close(ignored);
+        inside_.socket().close(ignored);
+    }
+
+private:
+    static constexpr std::size_t kAtOnce = std::size_t{64} << 10;
+
+    void dial() {
+        beast::error_code error;
+        const Address& server = context_.options.server;
+        const tcp::endpoint to(boost::asio::ip::make_address(server.host, error), server.port);
+        if (error) return finish("the server listens at a name, and not at a number");
+        inside_.expires_after(context_.limits.headWait);
+        inside_.async_connect(to, [self = shared_from_this()](beast::error_code failed) {
+            if (failed) return self->finish("the server cannot be reached");
+            beast::error_code ignored;
+            self->inside_.socket().set_option(tcp::no_delay(true), ignored);
+            self->inside_.expires_never();
+            self->takeOutside();
+            self->takeInside();
+        });
+    }
+
+    void takeOutside() {
+        outside_.async_read_some(fromOutside_, kAtOnce,
+                                 [self = shared_from_this()](beast::error_code error, std::size_t) {
+                                     if (error) return self->leave();
+                                     if (self->outside_.got_text())
+                                         return self->finish("bytes of the link are said in binary messages");
+                                     self->giveInside();
+                                 });
+    }
+    void giveInside() {
+        boost::asio::async_write(inside_, fromOutside_.data(),
+                                 [self = shared_from_this()](beast::error_code error, std::size_t) {
+                                     if (error) return self->finish("the server has hung up");
+                                     self->fromOutside_.clear();
+                                     self->takeOutside();
+                                 });
+    }
+
+    void takeInside() {
+        inside_.async_read_some(boost::asio::buffer(fromInside_),
+                                [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
+                                    if (error) return self->finish("the server has hung up");
+                                    self->giveOutside(bytes);
+                                });
+    }
+    void giveOutside(std::size_t bytes) {
+        outside_.async_write(boost::asio::buffer(fromInside_.data(), bytes),
+                             [self = shared_from_this()](beast::error_code error, std::size_t) {
+                                 if (error) return self->leave();
+                                 self->takeInside();
+                             });
+    }
+
+    /// In words, where it still can be.
+    void finish(const char* why) {
+        if (std::exchange(over_, true)) return;
+        beast::error_code ignored;
+        inside_.socket().close(ignored);
+        outside_.async_close({websocket::close_code::going_away, why},
+                             [self = shared_from_this()](beast::error_code) { self->leave(); });
+    }
+
+    DoorContext& context_;
+    websocket::stream<beast::tcp_stream> outside_;
+    beast::tcp_stream inside_;
+    beast::flat_buffer fromOutside_;
+    std::array<char, kAtOnce> fromInside_{};
+    bool over_ = false;
+};
+
+}  // namespace
+
+void startLinkTunnel(tcp::socket socket, beast::http::request<beast::http::string_body> upgrade, DoorContext& context) {
+    std::make_shared<LinkTunnel>(std::move(socket), context)->accept(upgrade);
+}
+
+}  // namespace tessera
