@@ -1,4 +1,5 @@
 """A wall of real processes on loopback for a test: a server, and clients that draw in memory or nothing. Ended by their ids, always."""
+import contextlib
 import os
 import pathlib
 import re
@@ -6,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from unittest import mock
 
 import tessera
 
@@ -14,6 +16,15 @@ BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 BIN = BUILD / "bin"
 PATIENCE = 60.0  # s; machines are shared
 YARD = ROOT / "tests/data/scenes/yard.tsct"
+
+
+@contextlib.contextmanager
+def run_folder():
+    """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers without."""
+    with tempfile.TemporaryDirectory(prefix="tessera-run-") as folder, mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder}):
+        for name in ("TESSERA_SERVER", "TESSERA_TOKEN_FILE"):
+            os.environ.pop(name, None)
+        yield pathlib.Path(folder)
 
 
 class Live:
@@ -56,6 +67,21 @@ class Live:
 
     def connect(self, **options):
         return tessera.connect(self.address, **{"timeout": PATIENCE, **options})
+
+    def link(self, role="operator"):
+        """Of its console, as this user's programs find it."""
+        found = self.run("tessera-ctl", "--server", self.address, "link", "--role", role)
+        if found.returncode:
+            raise RuntimeError(found.stderr)
+        return found.stdout.strip()
+
+    def token(self, role="operator"):
+        return self.link(role).rpartition("=")[2]
+
+    def token_file(self, role="operator"):
+        path = self.folder / f"{role}.token"
+        path.write_text(self.token(role) + "\n")
+        return str(path)
 
     def start_server(self):
         command = ["tessera-server", "--wall", self._wall, "--scene", str(self._scene), "--listen", f"127.0.0.1:{self._port}", *self._size, *self._options]

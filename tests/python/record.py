@@ -3,8 +3,10 @@
 protocol has changed, after `./deploy/build build programs tessera_python`."""
 import os
 import pathlib
+import shutil
 import socket
 import sys
+import tempfile
 import threading
 import time
 
@@ -21,6 +23,7 @@ from tessera._schema import schema  # noqa: E402
 
 FILE = ROOT / "tests/data/wire/session.txt"
 SCENE = 'node { name: "thing" transform { translation { x: 1 y: 2 z: 3 } } }\n'
+TOKEN = "the-token-of-a-recorded-session"
 HEAD = """# A session of an application with a server, as it was on the wire: each line one message, header and payload.
 # `1>` is what the application says on its control connection, `1<` what the server says there; `2` the connection for arrays.
 # Most heartbeats are left out. proto/WIRE.md explains each step. Written by tests/python/record.py.
@@ -107,12 +110,14 @@ def steps(wall, note):
 
 
 def main():
-    scene = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / f"tessera-record-{os.getpid()}.tsct"
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="tessera-record-"))
+    scene, word = folder / "thing.tsct", folder / "token"
     scene.write_text(SCENE)
+    word.write_text(f"{TOKEN}\n")
     try:
-        with Live(scene=scene, surface="none", size="64x36") as live:
+        with Live(scene=scene, surface="none", size="64x36", options=["--token-file", str(word)]) as live:
             recorder = Recorder(live.address)
-            with tessera.connect(recorder.address, name="recorded", timeout=60) as wall:
+            with tessera.connect(recorder.address, token_file=str(word), name="recorded", timeout=60) as wall:
                 steps(wall, recorder.note)
             # Notices that nobody waited for would be other ones each time.
             lines, told = [], 0
@@ -121,7 +126,7 @@ def main():
                 if " Notice " not in line or told == 1:
                     lines.append(line)
     finally:
-        scene.unlink()
+        shutil.rmtree(folder)
     FILE.write_text(HEAD + f"protocol {schema().protocol}\n" + "\n".join(lines) + "\n")
     print(f"{FILE}: {len(lines)} lines, {FILE.stat().st_size} bytes")
 

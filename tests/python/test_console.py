@@ -17,15 +17,12 @@ def ask(link, path, token=True):
 
 
 class Console(unittest.TestCase):
-    def link(self, live):
-        return next(line[9:] for line in live.log("server").split("\n") if line.startswith("console: "))
-
     @unittest.skipUnless(importlib.util.find_spec("prometheus_client"), "python3-prometheus-client is not installed (./deploy/set-up installs it)")
     def test_figures_are_openmetrics(self):
         from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
         with Live(wall="2x2", surface="none") as live:
-            answer = ask(self.link(live), "/metrics")
+            answer = ask(live.link(), "/metrics")
             self.assertTrue(answer.headers["Content-Type"].startswith("application/openmetrics-text"))
             families = {family.name: family for family in text_string_to_metric_families(answer.read().decode())}
         self.assertTrue(all(name.startswith("tessera_") and family.documentation for name, family in families.items()))
@@ -36,7 +33,7 @@ class Console(unittest.TestCase):
 
     def test_without_a_token_nobody_is_told(self):
         with Live() as live:
-            link = self.link(live)
+            link = live.link()
             for path in ("/metrics", "/api", "/wall.jpg", "/"):
                 with self.assertRaises(urllib.error.HTTPError) as refused:
                     ask(link, path, token=False)

@@ -25,7 +25,7 @@ class JavaScript(unittest.TestCase):
             scene.write(record.SCENE)
             scene.flush()
             with Live(scene=scene.name, surface="none") as live, live.connect() as wall:
-                said = self.node("check.mjs", BUILD / "python/tessera/requests.json", record.FILE, live.address)
+                said = self.node("check.mjs", BUILD / "python/tessera/requests.json", record.FILE, live.address, live.token())
                 self.assertRegex(said, r"read \d+ messages\nmoved #\d+ of 1x1; frame \d+ was shown by all\n")
                 self.assertEqual(wall["/thing"].translation, (4.0, 5.0, 6.0))
 
@@ -34,8 +34,7 @@ class JavaScript(unittest.TestCase):
             scene.write(record.SCENE)
             scene.flush()
             with Live(scene=scene.name, surface="none") as live, live.connect() as wall:
-                link = next(line[9:] for line in live.log("server").split("\n") if line.startswith("console: "))
-                said = self.node("console.mjs", link)
+                said = self.node("console.mjs", live.link())
                 self.assertRegex(said, r"asked \d+ requests\nmoved /thing and made /made; frame \d+ was shown\n")
                 self.assertEqual(wall["/thing"].translation, (4.0, 5.0, 6.0))
                 self.assertTrue(wall["/made"])

@@ -1,18 +1,20 @@
 """The link: time-outs, strangers in a server's place, and the return after kill -9."""
 import asyncio
+import os
 import socket
 import struct
 import tempfile
 import threading
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 
 import tessera
 from live import PATIENCE, Live
 from tessera import _described, _wire
-from tessera._link import receive_all
+from tessera._channel import Channel, receive_all
 from tessera._schema import schema
 
 
@@ -60,10 +62,10 @@ def welcome(connection, **more):
 
 def hear(connection):
     data = memoryview(bytearray(32))
-    receive_all(connection, data, time.monotonic() + PATIENCE)
+    receive_all(Channel(connection), data, time.monotonic() + PATIENCE)
     header = _wire.Header(data)
     payload = memoryview(bytearray(header.size))
-    receive_all(connection, payload, time.monotonic() + PATIENCE)
+    receive_all(Channel(connection), payload, time.monotonic() + PATIENCE)
     header.check(payload)
     name = schema().message_names[header.kind]
     return name, _described.decode_message(schema().messages[name], payload)
@@ -142,8 +144,6 @@ class Strangers(unittest.TestCase):
                 wall.status()
 
     def test_no_address(self):
-        import os
-        from unittest import mock
         with tempfile.TemporaryDirectory() as empty, mock.patch.dict(os.environ, {"TESSERA_SERVER": "", "XDG_RUNTIME_DIR": empty}):
             with self.assertRaisesRegex(tessera.NotFound, "TESSERA_SERVER"):
                 tessera.connect()
@@ -188,6 +188,51 @@ class Return(unittest.TestCase):
                 node.translation = (1, 2, 3)
             wall["/row"].translation = (1, 2, 3)
 
+    def test_what_was_looked_at_just_before_the_connection_broke_is_looked_at_again(self):
+        """The number means something else at a server that began anew: it is never sent there, whoever looked at it before."""
+        with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
+            row, several = wall["/row"], wall.nodes(["/row"])
+            edit = wall.edit()
+            edit.set(row, translation=(9, 9, 9))
+            live.kill_server()
+            while wall.connected:
+                time.sleep(0.01)
+            live.start_server()
+            wall.status()
+            before = wall["/row"].translation
+            with mock.patch.object(wall._link, "settled", return_value=0):  # as the handle saw it, a moment ago
+                for deed in (lambda: row.set(translation=(9, 9, 9)), lambda: several.set(translation=[(9, 9, 9)]), edit.commit, row.remove,
+                             lambda: row.move((9, 9, 9)), row.clone, lambda: row.translation, lambda: row.children, lambda: wall.find("*", below=row)):
+                    with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
+                        deed()
+            with mock.patch.object(tessera.Object, "_number", lambda handle: handle._id):
+                with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
+                    wall["/carriage"].set(core=row.core)
+            self.assertEqual(wall["/row"].translation, before)
+
+    def test_a_handle_of_an_answer_that_came_before_the_break_is_of_that_time(self):
+        with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
+            really = wall._told
+
+            def told(reply):  # the connection breaks between the answer and the handle that is made of it
+                if reply["generation"] == 0:
+                    live.kill_server()
+                    live.start_server()
+                    while not wall._link.generation:
+                        time.sleep(0.01)
+                return really(reply)
+            with mock.patch.object(wall, "_told", told):
+                row = wall["/row"]
+            with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
+                row.translation = (9, 9, 9)
+
+    def test_a_channel_for_arrays_that_was_closed_is_opened_again(self):
+        with Live(surface="none") as live, live.connect() as wall:
+            node = wall.create("/kept", "Geometry", positions=np.eye(3, dtype=np.float32))
+            self.assertTrue(np.array_equal(node.positions, np.eye(3)))
+            wall._fetcher._channel.abort()
+            self.assertTrue(np.array_equal(node.positions, np.eye(3)))
+
     def test_nobody_comes_back(self):
         with Live() as live, live.connect(redial=0.3) as wall:
             frames = wall.frames(timeout=PATIENCE)
@@ -211,6 +256,21 @@ class Return(unittest.TestCase):
 
 
 class Asyncio(unittest.TestCase):
+    def test_what_is_cancelled_costs_nobody_else(self):
+        async def program(address):
+            async with await tessera.aio.connect(address, timeout=PATIENCE) as wall:
+                made = await wall.create("/async")
+                for _ in range(20):
+                    asked = [asyncio.create_task(wall.ask("GetStatus")) for _ in range(4)]
+                    await asyncio.sleep(0)
+                    for one in asked[:2]:
+                        one.cancel()
+                    told = await asyncio.gather(*asked, return_exceptions=True)
+                    self.assertEqual([each.wall_name for each in told[2:]], ["1x1", "1x1"])
+                await wall.set(made, translation=(1, 2, 3))  # its number holds: nothing was dialled again
+        with Live(surface="none") as live:
+            asyncio.run(program(live.address))
+
     def test_the_same_is_awaited(self):
         async def program(address):
             async with await tessera.aio.connect(address, timeout=PATIENCE) as wall:

@@ -1,5 +1,7 @@
 """The recorded session (tests/data/wire/session.txt): each message is whole and is what its line says; and before a server that plays it
 this package says the same bytes and understands what it is told."""
+import pathlib
+import tempfile
 import threading
 import unittest
 
@@ -84,7 +86,9 @@ class Recorded(unittest.TestCase):
             threads.append(thread)
             thread.start()
 
-        with Stranger(serve) as stranger, tessera.connect(stranger.address, name="recorded", timeout=PATIENCE) as wall:
+        word = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / "token"
+        word.write_text(record.TOKEN)
+        with Stranger(serve) as stranger, tessera.connect(stranger.address, token_file=str(word), name="recorded", timeout=PATIENCE) as wall:
             status, place, refused, positions, frame = record.steps(wall, lambda text: None)
             for thread in threads:
                 thread.join(PATIENCE)

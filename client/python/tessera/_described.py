@@ -18,11 +18,12 @@ _SCALARS = {"bool": "<u4", "word": "<u4", "text": "<u4", "double": "<f8"}
 class Told:
     """What the server has told: its members as attributes. Numbers of records are numpy arrays (views of what arrived)."""
 
-    __slots__ = ("_said", "_values")
+    __slots__ = ("_said", "_values", "_generation")
 
     def __init__(self, said: str, values: dict[str, Any]) -> None:
         self._said = said
         self._values = values
+        self._generation = 0  # of the link that brought it: what numbers of objects in it count by
 
     def __getattr__(self, name: str) -> Any:
         try:

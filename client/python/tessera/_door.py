@@ -1,16 +1,30 @@
-"""Which server is meant: what servers leave for programs of their own user (common/access/README.md)."""
+"""Which server is meant, and what lets us in there: what servers leave for programs of their own user (common/access/README.md)."""
 from __future__ import annotations
 
 import fcntl
+import ipaddress
 import os
+import re
 import stat
 import struct
 import tempfile
-from typing import Optional
+from typing import NamedTuple, Optional
 
-from .errors import NotFound
+from .errors import BadInput, NotFound
 
 _MOST_BYTES = 4096
+_TOKEN = re.compile("[A-Za-z0-9_-]{16,128}")
+
+
+class LocalWall(NamedTuple):
+    """A server of this user that runs now on this machine."""
+
+    address: str
+    token: str  #: an operator's
+
+
+def is_token(word: str) -> bool:
+    return _TOKEN.fullmatch(word) is not None
 
 
 def _run_folder() -> str:
@@ -28,8 +42,11 @@ def _run_folder() -> str:
     return os.path.join(tempfile.gettempdir(), f"tessera-{os.geteuid()}")
 
 
-def _is_own(info: os.stat_result) -> bool:
-    return info.st_uid == os.geteuid() and info.st_mode & 0o077 == 0
+def _lines(text: str) -> dict[str, str]:
+    """Lines "word rest", the last one "end": what is torn is as if it were not there."""
+    if not text.endswith("\nend\n"):
+        return {}
+    return {word: rest for word, space, rest in (line.partition(" ") for line in text.split("\n")) if space}
 
 
 def _read(path: str) -> dict[str, str]:
@@ -40,7 +57,8 @@ def _read(path: str) -> dict[str, str]:
         return {}
     try:
         info = os.fstat(file)
-        if not stat.S_ISREG(info.st_mode) or not _is_own(info):
+        # A group may read it, and nobody but this user has written it.
+        if not stat.S_ISREG(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o037:
             return {}
         # A struct flock: who holds a lock on all of it? The server does as long as it runs.
         asked = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
@@ -50,23 +68,21 @@ def _read(path: str) -> dict[str, str]:
         return {}
     finally:
         os.close(file)
-    if lock[0] == fcntl.F_UNLCK or not text.endswith("\nend\n"):
-        return {}
-    return {word: rest for word, space, rest in (line.partition(" ") for line in text.split("\n")) if space}
+    return {} if lock[0] == fcntl.F_UNLCK else _lines(text)
 
 
-def _discover() -> list[str]:
-    """Addresses of the walls of this machine and user."""
+def local_walls() -> list[LocalWall]:
+    """Those of this machine and user, in the order of their names."""
     folder = _run_folder()
     try:
         info = os.lstat(folder)
-        if not stat.S_ISDIR(info.st_mode) or not _is_own(info):
+        if not stat.S_ISDIR(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o066:
             return []
         names = sorted(name for name in os.listdir(folder) if name.endswith(".wall"))
     except OSError:
         return []
-    found = [_read(os.path.join(folder, name)).get("server", "") for name in names]
-    return [address for address in found if address]
+    told = [_read(os.path.join(folder, name)) for name in names]
+    return [LocalWall(each["server"], each["token"]) for each in told if "server" in each and is_token(each.get("token", ""))]
 
 
 def address_of(address: Optional[str]) -> str:
@@ -74,9 +90,53 @@ def address_of(address: Optional[str]) -> str:
     said = address or os.environ.get("TESSERA_SERVER")
     if said:
         return said
-    found = _discover()
+    found = [wall.address for wall in local_walls()]
     if len(found) == 1:
         return found[0]
     if found:
         raise NotFound(f"there are {len(found)} walls on this machine: {', '.join(found)}; say tessera.connect(\"ADDR:PORT\")")
     raise NotFound("no wall of this user runs on this machine: say tessera.connect(\"ADDR:PORT\") as the server prints it, or set TESSERA_SERVER")
+
+
+def read_token(path: str) -> str:
+    """The word in a file: its first line, or in what a server has left for its own user that of an operator."""
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            text = os.pread(file, _MOST_BYTES, 0).decode("utf-8", "replace")
+        finally:
+            os.close(file)
+    except (OSError, ValueError) as error:
+        raise BadInput(f"the file with a token {path}: {getattr(error, 'strerror', None) or error}") from None
+    word = _lines(text).get("token", "")
+    if not is_token(word):
+        word = re.split("[\r\n]", text, maxsplit=1)[0]
+    if not is_token(word):
+        raise BadInput(f"the file with a token {path}: its first line is no token (16 to 128 letters, digits, - and _)")
+    return word
+
+
+def _leads_to(peer: str, port: int, listening: str, near: bool) -> bool:
+    """Whether a connection to `peer` ends at who listens there, all addresses of this machine among them."""
+    host, _, number = listening.rpartition(":")
+    host = host.strip("[]")
+    if number != str(port):
+        return False
+    if host in ("0.0.0.0", "::"):
+        return near
+    try:
+        here = ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
+        there = ipaddress.ip_address(peer.partition("%")[0])
+    except ValueError:
+        return False
+    return (getattr(there, "ipv4_mapped", None) or there) == here
+
+
+def access_to(peer: str, port: int, near: bool, token_file: Optional[str] = None) -> str:
+    """What lets a program of this user in at a server: the word in `token_file`, else in the file that TESSERA_TOKEN_FILE names, else that
+    of the server of this user that listens at that very address. `peer`: the other end of a connection; `near`: it is one of this machine's
+    own addresses. Empty: it goes without one."""
+    named = token_file or os.environ.get("TESSERA_TOKEN_FILE")
+    if named:
+        return read_token(named)
+    return next((wall.token for wall in local_walls() if _leads_to(peer, port, wall.address, near)), "")

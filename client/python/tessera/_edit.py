@@ -10,10 +10,10 @@ from . import _changes, _values, _wire
 from ._described import Told
 from ._schema import REF, REFS, BLOB, TEXT, Field, Type
 from .errors import BadInput, LimitExceeded, Refused
+from .objects import Node, Nodes, Object
 
 if TYPE_CHECKING:
     from ._wall import Wall
-    from .objects import Node, Nodes, Object
 
 
 class _Column:
@@ -48,8 +48,9 @@ class Edit:
         self._columns: dict[tuple[int, int], tuple[Type, Field, _Column]] = {}
         self._ranges: list[tuple[Any, ...]] = []
         self._range_bytes = _wire.Chain()
-        self._made: dict[int, "Object"] = {}
-        self._paths: dict[str, "Node"] = {}
+        self._made: dict[int, Object] = {}
+        self._paths: dict[str, Node] = {}
+        self._since: Optional[int] = None  # the generation of the oldest handle in it
         self.committed: Optional[Told] = None  #: what the server answered: sequence, ids, stopped
 
     def __enter__(self) -> "Edit":
@@ -67,7 +68,7 @@ class Edit:
 
     # ---- what goes in
 
-    def set(self, target: Union["Object", "Nodes"], field: Optional[str] = None, value: Any = None, **fields: Any) -> None:
+    def set(self, target: Union[Object, Nodes], field: Optional[str] = None, value: Any = None, **fields: Any) -> None:
         """`set(node, translation=(1, 2, 3))`, or of many `set(nodes, "translation", array)`: a row for each."""
         given = dict(fields)
         if field is not None:
@@ -75,12 +76,13 @@ class Edit:
         for name, each in given.items():
             target._put(self, name, each)
 
-    def create(self, path: str, type: Optional[str] = "Transform", index: int = _changes.LAST, **fields: Any) -> "Node":
+    def create(self, path: str, type: Optional[str] = "Transform", index: int = _changes.LAST, **fields: Any) -> Node:
         """A new node at a path, whose last part is its name, with a new core of that type (None: with none) and these fields."""
         parent_path, slash, name = path.rstrip("/").rpartition("/")
         if not slash or not name:
             raise BadInput(f"\"{path}\" is no path of a new node; write \"/hall/crane\"")
         parent = self._paths.get(parent_path) or self._wall._node(parent_path or "/")
+        self._names(parent)
         core = self.object(type, **fields) if type is not None else None
         if core is not None and not core._type.is_core:
             raise BadInput(f"a {type} cannot be the core of a node; make it with wall.object and refer to it")
@@ -88,10 +90,9 @@ class Edit:
             raise BadInput(f"a node without a core has no field \"{next(iter(fields))}\"")
         return self._new_node(parent, name, path, core, index)
 
-    def _new_node(self, parent: "Node", name: str, path: str, core: Optional["Object"], index: int = _changes.LAST) -> "Node":
-        from .objects import Node
+    def _new_node(self, parent: Node, name: str, path: str, core: Optional[Object], index: int = _changes.LAST) -> Node:
         kind = self._wall.schema.type("Node")
-        node = Node(self._wall, self._placeholder(kind), kind, path, core._id if core else 0, core._type if core else None)
+        node = Node(self._wall, self._placeholder(kind), kind, self._wall._link.generation, path, core._id if core else 0, core._type if core else None)
         self._made[node._id] = node
         self._paths[path] = node
         self._put(kind, kind.field("name"), node._id, name)
@@ -100,25 +101,26 @@ class Edit:
         self._placements.append((node._id, parent._id, index))
         return node
 
-    def object(self, type: str, **fields: Any) -> "Object":
+    def object(self, type: str, **fields: Any) -> Object:
         """A new object that something else refers to: a material, an image, key frames."""
-        from .objects import Object
         kind = self._wall.schema.type(type)
         for name in fields:
             kind.field(name)
-        made = Object(self._wall, self._placeholder(kind), kind)
+        made = Object(self._wall, self._placeholder(kind), kind, self._wall._link.generation)
         self._made[made._id] = made
         for name, value in fields.items():
             self._put(kind, kind.field(name), made._id, value)
         return made
 
-    def place(self, node: "Node", under: "Node", index: int = _changes.LAST) -> None:
+    def place(self, node: Node, under: Node, index: int = _changes.LAST) -> None:
         """Hangs a node below another; `index` among its children."""
-        self._placements.append((node._id, under._id, index))
+        self._names(node, under)
+        self._placements.append((node._number(), under._number(), index))
 
-    def write(self, target: "Object", field: str, first: int, values: Any) -> None:
+    def write(self, target: Object, field: str, first: int, values: Any) -> None:
         """New elements of a large array, from element `first` on: only these travel. The array keeps its size."""
         owner, number = target._owner(field)
+        self._names(target)
         info = owner.field(field)
         if info.kind != BLOB:
             raise BadInput(f"{info.where} is no array")
@@ -129,6 +131,12 @@ class Edit:
 
     # ---- inside
 
+    def _names(self, *handles: Union[Object, Nodes]) -> None:
+        """Their numbers go out with this edit."""
+        for handle in handles:
+            if isinstance(handle, Nodes) or not handle._is_new:
+                self._since = handle._generation if self._since is None else min(self._since, handle._generation)
+
     def _placeholder(self, kind: Type) -> int:
         number = _changes.FIRST_PLACEHOLDER + len(self._creations)
         self._creations.append((number, kind.number))
@@ -137,6 +145,10 @@ class Edit:
     def _resolve(self, value: Any, field: Field) -> int:
         if isinstance(value, str) and value in self._paths:
             value = self._paths[value]
+        elif isinstance(value, str):
+            value = self._wall._node(value)
+        if isinstance(value, Object):
+            self._names(value)
         return self._wall._reference(value, field)
 
     def _column(self, kind: Type, field: Field) -> _Column:
@@ -168,11 +180,11 @@ class Edit:
         most = self._wall.schema.limits["proposal_bytes"]
         if changes.size > most:
             raise LimitExceeded(f"the edit has {changes.size} bytes beside its arrays, and {most} is the most; make it in parts")
-        self.committed = self._wall._propose(changes, self._arrays.by_name, self._gesture, timeout)
+        self.committed = self._wall._propose(changes, self._arrays.by_name, self._gesture, timeout, self._since)
         for placeholder, number in self.committed.ids.tolist():
             made = self._made.get(placeholder)
             if made is not None:
-                made._given(number)
+                made._given(number, self.committed._generation)
         for made in self._made.values():
             made._settle(self._made)
         return self.committed

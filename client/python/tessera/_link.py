@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import os
 import select
-import socket
 import threading
 import time
 from concurrent.futures import Future
 from typing import Any, Callable, Optional, Sequence
 
 from . import _wire
+from ._channel import Channel, Refusal, Way, receive_all
 from ._described import decode_message, encode_message
 from ._schema import Schema
 from .errors import LimitExceeded, NetworkError, TesseraError, Timeout, error_of
@@ -21,62 +21,33 @@ CONTROL, BULK = 0, 1
 _APPLICATION = 1
 _SERVER_LOST_AFTER = 5.0  # s of silence, as the C++ library has it
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.05, 1.0  # s between a dial that failed and the next
-_MOST_PIECES = 256  # of one sendmsg
 
 
-def split_address(address: str) -> tuple[str, int]:
-    host, colon, port = address.rpartition(":")
-    if not colon or not port.isdigit() or not 0 < int(port) < 65536:
-        raise error_of("bad_input", f"\"{address}\" is no address; write HOST:PORT, as the server prints it")
-    return host.strip("[]") or "127.0.0.1", int(port)
+class Stale(TesseraError):
+    """Inside: a request names numbers from before a return; `generation`: since the last one."""
+
+    def __init__(self, generation: int) -> None:
+        super().__init__("found before the connection broke")
+        self.generation = generation
 
 
-def send_all(sock: socket.socket, pieces: Sequence[Any], deadline: float) -> None:
-    """Raises Timeout where the peer does not take it by then: what was begun is then cut off, and the link is useless."""
-    left = [memoryview(piece).cast("B") for piece in pieces]
-    ready = select.poll()
-    ready.register(sock, select.POLLOUT)
-    while left:
-        try:
-            sent = sock.sendmsg(left[:_MOST_PIECES], (), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
-        except (BlockingIOError, InterruptedError):
-            if not ready.poll(max(0.0, deadline - time.monotonic()) * 1000) and time.monotonic() >= deadline:
-                raise Timeout("the server does not read what it is sent") from None
-            continue
-        while left and sent >= len(left[0]):
-            sent -= len(left.pop(0))
-        if sent:
-            left[0] = left[0][sent:]
-
-
-def receive_all(sock: socket.socket, into: memoryview, deadline: float) -> None:
-    got = 0
-    while got < len(into):
-        sock.settimeout(max(0.001, deadline - time.monotonic()))
-        try:
-            count = sock.recv_into(into[got:])
-        except TimeoutError:
-            raise Timeout("it did not answer in time") from None
-        if count == 0:
-            raise NetworkError("the server closed the connection")
-        got += count
-
-
-class Refusal(TesseraError):
-    """Inside: a server said Refused."""
-
-    def __init__(self, error: TesseraError, retry: bool) -> None:
-        super().__init__(str(error))
-        self.error, self.retry = error, retry
+def _settle(future: "Future[dict[str, Any]]", said: Optional[dict[str, Any]] = None, error: Optional[TesseraError] = None) -> None:
+    """Nobody may wait for it any more: asyncio cancels what is cancelled there."""
+    if not future.set_running_or_notify_cancel():
+        return
+    if error is not None:
+        future.set_exception(error)
+    elif said is not None:
+        future.set_result(said)
 
 
 class Link:
     """One control connection. `on_message(name, members)` is called by the thread that reads, `on_back` there after a return."""
 
-    def __init__(self, schema: Schema, address: str, *, name: str, timeout: float, redial: float, follows: bool,
+    def __init__(self, schema: Schema, way: Way, *, name: str, timeout: float, redial: float, follows: bool,
                  on_message: Callable[[str, dict[str, Any]], None], on_back: Callable[[], None], on_end: Callable[[Optional[TesseraError]], None]) -> None:
-        self.schema, self.address, self.name, self.timeout, self.redial, self.follows = schema, address, name, timeout, redial, follows
-        self._place = split_address(address)
+        self.schema, self.way, self.name, self.timeout, self.redial, self.follows = schema, way, name, timeout, redial, follows
+        self.address = way.address
         self._on_message, self._on_back, self._on_end = on_message, on_back, on_end
         self._sending = threading.Lock()  # a message, or arrays and the proposal behind them, go out in one piece
         self._state = threading.Condition()  # of all below
@@ -92,9 +63,12 @@ class Link:
         self.configuration = memoryview(b"")
         self._heartbeat = 0.1
         self._echo = (0, 0)  # the server's last beat, and when it came here
-        self._socket = self._dial(time.monotonic() + timeout)
+        try:
+            self._channel = self._dial(time.monotonic() + timeout)
+        except Refusal as refusal:
+            raise refusal.error from None
         self._wake_read, self._wake_write = os.pipe()
-        self._thread = threading.Thread(target=self._run, name=f"tessera {address}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"tessera {self.address}", daemon=True)
         self._thread.start()
 
     # ---- what any thread calls
@@ -117,8 +91,10 @@ class Link:
                     raise Timeout(f"the server at {self.address} did not come back in time: {self._away}")
             return self.generation
 
-    def request(self, body: _wire.Chain, uploads: Sequence[_wire.Chain] = (), timeout: Optional[float] = None) -> "Future[dict[str, Any]]":
-        """Sends it, after the return where the link is broken. The reply's members come with the future."""
+    def request(self, body: _wire.Chain, uploads: Sequence[_wire.Chain] = (), timeout: Optional[float] = None,
+                since: Optional[int] = None) -> "Future[dict[str, Any]]":
+        """Sends it, after the return where the link is broken. The reply's members come with the future, and the `generation` of its
+        numbers. `since`: the generation of those that the request names; where it has passed, Stale is raised and nothing is sent."""
         if body.size > self.schema.limits["request_bytes"]:
             raise LimitExceeded(f"the request has {body.size} bytes, and {self.schema.limits['request_bytes']} is the most")
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
@@ -132,26 +108,28 @@ class Link:
                         raise Timeout(f"the server at {self.address} did not come back in time: {self._away}")
                 if self._ended is not None:
                     raise self._ended
+                if since is not None and since != self.generation:
+                    raise Stale(self.generation)
                 self._last_request += 1
                 number = self._last_request
                 self._pending[number] = future
-                sock = self._socket
+                channel = self._channel
             try:
                 for piece in uploads:
-                    self._send(sock, "Upload", piece, deadline)
-                self._send(sock, "Request", encode_message(self.schema.messages["Request"], {"id": number, "body": body}), deadline)
+                    self._send(channel, "Upload", piece, deadline)
+                self._send(channel, "Request", encode_message(self.schema.messages["Request"], {"id": number, "body": body}), deadline)
             except Timeout:
-                self._break(sock)  # a message was cut off
+                channel.abort()  # a message was cut off
                 raise
             except OSError as error:
-                self._break(sock)
+                channel.abort()
                 raise NetworkError(f"the connection to the server at {self.address} broke: {error}") from None
         finally:
             self._sending.release()
         return future
 
-    def answer(self, future: "Future[dict[str, Any]]", timeout: Optional[float] = None) -> memoryview:
-        """Waits for the body of a reply. Raises what the server refused with."""
+    def answer(self, future: "Future[dict[str, Any]]", timeout: Optional[float] = None) -> dict[str, Any]:
+        """Waits for a reply. Raises what the server refused with."""
         wait = self.timeout if timeout is None else timeout
         try:
             reply = future.result(wait)
@@ -159,28 +137,34 @@ class Link:
             raise
         except TimeoutError:
             raise Timeout(f"the server at {self.address} did not answer within {wait:g} s") from None
-        return self.body_of(reply)
+        return self.granted(reply)
 
-    def body_of(self, reply: dict[str, Any]) -> memoryview:
+    def granted(self, reply: dict[str, Any]) -> dict[str, Any]:
         if reply["error"]:
             codes = self.schema.errors
             raise error_of(codes[reply["code"]] if reply["code"] < len(codes) else "failed", reply["error"])
-        body: memoryview = reply["body"]
-        return body
+        return reply
 
     def say(self, name: str, values: dict[str, Any]) -> None:
         """Of the thread that reads: a message that nobody waits for."""
         with self._sending:
             try:
-                self._send(self._socket, name, encode_message(self.schema.messages[name], values), time.monotonic() + self.timeout)
+                self._send(self._channel, name, encode_message(self.schema.messages[name], values), time.monotonic() + self.timeout)
             except (OSError, TesseraError):
-                self._break(self._socket)
+                self._channel.abort()
 
-    def open_bulk(self, deadline: float) -> socket.socket:
-        """A second connection, for arrays."""
-        sock = self._connect(deadline)
-        self._send(sock, "Hello", self._hello(BULK), deadline)
-        return sock
+    def open_bulk(self, deadline: float) -> Channel:
+        """A second channel, for arrays."""
+        try:
+            channel = self.way.open(deadline)
+        except Refusal as refusal:
+            raise refusal.error from None
+        try:
+            self._send(channel, "Hello", self._hello(BULK, ""), deadline)
+        except BaseException:
+            channel.close()
+            raise
+        return channel
 
     def close(self) -> None:
         with self._state:
@@ -195,29 +179,22 @@ class Link:
 
     # ---- inside
 
-    def _hello(self, channel: int) -> _wire.Chain:
+    def _hello(self, channel: int, access: str) -> _wire.Chain:
         return encode_message(self.schema.messages["Hello"], {
             "protocol": self.schema.protocol, "schema": self.schema.schema, "role": _APPLICATION, "channel": channel, "name": self.name,
-            "follows": self.follows, "token": self.token if channel == BULK else (0, 0), "seen_epoch": self.epoch if channel == CONTROL else 0})
+            "follows": self.follows, "token": self.token if channel == BULK else (0, 0), "seen_epoch": self.epoch if channel == CONTROL else 0,
+            "access": access})
 
-    def _connect(self, deadline: float) -> socket.socket:
-        try:
-            sock = socket.create_connection(self._place, max(0.001, deadline - time.monotonic()))
-        except OSError as error:
-            raise NetworkError(f"no Tessera server at {self.address}: {error.strerror or error}") from None
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return sock
-
-    def _send(self, sock: socket.socket, name: str, payload: _wire.Chain, deadline: float) -> None:
+    def _send(self, channel: Channel, name: str, payload: _wire.Chain, deadline: float) -> None:
         header = _wire.header_of(self.schema.messages[name].number, self.epoch if name != "Hello" else 0, payload)
-        send_all(sock, [header, *payload.pieces], deadline)
+        channel.send([header, *payload.pieces], deadline)
 
-    def _receive(self, sock: socket.socket, deadline: float) -> tuple[str, dict[str, Any]]:
+    def _receive(self, channel: Channel, deadline: float) -> tuple[str, dict[str, Any]]:
         data = memoryview(bytearray(_wire.HEADER_BYTES))
-        receive_all(sock, data, deadline)
+        receive_all(channel, data, deadline)
         header = self._checked(_wire.Header(data))
         payload = memoryview(bytearray(header.size))
-        receive_all(sock, payload, deadline)
+        receive_all(channel, payload, deadline)
         return self._message(header, payload)
 
     def _checked(self, header: _wire.Header) -> _wire.Header:
@@ -230,39 +207,34 @@ class Link:
         name = self.schema.message_names[header.kind]
         return name, decode_message(self.schema.messages[name], payload)
 
-    def _dial(self, deadline: float) -> socket.socket:
-        """A connection that has been welcomed."""
-        sock = self._connect(deadline)
+    def _dial(self, deadline: float) -> Channel:
+        """One that has been welcomed. Refusal: it has not, and why."""
+        channel = self.way.open(deadline)
         try:
-            self._send(sock, "Hello", self._hello(CONTROL), deadline)
-            name, said = self._receive(sock, deadline)
-            while name == "Heartbeat":
-                name, said = self._receive(sock, deadline)
-            if name == "Refused":
-                code = self.schema.errors[said["code"]]
-                raise Refusal(error_of(code, f"the server at {self.address} refuses: {said['reason']}"), bool(said["retry"]))
-            if name != "Welcome":
-                raise NetworkError(f"the server at {self.address} said {name} before Welcome")
-        except Refusal as refusal:
-            sock.close()
-            if self.generation or self._away is not None:
-                raise
-            raise refusal.error from None
-        except (OSError, TesseraError) as error:
-            sock.close()
-            kind = Timeout if isinstance(error, Timeout) else NetworkError
-            raise kind(f"no Tessera server at {self.address}: {error}") from None
+            # The word is asked for each time: another server may have come instead.
+            said = self._welcome(channel, self.way.access(channel), deadline)
+        except BaseException:
+            channel.close()
+            raise
         self.epoch, self.token = said["epoch"], said["token"]
         self.configuration = said["configuration"]
         self._heartbeat = max(0.001, said["heartbeat_ms"] / 1000)
-        sock.setblocking(True)
-        return sock
+        return channel
 
-    def _break(self, sock: socket.socket) -> None:
+    def _welcome(self, channel: Channel, access: str, deadline: float) -> dict[str, Any]:
         try:
-            sock.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
+            self._send(channel, "Hello", self._hello(CONTROL, access), deadline)
+            name, said = self._receive(channel, deadline)
+            while name == "Heartbeat":
+                name, said = self._receive(channel, deadline)
+        except (OSError, TesseraError) as error:
+            kind = Timeout if isinstance(error, Timeout) else NetworkError
+            raise kind(f"no Tessera server at {self.address}: {error}") from None
+        if name == "Refused":
+            raise Refusal(error_of(self.schema.errors[said["code"]], f"the server at {self.address} refuses: {said['reason']}"), bool(said["retry"]))
+        if name != "Welcome":
+            raise NetworkError(f"no Tessera server at {self.address}: it said {name} before Welcome")
+        return said
 
     def _run(self) -> None:
         try:
@@ -288,17 +260,17 @@ class Link:
             self._fail(self._ended)
             self._state.notify_all()
         self._on_end(None if self._over or self._closing else self._ended)
-        self._socket.close()
+        self._channel.close()
         os.close(self._wake_read)
 
     def _fail(self, error: TesseraError) -> None:
         pending, self._pending = self._pending, {}
         for future in pending.values():
-            future.set_exception(error)
+            _settle(future, error=error)
 
     def _return(self, why: NetworkError) -> bool:
         """Dials again until somebody welcomes us. False: it is all over."""
-        self._socket.close()
+        self._channel.close()
         with self._state:
             if self._closing or self._ended is not None:
                 return False
@@ -308,18 +280,20 @@ class Link:
         waits = select.poll()
         waits.register(self._wake_read, select.POLLIN)
         last: TesseraError = why
+        refused: Optional[TesseraError] = None
         while time.monotonic() < since + self.redial and not self._closing:
             try:
-                sock = self._dial(time.monotonic() + self.timeout)
+                channel = self._dial(time.monotonic() + self.timeout)
             except Refusal as refusal:
                 last = refusal.error
                 if not refusal.retry:
+                    refused = type(last)(f"{why}; {last}")
                     break
             except TesseraError as error:
                 last = error
             else:
                 with self._state:
-                    self._socket, self._away = sock, None
+                    self._channel, self._away = channel, None
                     self.generation += 1
                     self._echo = (0, 0)
                     self._state.notify_all()
@@ -329,14 +303,14 @@ class Link:
                 return False
             pause = min(2 * pause, _LONGEST_PAUSE)
         with self._state:
-            self._ended = NetworkError(f"{why}; nobody has answered there for {time.monotonic() - since:.0f} s since: {last}")
+            self._ended = refused or NetworkError(f"{why}; nobody has answered there for {time.monotonic() - since:.0f} s since: {last}")
         return False
 
     def _serve(self) -> None:
         """Reads until it is all over (returns) or the connection breaks (raises)."""
-        sock = self._socket
+        channel = self._channel
         waits = select.poll()
-        waits.register(sock, select.POLLIN)
+        waits.register(channel, select.POLLIN)
         waits.register(self._wake_read, select.POLLIN)
         header: Optional[_wire.Header] = None
         target, got = memoryview(bytearray(_wire.HEADER_BYTES)), 0
@@ -345,20 +319,17 @@ class Link:
             now = time.monotonic()
             if now >= beat:
                 beat = now + self._heartbeat
-                self._beat(sock, now)
-            # Where this process stood still, what the server said meanwhile lies unread in the socket.
-            if not waits.poll(max(0.0, beat - now) * 1000 + 0.5):
+                self._beat(channel, now)
+            # Where this process stood still, what the server said meanwhile lies unread in the channel.
+            if not channel.pending and not waits.poll(max(0.0, beat - now) * 1000 + 0.5):
                 if time.monotonic() - heard > _SERVER_LOST_AFTER:
                     raise NetworkError(f"the server was silent for {time.monotonic() - heard:.1f} s")
                 continue
             if self._closing:
                 return
-            try:
-                count = sock.recv_into(target[got:], 0, socket.MSG_DONTWAIT) if len(target) else 0
-            except (BlockingIOError, InterruptedError):
+            count = channel.some(target[got:])
+            if count is None:
                 continue
-            if count == 0 and len(target):
-                raise NetworkError("the server closed the connection")
             heard = time.monotonic()
             got += count
             if got < len(target):
@@ -373,14 +344,14 @@ class Link:
             if self._hear(name, said, heard):
                 return
 
-    def _beat(self, sock: socket.socket, now: float) -> None:
+    def _beat(self, channel: Channel, now: float) -> None:
         # Whoever is sending says that we live, with each byte.
         if not self._sending.acquire(blocking=False):
             return
         try:
             echo, at = self._echo
             now_ns = int(now * 1e9)
-            self._send(sock, "Heartbeat", encode_message(self.schema.messages["Heartbeat"], {
+            self._send(channel, "Heartbeat", encode_message(self.schema.messages["Heartbeat"], {
                 "sent_at_ns": now_ns, "echo_ns": echo, "held_ns": now_ns - at if echo else 0}), now + self.timeout)
         finally:
             self._sending.release()
@@ -390,8 +361,9 @@ class Link:
         if name == "Reply":
             with self._state:
                 future = self._pending.pop(said["id"], None)
+            said["generation"] = self.generation
             if future is not None:
-                future.set_result(said)
+                _settle(future, said)
         elif name == "Heartbeat":
             self._echo = (said["sent_at_ns"], int(now * 1e9))
         elif name == "Refused":

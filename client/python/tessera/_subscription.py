@@ -169,7 +169,7 @@ class ChangesSubscription(Subscription):
         self._schema = wall.schema
         self._begun = threading.Event()
         self._link: Optional[Link] = None
-        self._link = Link(wall.schema, wall.address, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
+        self._link = Link(wall.schema, wall._link.way, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
                           on_message=self._told_of, on_back=self._back, on_end=self._over)
         if not self._begun.wait(wall.timeout):
             self.close()

@@ -10,13 +10,15 @@ import numpy as np
 from ._types import Array
 from . import _changes, _door, _values, _wire
 from ._arrays import Fetcher, uploads_of
+from ._channel import ByPort, Way
 from ._described import Told, decode, encode
 from ._edit import Edit
 from ._hash import hash64
-from ._link import Link
+from ._link import Link, Stale
 from ._picture import encode_png, mosaic_of
 from ._schema import BLOB, REF, REFS, Field, Type, schema
 from ._subscription import ChangesSubscription, Subscription, Subscriptions
+from ._tunnel import ByLink
 from .errors import BadInput, NotFound, Refused, TesseraError, Timeout, Unsupported
 from .objects import Node, Nodes, Object, many
 from .shapes import Shown
@@ -26,14 +28,24 @@ _LOAD_TIMEOUT = 120.0
 _MOST_TAKEN = 4096  # names of arrays
 
 
+def _way_to(said: str, token_file: Optional[str]) -> Way:
+    if "://" not in said:
+        return ByPort(said, token_file)
+    if token_file:
+        raise BadInput("a link has its token in it; a file with a token goes with an address, HOST:PORT")
+    return ByLink(said)
+
+
 class Wall:
     """Get one from `tessera.connect`. Any thread may call anything, at any time; each waits for its own answers, at most `timeout`
     seconds (Timeout). A thread inside answers the server's heartbeats and dials again for `redial` seconds where the connection
     breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again."""
 
-    def __init__(self, address: Optional[str] = None, *, name: str = "python", timeout: float = 10.0, redial: float = 60.0) -> None:
+    def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
+                 redial: float = 60.0) -> None:
         self.schema = schema()
-        self.address = _door.address_of(address)
+        way = _way_to(_door.address_of(address), token_file)
+        self.address = way.address
         self.timeout = timeout
         self.name = name
         self._local = threading.local()
@@ -41,7 +53,7 @@ class Wall:
         self._keeps: dict[int, bool] = {}
         self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
         self._shown = Shown(self)
-        self._link = Link(self.schema, self.address, name=name, timeout=timeout, redial=redial, follows=False,
+        self._link = Link(self.schema, way, name=name, timeout=timeout, redial=redial, follows=False,
                           on_message=self._subscriptions.told, on_back=self._subscriptions.back,
                           on_end=self._subscriptions.ended)
         self._fetcher = Fetcher(self._link)
@@ -76,22 +88,24 @@ class Wall:
     @property
     def keeps_numbers(self) -> bool:
         """Whether numbers of objects still mean the same after the connection broke: the server has a journal."""
-        generation = self._link.generation
-        if generation not in self._keeps:
-            self._keeps[generation] = generation == 0 or bool(self.status().journal)
-        return self._keeps[generation]
+        generation = self._link.settled()
+        while True:
+            try:
+                return self._keeps_at(generation)
+            except Stale as stale:
+                generation = stale.generation
 
     def ask(self, request: str, *, timeout: Optional[float] = None, **members: Any) -> Told:
         """Any request that `tessera-ctl requests` lists, with its members; its answer. The other methods are shorter words for some."""
-        said = self.schema.request(request)
-        return self._answer(self._link.request(encode(said, members), (), timeout), timeout)
-
-    def _answer(self, future: Any, timeout: Optional[float]) -> Told:
-        return decode(self.schema.answers, self._link.answer(future, timeout))
+        return self._ask(request, None, members, timeout)
 
     def status(self) -> Told:
         """How the wall is: hosts, frame, scene, journal, detail."""
         return self.ask("GetStatus")
+
+    def whoami(self) -> Told:
+        """As whom the server knows this program: `name`, and `role`: "viewer" (looks), "editor" (changes the scene), "operator" (all)."""
+        return self.ask("WhoAmI")
 
     # ---- the scene
 
@@ -104,7 +118,7 @@ class Wall:
         return made or self._node(path)
 
     def __contains__(self, path: str) -> bool:
-        return bool(self._describe([path])[0].id)
+        return bool(self._describe([path])[0][0].id)
 
     @property
     def root(self) -> Node:
@@ -115,10 +129,11 @@ class Wall:
         found: list[Node] = []
         after: Any = ()
         number = self.schema.type(type).number if type else 0
+        top, since = (below._number(), below._generation) if below else (1, None)
         while True:
-            page = self.ask("FindNodes", expression=expression, node=below._id if below else 1, core_type=number, page_size=256, after=after)
-            found.extend(self._node_of(info) for info in page.nodes)
-            after = page.next
+            page = self._ask("FindNodes", since, {"expression": expression, "node": top, "core_type": number, "page_size": 256, "after": after})
+            found.extend(self._node_of(info, page._generation) for info in page.nodes)
+            after, since = page.next, page._generation
             if not len(after):
                 return found
 
@@ -158,12 +173,14 @@ class Wall:
 
     def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT, **placing: Any) -> Node:
         """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands."""
-        parent = 0 if under is None else (self[under] if isinstance(under, str) else under)._id
+        parent = self[under] if isinstance(under, str) else under
+        where = {"parent": parent._number() if parent else 0, **placing}
+        since = parent._generation if parent else None
         if path.startswith("asset://"):
-            loaded = self.ask("LoadAsset", timeout=timeout, name=path[8:], parent=parent, **placing)
+            loaded = self._ask("LoadAsset", since, {"name": path[8:], **where}, timeout)
         else:
-            loaded = self.ask("LoadFile", timeout=timeout, path=path, parent=parent, **placing)
-        return self._node(f"#{loaded.node}")
+            loaded = self._ask("LoadFile", since, {"path": path, **where}, timeout)
+        return self._node(f"#{loaded.node}", loaded._generation)
 
     def undo(self) -> Told:
         """Takes back the last step, whoever made it."""
@@ -259,67 +276,99 @@ class Wall:
     def _gesture(self, undo: Optional[str]) -> int:
         return hash64(f"{undo}\0{id(self)}".encode()) | 1 if undo else 0
 
-    def _edits(self, request: str, **members: Any) -> Told:
+    # What goes out with numbers of objects says of which generation they are: checked when it is sent, it cannot mean others.
+
+    def _ask(self, request: str, since: Optional[int], members: Mapping[str, Any], timeout: Optional[float] = None) -> Told:
+        """`since`: the generation of the numbers among the members; None: there are none."""
+        return self._send(encode(self.schema.request(request), members), (), timeout, since)
+
+    def _send(self, body: _wire.Chain, uploads: Sequence[_wire.Chain], timeout: Optional[float], since: Optional[int]) -> Told:
+        while True:
+            try:
+                return self._told(self._link.answer(self._link.request(body, uploads, timeout, since), timeout))
+            except Stale as stale:
+                try:
+                    kept = self._keeps_at(stale.generation)
+                except Stale:
+                    continue
+                if not kept:
+                    raise NotFound("what this names was found before the connection broke; look it up again") from None
+                since = stale.generation
+
+    def _told(self, reply: Mapping[str, Any]) -> Told:
+        told = decode(self.schema.answers, reply["body"])
+        told._generation = reply["generation"]
+        return told
+
+    def _keeps_at(self, generation: int) -> bool:
+        """Stale: that one is over."""
+        if generation not in self._keeps:
+            asked = self._link.request(encode(self.schema.request("GetStatus"), {}), since=generation)
+            self._keeps[generation] = bool(self._told(self._link.answer(asked)).journal)
+        return self._keeps[generation]
+
+    def _edits(self, request: str, since: int, **members: Any) -> Told:
         if self._current() is not None:
             raise Refused(f"{request} is a step of its own: it cannot stand within an edit")
-        return self.ask(request, **members)
+        return self._ask(request, since, members)
 
-    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
+    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float], since: Optional[int]) -> Told:
         """Arrays that the server took earlier are named alone. Where it has one no more it says NotFound, and all of them are sent."""
         fresh = {name: data for name, data in arrays.items() if name not in self._taken}
         try:
-            told = self._said(changes, fresh, gesture, timeout)
+            told = self._said(changes, fresh, gesture, timeout, since)
         except NotFound:
             if len(fresh) == len(arrays):
                 raise
-            told = self._said(changes, arrays, gesture, timeout)
+            told = self._said(changes, arrays, gesture, timeout, since)
         self._taken.update(dict.fromkeys(arrays))
         for name in list(self._taken)[:max(0, len(self._taken) - _MOST_TAKEN)]:
             self._taken.pop(name, None)
         return told
 
-    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float]) -> Told:
+    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float], since: Optional[int]) -> Told:
         uploads, small = uploads_of(self.schema, arrays)
         body = encode(self.schema.request("ProposeChanges"), {"list": changes, "blobs": small, "gesture": gesture})
-        return self._answer(self._link.request(body, uploads, timeout), timeout)
+        return self._send(body, uploads, timeout, since)
 
-    def _describe(self, names: Sequence[str], content: bool = False, paths: bool = False) -> list[Told]:
+    def _describe(self, names: Sequence[str], since: Optional[int] = None, *, paths: bool = False) -> tuple[list[Told], int]:
+        """Each of them, and the generation that its numbers are of; `since`: that of numbers among the names."""
         found: list[Told] = []
         for at in range(0, len(names), _NAMES_AT_ONCE):
-            found.extend(self.ask("GetObjects", names=names[at:at + _NAMES_AT_ONCE], content=content, paths=paths).objects)
-        return found
+            told = self._ask("GetObjects", since, {"names": names[at:at + _NAMES_AT_ONCE], "paths": paths})
+            since = told._generation
+            found.extend(told.objects)
+        return found, self._link.generation if since is None else since
 
-    def _node_of(self, info: Told) -> Node:
+    def _node_of(self, info: Told, generation: int) -> Node:
         kind = self.schema.types_by_number[info.type]
         if kind.name != "Node":
             raise NotFound(f"#{info.id} is a {kind.name}, not a node")
-        return Node(self, info.id, kind, info.path, info.core, self.schema.types_by_number.get(info.core_type))
+        return Node(self, info.id, kind, generation, info.path, info.core, self.schema.types_by_number.get(info.core_type))
 
-    def _nodes(self, names: Sequence[str]) -> list[Node]:
-        found = self._describe(names, paths=True)
+    def _nodes(self, names: Sequence[str], since: Optional[int] = None) -> list[Node]:
+        found, generation = self._describe(names, since, paths=True)
         for info in found:
             if not info.id:
                 raise NotFound(info.path)
-        return [self._node_of(info) for info in found]
+        return [self._node_of(info, generation) for info in found]
 
-    def _node(self, name: str) -> Node:
-        return self._nodes([name])[0]
+    def _node(self, name: str, since: Optional[int] = None) -> Node:
+        return self._nodes([name], since)[0]
 
-    def _children(self, number: int) -> list[Node]:
+    def _children(self, number: int, since: int) -> list[Node]:
         children: list[int] = []
         after: Any = ()
         while True:
-            page = self.ask("GetTree", node=number, levels=1, after=after)
+            page = self._ask("GetTree", since, {"node": number, "levels": 1, "after": after})
             children.extend(page.nodes["node"][page.nodes["parent"] == number].tolist())
-            after = page.next
+            after, since = page.next, page._generation
             if not len(after):
-                return self._nodes([f"#{child}" for child in children])
+                return self._nodes([f"#{child}" for child in children], since)
 
     def _reference(self, value: Any, field: Field) -> int:
         if value is None:
             return 0
-        if isinstance(value, str):
-            value = self._node(value)
         if isinstance(value, Node) and field.to != "Node":
             value._number()
             if not value._core:
@@ -333,55 +382,59 @@ class Wall:
 
     # Reading: what the server does not say of an object is as in a fresh one.
 
-    def _content(self, numbers: Sequence[int]) -> list[_changes.Changes]:
+    def _content(self, numbers: Sequence[int], since: int) -> tuple[list[_changes.Changes], int]:
+        """What they hold, and the generation that the numbers in it are of."""
         found = []
         for at in range(0, len(numbers), _NAMES_AT_ONCE):
-            told = self.ask("GetObjects", names=[f"#{number}" for number in numbers[at:at + _NAMES_AT_ONCE]], content=True)
+            told = self._ask("GetObjects", since, {"names": [f"#{number}" for number in numbers[at:at + _NAMES_AT_ONCE]], "content": True})
             for info in told.objects:
                 if not info.id:
                     raise NotFound(info.path)
+            since = told._generation
             found.append(_changes.decode(self.schema, told.content))
-        return found
+        return found, since
 
-    def _value(self, field: Field, value: Any) -> Any:
+    def _value(self, field: Field, value: Any, since: int) -> Any:
         if field.kind == BLOB:
             return self._fetcher.fetch(value, field)
         if field.kind == REF:
-            return self._object(int(value))
+            return self._object(int(value), since)
         if field.kind == REFS:
-            return [self._object(number) for number in value.tolist()]
+            return [self._object(number, since) for number in value.tolist()]
         return _values.to_python(field, value)
 
-    def _object(self, number: int) -> Optional[Object]:
+    def _object(self, number: int, since: int) -> Optional[Object]:
         if number == 0:
             return None
-        info = self._describe([f"#{number}"], paths=True)[0]
+        (info,), generation = self._describe([f"#{number}"], since, paths=True)
         kind = self.schema.types_by_number.get(info.type)
         if not info.id or kind is None:
             return None
-        return self._node_of(info) if kind.name == "Node" else Object(self, number, kind)
+        return self._node_of(info, generation) if kind.name == "Node" else Object(self, number, kind, generation)
 
-    def _read(self, owner: Type, field: Field, number: int) -> Any:
-        for column in self._content([number])[0].columns:
+    def _read(self, owner: Type, field: Field, number: int, since: int) -> Any:
+        (content,), generation = self._content([number], since)
+        for column in content.columns:
             if column.type is owner and column.field is field and number in column.ids:
-                return self._value(field, column.values[column.ids.tolist().index(number)])
+                return self._value(field, column.values[column.ids.tolist().index(number)], generation)
         return _values.default(field)
 
-    def _read_all(self, owner: Type, number: int) -> dict[str, Any]:
+    def _read_all(self, owner: Type, number: int, since: int) -> dict[str, Any]:
         values = {field.name: _values.default(field) for field in owner.fields.values()}
-        for column in self._content([number])[0].columns:
+        (content,), generation = self._content([number], since)
+        for column in content.columns:
             if column.type is owner and number in column.ids:
                 value = column.values[column.ids.tolist().index(number)]
-                values[column.field.name] = int(value["bytes"]) if column.field.kind == BLOB else self._value(column.field, value)
+                values[column.field.name] = int(value["bytes"]) if column.field.kind == BLOB else self._value(column.field, value, generation)
         return values
 
-    def _read_many(self, owner: Type, field: Field, ids: Array) -> Array:
+    def _read_many(self, owner: Type, field: Field, ids: Array, since: int) -> Array:
+        if field.kind in (BLOB, REFS):
+            raise Unsupported(f"{field.where} is read object by object")
         told: dict[int, Any] = {}
-        for content in self._content(ids.tolist()):
+        for content in self._content(ids.tolist(), since)[0]:
             for column in content.columns:
                 if column.type is owner and column.field is field:
                     told.update(zip(column.ids.tolist(), column.values))
-        if field.kind in (BLOB, REFS):
-            raise Unsupported(f"{field.where} is read object by object")
         fresh = _values.default(field)
         return np.array([_values.to_python(field, told[number]) if number in told else fresh for number in ids.tolist()])

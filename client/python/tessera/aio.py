@@ -13,7 +13,7 @@ from typing import Any, AsyncIterator, Callable, Optional, TypeVar
 import numpy as np
 
 from ._types import Array
-from ._described import Told, decode, encode
+from ._described import Told, encode
 from ._subscription import Subscription
 from ._wall import Wall as _Wall
 from .errors import Timeout
@@ -43,10 +43,13 @@ class Wall:
             reply = await asyncio.wait_for(asyncio.wrap_future(future), wait)
         except asyncio.TimeoutError:
             raise Timeout(f"the server at {wall.address} did not answer within {wait:g} s") from None
-        return decode(wall.schema.answers, wall._link.body_of(reply))
+        return wall._told(wall._link.granted(reply))
 
     async def status(self) -> Told:
         return await self.ask("GetStatus")
+
+    async def whoami(self) -> Told:
+        return await self.ask("WhoAmI")
 
     async def node(self, path: str) -> Node:
         return await self.run(self.wall.__getitem__, path)
@@ -119,7 +122,10 @@ class Wall:
         await self.close()
 
 
-async def connect(address: Optional[str] = None, *, name: str = "python", timeout: float = 10.0, redial: float = 60.0) -> Wall:
+async def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
+                  redial: float = 60.0) -> Wall:
+    """As tessera.connect."""
     pool = ThreadPoolExecutor(4, "tessera wall")
     loop = asyncio.get_running_loop()
-    return Wall(await loop.run_in_executor(pool, functools.partial(_Wall, address, name=name, timeout=timeout, redial=redial)), pool)
+    dial = functools.partial(_Wall, address, token_file=token_file, name=name, timeout=timeout, redial=redial)
+    return Wall(await loop.run_in_executor(pool, dial), pool)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
 import numpy as np
 
 from ._types import Array
+from ._changes import FIRST_PLACEHOLDER
 from ._described import Told
 from ._schema import BLOB, REF, REFS, Field, Type, nearest
 from .errors import BadInput, NotFound, Refused, UnknownField
@@ -32,9 +33,10 @@ class Object:
     _wall: "Wall"
     _id: int
     _type: Type
+    _generation: int  # of the link that told its number
 
-    def __init__(self, wall: "Wall", number: int, kind: Type) -> None:
-        for name, value in (("_wall", wall), ("_id", number), ("_type", kind), ("_generation", wall._link.generation)):
+    def __init__(self, wall: "Wall", number: int, kind: Type, generation: int) -> None:
+        for name, value in (("_wall", wall), ("_id", number), ("_type", kind), ("_generation", generation)):
             object.__setattr__(self, name, value)
 
     @property
@@ -62,7 +64,7 @@ class Object:
         if name.startswith("_"):
             raise AttributeError(name)
         owner, number = self._owner(name)
-        return self._wall._read(owner, owner.field(name), number)
+        return self._wall._read(owner, owner.field(name), number, self._generation)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") or isinstance(getattr(type(self), name, None), property):
@@ -76,7 +78,7 @@ class Object:
 
     def fields(self) -> dict[str, Any]:
         """All of them with their values now. Arrays are not fetched: of these their sizes in bytes."""
-        return self._wall._read_all(self._type, self._id)
+        return self._wall._read_all(self._type, self._number(), self._generation)
 
     def write(self, field: str, first: int, values: Any) -> None:
         """New elements of a large array, from element `first` on (Edit.write)."""
@@ -91,17 +93,24 @@ class Object:
         return self._type, self._number()
 
     def _number(self) -> int:
-        """Its number, if it still means the same: a server without a journal begins anew."""
-        if self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
+        """Its number, if it still means the same: a server without a journal begins anew. Looked at again when it is sent."""
+        if not self._is_new and self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
             raise NotFound(f"{self!r} was found before the connection broke; look it up again")
         return self._id
 
     def _put(self, edit: "Edit", name: str, value: Any) -> None:
         owner, number = self._owner(name)
+        edit._names(self)
         edit._put(owner, owner.field(name), number, value)
 
-    def _given(self, number: int) -> None:
+    @property
+    def _is_new(self) -> bool:
+        """Made in an edit that has not been sent: the server has not given it a number yet."""
+        return self._id >= FIRST_PLACEHOLDER
+
+    def _given(self, number: int, generation: int) -> None:
         object.__setattr__(self, "_id", number)
+        object.__setattr__(self, "_generation", generation)
 
     def _settle(self, made: dict[int, "Object"]) -> None:
         pass
@@ -115,8 +124,8 @@ class Node(Object):
     _core: int
     _core_type: Optional[Type]
 
-    def __init__(self, wall: "Wall", number: int, kind: Type, path: str, core: int, core_type: Optional[Type]) -> None:
-        super().__init__(wall, number, kind)
+    def __init__(self, wall: "Wall", number: int, kind: Type, generation: int, path: str, core: int, core_type: Optional[Type]) -> None:
+        super().__init__(wall, number, kind, generation)
         for name, value in (("_path", path), ("_core", core), ("_core_type", core_type)):
             object.__setattr__(self, name, value)
 
@@ -128,7 +137,7 @@ class Node(Object):
     @property
     def core(self) -> Optional[Object]:
         """What stands at the node; several nodes may share it."""
-        return Object(self._wall, self._core, self._core_type) if self._core_type else None
+        return Object(self._wall, self._core, self._core_type, self._generation) if self._core_type else None
 
     @core.setter
     def core(self, value: Optional[Object]) -> None:
@@ -148,17 +157,18 @@ class Node(Object):
 
     @property
     def children(self) -> list["Node"]:
-        return self._wall._children(self._number())
+        return self._wall._children(self._number(), self._generation)
 
     @property
     def parent(self) -> Optional["Node"]:
-        found = self._wall._describe([f"#{self._number()}"])[0]
-        return self._wall._node(f"#{found.parent}") if found.parent else None
+        (found,), generation = self._wall._describe([f"#{self._number()}"], self._generation)
+        return self._wall._node(f"#{found.parent}", generation) if found.parent else None
 
     def fields(self) -> dict[str, Any]:
         found = super().fields()
         if self._core_type:
-            found.update({name: value for name, value in self._wall._read_all(self._core_type, self._core).items() if name not in found})
+            of_core = self._wall._read_all(self._core_type, self._core, self._generation)
+            found.update({name: value for name, value in of_core.items() if name not in found})
         return found
 
     def create(self, name: str, type: Optional[str] = "Transform", **fields: Any) -> "Node":
@@ -167,18 +177,19 @@ class Node(Object):
 
     def remove(self) -> Told:
         """With everything below it, and what only they used."""
-        return self._wall._edits("RemoveNode", node=self._number())
+        return self._wall._edits("RemoveNode", self._generation, node=self._number())
 
     def clone(self, name: str = "", under: Optional["Node"] = None, deep: bool = False) -> "Node":
         """Once more with everything below it. `deep`: cores are copied, too, and not shared."""
-        copied = self._wall._edits("CloneNode", node=self._number(), under=under._id if under else 0, name=name, deep=deep)
-        return self._wall._node(f"#{int(copied.ids['id'][0])}")
+        since = min(self._generation, under._generation) if under else self._generation
+        copied = self._wall._edits("CloneNode", since, node=self._number(), under=under._number() if under else 0, name=name, deep=deep)
+        return self._wall._node(f"#{int(copied.ids['id'][0])}", copied._generation)
 
     def move(self, translation: Any = None, rotation: Any = None, scale: Any = None, by: bool = False, undo: Optional[str] = None) -> Told:
         """To a place, or with `by` by so much from where it is in the frame that makes the edit: of several who push it, all count.
         Moves the nearest Transform from here upwards. `stopped` of what comes back: kept there by a collision."""
         wish = {name: value for name, value in (("translation", translation), ("rotation", rotation), ("scale", scale)) if value is not None}
-        return self._wall._edits("MoveNode", node=self._number(), relative=by, gesture=self._wall._gesture(undo), **wish)
+        return self._wall._edits("MoveNode", self._generation, node=self._number(), relative=by, gesture=self._wall._gesture(undo), **wish)
 
     def play(self) -> None:
         """Of whatever plays: an Animation, a Motion, a Movie, a stream of particles."""
@@ -218,16 +229,16 @@ class Nodes:
     ids: Array
     cores: Array
 
-    def __init__(self, wall: "Wall", ids: Any, cores: Any, kind: Optional[Type]) -> None:
+    def __init__(self, wall: "Wall", ids: Any, cores: Any, kind: Optional[Type], generation: int) -> None:
         for name, value in (("_wall", wall), ("ids", np.asarray(ids, "<u8")), ("cores", np.asarray(cores, "<u8")), ("_type", kind),
-                            ("_generation", wall._link.generation)):
+                            ("_generation", generation)):
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.ids)
 
     def __iter__(self) -> Iterator[Node]:
-        return iter(self._wall._nodes([f"#{number}" for number in self.ids.tolist()]))
+        return iter(self._wall._nodes([f"#{number}" for number in self.ids.tolist()], self._generation))
 
     def __repr__(self) -> str:
         return f"<{len(self)} nodes ({self._type.name if self._type else 'no core'})>"
@@ -236,7 +247,7 @@ class Nodes:
         if name.startswith("_"):
             raise AttributeError(name)
         owner, field, ids = self._found(name)
-        found: Array = self._wall._read_many(owner, field, ids)
+        found: Array = self._wall._read_many(owner, field, ids, self._generation)
         return found
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -260,6 +271,7 @@ class Nodes:
 
     def _put(self, edit: "Edit", name: str, value: Any) -> None:
         owner, field, ids = self._found(name)
+        edit._names(self)
         edit._put_many(owner, field, ids, value)
 
 
@@ -268,4 +280,5 @@ def many(wall: "Wall", found: Sequence[Node]) -> Nodes:
     if len(kinds) > 1:
         names = ", ".join(sorted(kind.name if kind else "no core" for kind in kinds))
         raise BadInput(f"these nodes have cores of several types ({names}); take those of one")
-    return Nodes(wall, [node._id for node in found], [node._core for node in found], kinds.pop() if kinds else None)
+    since = min((node._generation for node in found), default=wall._link.generation)
+    return Nodes(wall, [node._id for node in found], [node._core for node in found], kinds.pop() if kinds else None, since)

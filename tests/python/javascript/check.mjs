@@ -1,4 +1,4 @@
-// node check.mjs REQUESTS.json SESSION.txt [ADDR:PORT]: a client that has nothing but proto/WIRE.md reads the recorded session, says its
+// node check.mjs REQUESTS.json SESSION.txt [ADDR:PORT TOKEN]: a client that has nothing but proto/WIRE.md reads the recorded session, says its
 // messages again byte for byte, and asks a running wall.
 import assert from 'node:assert';
 import fs from 'node:fs';
@@ -6,7 +6,7 @@ import fs from 'node:fs';
 import {Link, decodeBody, decodeMessage, encodeMessage, framed, unframed} from './wire.mjs';
 import {xxh3} from './xxh3.mjs';
 
-const [requests, session, address] = process.argv.slice(2);
+const [requests, session, address, access] = process.argv.slice(2);
 const described = JSON.parse(fs.readFileSync(requests));
 
 assert.equal(xxh3(Buffer.alloc(0)), 0x2d06800538d394c2n);
@@ -28,7 +28,8 @@ assert.ok(read > 20);
 console.log(`read ${read} messages`);
 
 if (address) {
-    const link = await Link.connect(address, described, 'in JavaScript');
+    await assert.rejects(Link.connect(address, described, 'a stranger'), /its own user/);
+    const link = await Link.connect(address, described, 'in JavaScript', access);
     const status = await link.ask('GetStatus');
     assert.equal(status.name, 'Status');
     const objects = await link.ask('GetObjects', {names: ['/thing'], paths: true});

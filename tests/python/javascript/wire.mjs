@@ -155,13 +155,13 @@ export function decodeBody(known, body) {
 // ---- the link
 
 export class Link {
-    /** Resolves when it is welcomed. `described`: what `tessera-ctl requests --json` prints. */
-    static connect(address, described, name) {
+    /** Resolves when it is welcomed. `described`: what `tessera-ctl requests --json` prints; `access`: the word that lets it in. */
+    static connect(address, described, name, access) {
         const link = new Link(described);
         const [host, port] = [address.slice(0, address.lastIndexOf(':')), Number(address.slice(address.lastIndexOf(':') + 1))];
         return new Promise((resolve, reject) => {
             link.socket = net.connect(port, host, () => link.say('Hello', {
-                protocol: described.protocol, schema: BigInt('0x' + described.wire.schema), role: 1, channel: 0, name}));
+                protocol: described.protocol, schema: BigInt('0x' + described.wire.schema), role: 1, channel: 0, name, access}));
             link.socket.on('error', reject);
             link.socket.on('data', bytes => link.received(bytes));
             link.on.Welcome = welcome => {

@@ -1,0 +1,106 @@
+"""10,000 sockets that say nothing, at both ports of a server, in a network namespace of the test's own."""
+import http.client
+import json
+import os
+import pathlib
+import resource
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import unittest
+
+SOCKETS = 5_000  # at each port
+INSIDE = "TESSERA_TEST_INSIDE"
+
+
+def namespace():
+    """The command that runs in a network namespace of its own; None where nobody may make one."""
+    if not shutil.which("unshare"):
+        return None
+    for flags in (["-n"], ["-rn"]):
+        if subprocess.run(["unshare", *flags, "true"], capture_output=True, check=False).returncode == 0:
+            return ["unshare", *flags]
+    return None
+
+
+class ManySockets(unittest.TestCase):
+    def test_hold_up_nobody(self):
+        if os.environ.get(INSIDE):
+            return self.inside()
+        apart = namespace()
+        if apart is None:
+            self.skipTest("nobody may make a network namespace here (unshare -n)")
+        done = subprocess.run([*apart, sys.executable, __file__], env={**os.environ, INSIDE: "1", "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True, timeout=300, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def inside(self):
+        from live import BIN, Live  # noqa: PLC0415: the processes of this namespace alone
+        bring_up_loopback()
+        hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        wanted = 2 * SOCKETS + 200
+        if hard != resource.RLIM_INFINITY and hard < wanted:
+            self.skipTest(f"this process may have {hard} descriptors, and {wanted} are needed")
+        with Live(surface="none") as live:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+            link = subprocess.run([BIN / "tessera-ctl", "--server", live.address, "link"], capture_output=True, text=True, check=True).stdout
+            door = int(link.split(":")[2].split("/")[0])
+            token = link.strip().split("token=")[1]
+            before = frame(live)
+            silent = []
+            for port in (live.address, f"127.0.0.1:{door}"):
+                host, number = port.split(":")
+                for _ in range(SOCKETS):
+                    one = socket.socket()
+                    one.setblocking(False)
+                    one.connect_ex((host, int(number)))
+                    silent.append(one)
+            began = time.monotonic()
+            asked = 0
+            while time.monotonic() < began + 5:
+                connection = http.client.HTTPConnection("127.0.0.1", door, timeout=20)
+                connection.request("GET", "/metrics", headers={"Authorization": f"Bearer {token}"})
+                self.assertEqual(connection.getresponse().status, 200)
+                connection.close()
+                subprocess.run([BIN / "tessera-ctl", "--server", live.address, "status"], capture_output=True, check=True)
+                asked += 1
+            self.assertGreater(asked, 0)
+            self.assertGreater(frame(live), before + 100, "the wall goes on")
+            # What was too much was told so, and closed.
+            words, closed = 0, 0
+            for one in silent[SOCKETS:]:
+                try:
+                    said = one.recv(4096)
+                except BlockingIOError:
+                    continue
+                except OSError:
+                    said = b""
+                closed += 1
+                words += b"503" in said and json.loads(said.split(b"\r\n\r\n")[1])["error"]["code"] == "limit"
+            self.assertGreater(closed, SOCKETS - 300)
+            self.assertGreater(words, SOCKETS / 2)
+            memory = int(pathlib.Path(f"/proc/{live.server.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+            self.assertLess(memory, 1 << 30)
+            for one in silent:
+                one.close()
+
+
+def frame(live):
+    from live import BIN  # noqa: PLC0415
+    status = subprocess.run([BIN / "tessera-ctl", "--server", live.address, "--json", "status"], capture_output=True, text=True, check=True).stdout
+    return json.loads(status)["frame"]
+
+
+def bring_up_loopback():
+    import fcntl  # noqa: PLC0415
+    import struct  # noqa: PLC0415
+    get, set_, up = 0x8913, 0x8914, 1
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
+        name = struct.pack("16sh14x", b"lo", 0)
+        flags = struct.unpack("16xh14x", fcntl.ioctl(way, get, name))[0]
+        fcntl.ioctl(way, set_, struct.pack("16sh14x", b"lo", flags | up))
+
+
+if __name__ == "__main__":
+    unittest.main()
