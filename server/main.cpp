@@ -1,4 +1,5 @@
 /// tessera-server: the authority over one scene and one wall.
+#include <malloc.h>
 #include <pwd.h>
 #include <unistd.h>
 
@@ -141,6 +142,15 @@ private:
     std::unique_ptr<Door> door_;
 };
 
+/// Large edits are made and let go again in each frame. Their blocks stay in the heap: mapped anew each time, page by page,
+/// they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md).
+void keepBlocks() {
+    constexpr int kLargest = 32 << 20, kSpare = 64 << 20;
+    mallopt(M_MMAP_THRESHOLD, kLargest);
+    mallopt(M_TRIM_THRESHOLD, 2 * kSpare);
+    mallopt(M_TOP_PAD, kSpare);
+}
+
 std::string nameOfUser() {
     std::array<char, 4096> room{};
     passwd found{};
@@ -219,6 +229,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 }  // namespace
 
 int main(int argc, char** argv) {
+    keepBlocks();
     Arguments arguments;
     Options options("tessera-server", "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
                     versionText("tessera-server"));

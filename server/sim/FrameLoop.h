@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/AccessToken.h"
 #include "common/base/Log.h"
 #include "common/net/Transport.h"
 #include "common/wall/Showing.h"

@@ -31,7 +31,7 @@ public:
 
     /// See Transport.
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
-                                                 const std::function<void(std::uint16_t)>& onBound) {
+                                                 const std::function<void(std::uint16_t)>& onBound = {}) {
         return transport_.listen(address, onBound);
     }
 

@@ -75,7 +75,7 @@ private:
                           .view = view,
                           .loader = loader,
                           .drags = drags});
-        port_.set_value(peers.listen({"127.0.0.1", 0}, {}).value_or(0));
+        port_.set_value(peers.listen({"127.0.0.1", 0}).value_or(0));
         while (const std::optional<Event> event = events_.pop()) (*event)(peers, desk);
     }
     static void handle(Peers& peers, const ServerActions& actions, RequestDesk& desk) {
