@@ -207,6 +207,9 @@ private:
         welcome.epoch = 7_epoch;
         welcome.configuration = share(encodeWall(oneByOne()));
         say(link, welcome);
+        // As a server does: who has much to do is no silent one.
+        const Message life = message::Heartbeat{};
+        transport_.keepAlive(link, std::chrono::milliseconds(100), wireType(life), 7_epoch, share(encodeMessage(life)));
         if (hello.follows && !faults_.noSnapshot)
             say(link, message::Snapshot{share(CommittedList{
                           sequence_, scene_.stateHash(), encodeChangeList(snapshot(scene_)), {}})});
