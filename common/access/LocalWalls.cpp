@@ -20,7 +20,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kEnding = ".wall";
-constexpr int kMostPlaces = 1000;         ///< of one wall
+constexpr int kMostPlaces = 100;          ///< of one wall
 constexpr std::size_t kMostBytes = 4096;  ///< of a place
 
 Error systemError(std::string_view what, const std::string& path) {
@@ -256,8 +256,9 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string
                                                                const std::string& group) {
     const Expected<std::string> folder = runFolder();
     if (!folder) return tl::unexpected(folder.error());
-    // What was left by one that listened alike is taken over; of the others none, as long as there is another place.
-    for (int place = 1; place <= 2 * kMostPlaces; ++place) {
+    // First what was left by one that listened alike is taken over, with its words; then a place that nobody has had;
+    // then any that nobody has now, without its words.
+    for (int place = 1; place <= 3 * kMostPlaces; ++place) {
         const std::string path =
             fmt::format("{}/{}-{}{}", *folder, fileName(wall), (place - 1) % kMostPlaces + 1, kEnding);
         const bool alike = place <= kMostPlaces;
@@ -269,7 +270,7 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string
             const auto line = left.find(word);
             return line != left.end() && line->second == listen;
         };
-        const bool fits = alike ? isLeft("listen") || isLeft("server") : left.empty();
+        const bool fits = alike ? isLeft("listen") || isLeft("server") : left.empty() || place > 2 * kMostPlaces;
         if (!fits || !lockIt(file)) {  // another one of this wall runs there
             close(file);
             continue;
@@ -280,7 +281,8 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string
         taken->file_ = file;
         for (const char c : wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
         taken->wall_ = taken->wall_.substr(0, 256);
-        const std::map<std::string, std::string> before = readLines(file);
+        const std::map<std::string, std::string> before =
+            alike ? readLines(file) : std::map<std::string, std::string>();
         taken->tokens_ = tokensIn(before);
         const std::optional<Address> console = addressIn(before, "console");
         if (console) taken->lastPort_ = console->port;

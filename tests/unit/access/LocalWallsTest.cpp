@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "common/access/LocalWalls.h"
 #include "tests/unit/TestFolder.h"
@@ -188,6 +189,14 @@ TEST_F(Access, APlaceIsTakenOverByWhoListensAlike) {
     EXPECT_NE(first, second) << "the place of the first is left alone";
     EXPECT_EQ(take("127.0.0.1:7462")->tokens().of(Role::kOperator), second) << "whichever starts again first";
     EXPECT_EQ(take("127.0.0.1:7461")->tokens().of(Role::kOperator), first);
+    // However many have been there, with whatever ports: the next one finds a place, and words of its own.
+    std::set<std::string> words;
+    for (int port = 10'000; port < 10'110; ++port) {
+        const auto taken = LocalWallPlace::take("w", "127.0.0.1:" + std::to_string(port));
+        ASSERT_TRUE(taken) << taken.error().message;
+        words.insert((*taken)->tokens().of(Role::kOperator));
+    }
+    EXPECT_EQ(words.size(), 110u);
 }
 
 TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
