@@ -143,12 +143,13 @@ private:
 };
 
 /// Large edits are made and let go again in each frame. Their blocks stay in the heap: mapped anew each time, page by page,
-/// they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md).
+/// they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md). No more stays than that: with a pad of
+/// a whole heap (64 MiB) glibc's heaps of threads would never be given back, and a refused load would keep its gigabyte.
 void keepBlocks() {
-    constexpr int kLargest = 32 << 20, kSpare = 64 << 20;
+    constexpr int kLargest = 32 << 20, kSpare = 32 << 20, kStep = 4 << 20;
     mallopt(M_MMAP_THRESHOLD, kLargest);
-    mallopt(M_TRIM_THRESHOLD, 2 * kSpare);
-    mallopt(M_TOP_PAD, kSpare);
+    mallopt(M_TRIM_THRESHOLD, kSpare);
+    mallopt(M_TOP_PAD, kStep);
 }
 
 std::string nameOfUser() {

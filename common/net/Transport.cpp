@@ -20,27 +20,22 @@
 #include "common/net/LinkTable.h"
 #include "common/net/OwnAddress.h"
 #include "common/net/PortHolder.h"
+#include "common/net/Strangers.h"
 #include "common/net/TransportLink.h"
 
 namespace tessera {
-
 namespace {
-
 namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto kAcceptPause = 50ms;        ///< after a failed accept (no descriptors left): time for some to be closed
-constexpr auto kFlushTime = 1s;            ///< for what is queued when a link is closed by us
+constexpr auto kAcceptPause = 50ms;  ///< after a failed accept (no descriptors left): time for some to be closed
+constexpr auto kFlushTime = 1s;      ///< for what is queued when a link is closed by us
 constexpr Duration kAtOnce = 1ns;
 constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work for a thread of its own
 constexpr std::size_t kMessageCost = 256;         ///< of a message that waits to be taken, beside its payload
 constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
-
-}  // namespace
-
-namespace {
 
 using LinkPtr = std::shared_ptr<TransportLink>;
 
@@ -117,7 +112,9 @@ struct Transport::Impl {
         absence.left(busy() ? kAtOnce : kAbsence);
     }
 
-    static bool isRecent(Duration large) { return large != Duration::zero() && now().time_since_epoch() < large + kQuiet; }
+    static bool isRecent(Duration large) {
+        return large != Duration::zero() && now().time_since_epoch() < large + kQuiet;
+    }
     [[nodiscard]] bool busy() const { return isRecent(lastLarge); }
     /// Whether it was busy already.
     bool seeLarge() { return isRecent(lastLarge.exchange(now().time_since_epoch())); }
@@ -172,27 +169,42 @@ struct Transport::Impl {
     void accept(Listener& listener) {
         listener.acceptor.async_accept([this, &listener](const error_code& error, tcp::socket socket) {
             if (ending || error == asio::error::operation_aborted) return;
-            if (error) {
-                // Out of descriptors, most likely: the connection stays in the backlog, and trying again at once
-                // would only burn the processor.
-                listener.pause.expires_after(kAcceptPause);
-                listener.pause.async_wait([this, &listener](const error_code& stopped) {
-                    if (!stopped) accept(listener);
-                });
-                return;
-            }
-            adopt(std::move(socket));
-            accept(listener);
+            if (!error) return admit(listener, std::move(socket));
+            // It stays in the backlog, and trying again at once would only burn the processor.
+            const bool crowded = error == asio::error::no_descriptors && !strangers.empty();
+            const TimePoint due = crowded ? makeRoom() : now() + kAcceptPause;
+            later(listener, due, [this, &listener] { accept(listener); });
         });
     }
-
-    /// A connection above the limit is closed at once.
-    void adopt(tcp::socket socket) {
-        const std::optional<LinkId> id = table.claim();
-        if (!id) return;
-        const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
-        links.emplace(*id, link);
-        open(link);
+    void admit(Listener& listener, tcp::socket socket) {
+        if (const auto id = strangers.full() ? std::nullopt : table.claim()) {
+            const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
+            links.emplace(*id, link);
+            strangers.add(link, now());
+            open(link);
+            return accept(listener);
+        }
+        if (strangers.empty()) {
+            strangers.sayLastWord(socket);
+            return accept(listener);
+        }
+        const auto held = std::make_shared<tcp::socket>(std::move(socket));
+        later(listener, makeRoom(), [this, &listener, held] { admit(listener, std::move(*held)); });
+    }
+    template <typename F>
+    void later(Listener& listener, TimePoint due, F f) {
+        listener.pause.expires_at(due);
+        listener.pause.async_wait([f = std::move(f)](const error_code& stopped) {
+            if (!stopped) f();
+        });
+    }
+    /// When to look for room again.
+    TimePoint makeRoom() {
+        const LinkPtr oldest = strangers.givesWay(now());
+        if (!oldest) return strangers.due();
+        strangers.sayLastWord(oldest->socket);
+        finish(oldest, "others want in, and it has said nothing");
+        return now();
     }
 
     void open(const LinkPtr& link) {
@@ -272,6 +284,7 @@ struct Transport::Impl {
             emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
         }
         if (!frames.empty()) {
+            strangers.forget(*link);
             link->heardAt = arrived;
         } else if (arrived >= link->heardAt + limits.heardEvery) {
             link->heardAt = arrived;
@@ -313,7 +326,8 @@ struct Transport::Impl {
     }
 
     void write(const LinkPtr& link) {
-        if (link->queue.writing() || link->state == TransportLinkState::kConnecting || link->state == TransportLinkState::kClosed) return;
+        using enum TransportLinkState;
+        if (link->queue.writing() || link->state == kConnecting || link->state == kClosed) return;
         while (!link->queue.empty()) {
             std::vector<asio::const_buffer> buffers;
             for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
@@ -342,7 +356,8 @@ struct Transport::Impl {
             sent.fetch_add(bytes, std::memory_order_relaxed);
             if (link->state == TransportLinkState::kClosed) return;
             if (error)
-                return finish(link, link->state == TransportLinkState::kClosing ? link->closeReason : reasonFor(error, false));
+                return finish(
+                    link, link->state == TransportLinkState::kClosing ? link->closeReason : reasonFor(error, false));
             link->sentAt = now();
             table.discharge(link->id, link->queue.written());
             write(link);
@@ -367,7 +382,8 @@ struct Transport::Impl {
                 if (!link->keepAlive) continue;
                 any = true;
                 // Where bytes wait, the peer hears of us as soon as it can.
-                if (link->state != TransportLinkState::kOpen || !link->queue.empty() || at < link->sentAt + link->keepAlive->interval)
+                if (link->state != TransportLinkState::kOpen || !link->queue.empty() ||
+                    at < link->sentAt + link->keepAlive->interval)
                     continue;
                 const TransportLink::KeepAlive& life = *link->keepAlive;
                 // It is one of `links`, so it has a slot.
@@ -382,6 +398,7 @@ struct Transport::Impl {
     void beginClose(const LinkPtr& link, std::string reason) {
         if (link->state == TransportLinkState::kConnecting) return finish(link, std::move(reason));
         if (link->state != TransportLinkState::kOpen) return;
+        strangers.forget(*link);
         link->state = TransportLinkState::kClosing;
         link->closeReason = std::move(reason);
         if (table.resting(link->id)) {  // its end is read, whatever has not been taken
@@ -398,6 +415,7 @@ struct Transport::Impl {
     void finish(const LinkPtr& link, std::string reason) {
         if (link->state == TransportLinkState::kClosed) return;
         link->state = TransportLinkState::kClosed;
+        strangers.forget(*link);
         link->timer.cancel();
         error_code ignored;
         link->socket.close(ignored);
@@ -450,6 +468,7 @@ struct Transport::Impl {
     asio::executor_work_guard<asio::io_context::executor_type> work;
     std::vector<std::unique_ptr<Listener>> listeners;
     std::unordered_map<LinkId, LinkPtr> links;
+    Strangers strangers{limits};
     std::vector<ReceivedFrame> frames;
     std::array<std::byte, 4096> discarded;
     CachedHeader cached;
@@ -459,8 +478,8 @@ struct Transport::Impl {
     std::atomic<bool> wanted{false};  ///< somebody wants to attend
     std::atomic<bool> closing{false};
     std::atomic<bool> delivered{false}, woken{false};
-    std::atomic<std::uint64_t> sent{0}, received{0};  ///< bytes
-    std::atomic<std::size_t> posted{0};  ///< and not yet done
+    std::atomic<std::uint64_t> sent{0}, received{0};    ///< bytes
+    std::atomic<std::size_t> posted{0};                 ///< and not yet done
     std::atomic<Duration> lastLarge{Duration::zero()};  ///< on the clock; zero: never
     TimePoint attendantLeft{};                          ///< with the turn
     AbsenceTimer absence;
@@ -509,8 +528,8 @@ Expected<std::uint16_t> Transport::listen(const Address& address, const std::fun
     if (error == asio::error::address_in_use) {
         const std::string holder = holderOfPort(address.port);
         return fail(ErrorCode::kNetwork,
-                    fmt::format("cannot listen on {}: {}; end it, or take another port (0 picks a free one)", toString(address),
-                                holder.empty() ? error.message() : "it is held by " + holder));
+                    fmt::format("cannot listen on {}: {}; end it, or take another port (0 picks a free one)",
+                                toString(address), holder.empty() ? error.message() : "it is held by " + holder));
     }
     if (error)
         return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}", toString(address), error.message()));
@@ -549,7 +568,8 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
 
 void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
                           SharedChain payload) {
-    impl_->post([impl = impl_.get(), link, wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
+    impl_->post([impl = impl_.get(), link,
+                 wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
         impl->keepAlive(link, std::move(wanted));
     });
 }

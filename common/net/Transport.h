@@ -59,9 +59,20 @@ struct LinkEvent {
 
 struct TransportLimits {
     std::size_t maxLinks = 1024;
+    /// Accepted connections from which no whole message has come yet. Where one comes above this limit or `maxLinks`,
+    /// or no descriptor is left for it, the oldest of them gives way. Each has `patience` to speak: until it is over,
+    /// those who come wait in the backlog.
+    std::size_t maxStrangers = 256;
+    std::chrono::milliseconds patience{100};
+    /// A connection that gives way or finds no room is sent this message, in epoch 0, as far as that takes no time.
+    struct LastWord {
+        std::uint16_t type = 0;
+        SharedChain payload = {};  ///< none: nothing is sent
+    } lastWord = {};
     std::size_t maxSendQueueBytes = std::size_t{1} << 30;  ///< per link; above it the link is closed as too slow
-    /// Per link, of messages that `onEvent` was given and nobody has called `taken` for: above it nothing more is read from
-    /// that link, so that TCP holds its peer back. One message may exceed it. The default is for who takes all at once.
+    /// Per link, of messages that `onEvent` was given and nobody has called `taken` for: above it nothing more is read
+    /// from that link, so that TCP holds its peer back. One message may exceed it. The default is for who takes all at
+    /// once.
     std::size_t maxUntakenBytes = std::numeric_limits<std::size_t>::max();
     std::chrono::milliseconds heardEvery{20};
     /// Called first on the thread inside, before it does anything. May be empty.
@@ -102,17 +113,20 @@ public:
     void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
         send(link, type, epoch, share(ByteChain(std::move(payload))));
     }
-    /// From now on, whenever nothing has been sent to this link for `interval`, this frame is: by the network thread itself,
-    /// whatever the caller's threads are at. Behind what the same thread has sent before. Not while bytes wait to be sent.
-    void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch, SharedChain payload);
+    /// From now on, whenever nothing has been sent to this link for `interval`, this frame is: by the network thread
+    /// itself, whatever the caller's threads are at. Behind what the same thread has sent before. Not while bytes wait
+    /// to be sent.
+    void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
+                   SharedChain payload);
     /// A message of so many payload bytes needs no room any more: see `TransportLimits::maxUntakenBytes`.
     void taken(LinkId link, std::size_t payloadBytes);
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
     /// The caller does the network's work until an event has been delivered (by anybody, since the last call
     /// returned), `wake` has been called or `until` has come. False at once: the thread inside has too much to do to be
-    /// sent away; wait for what `onEvent` does. With an `until` that is over it does what is ready, if the thread inside
-    /// does not do so, and returns. One thread at a time, not from within `onEvent`, which must not wait for this one.
+    /// sent away; wait for what `onEvent` does. With an `until` that is over it does what is ready, if the thread
+    /// inside does not do so, and returns. One thread at a time, not from within `onEvent`, which must not wait for
+    /// this one.
     [[nodiscard]] bool attend(TimePoint until);
     /// Ends the call of `attend` that is under way, or else the next one.
     void wake();

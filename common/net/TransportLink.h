@@ -4,6 +4,8 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <list>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -39,6 +41,12 @@ struct TransportLink {
         SharedChain payload;
     };
     std::optional<KeepAlive> keepAlive;
+    /// Accepted, and no message has come yet: since when, and where it stands among those.
+    struct Stranger {
+        TimePoint since;
+        std::list<std::shared_ptr<TransportLink>>::iterator place;
+    };
+    std::optional<Stranger> stranger;
     std::string target;  ///< what it connects to
     std::string closeReason;
 };

@@ -51,7 +51,6 @@ struct ServerSessionConfig {
     /// A token that nobody else can guess. Tests that repeat themselves have a source of their own.
     std::function<SessionToken()> newToken = randomToken;
     std::size_t maxApplications = 64;
-    std::size_t maxPendingConnections = 64;
     /// A connection that has not said a valid Hello by then is closed.
     std::chrono::milliseconds helloDeadline{2'000};
     /// A host that neither synced nor asked for a part of a blob for so long is told to start over.

@@ -7,9 +7,6 @@
 namespace tessera {
 
 void SessionEntrance::opened(ConnectionId connection, TimePoint now, Whence whence) {
-    // A peer that means it says hello within a round trip: what waits longest is what stays silent.
-    if (SessionPeer* oldest = roster_.peers.onePendingTooMany())
-        roster_.close(*oldest, "too many connections that say nothing");
     roster_.peers.open(connection, now).whence = whence;
 }
 

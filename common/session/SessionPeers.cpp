@@ -48,17 +48,6 @@ std::size_t SessionPeers::applications() const {
         std::ranges::count_if(peers_, [](const auto& item) { return item.second.isApplication(); }));
 }
 
-SessionPeer* SessionPeers::onePendingTooMany() {
-    std::size_t pending = 0;
-    SessionPeer* oldest = nullptr;
-    for (auto& [id, peer] : peers_) {
-        if (peer.stage != SessionPeer::Stage::kPending) continue;
-        ++pending;
-        if (!oldest || peer.openedAt < oldest->openedAt) oldest = &peer;
-    }
-    return pending >= config_.maxPendingConnections ? oldest : nullptr;
-}
-
 TimePoint SessionPeers::lastHeard(const SessionPeer& peer) const {
     const SessionPeer* other = find(peer.other);
     return other ? std::max(peer.lastByte, other->lastByte) : peer.lastByte;

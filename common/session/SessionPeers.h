@@ -53,8 +53,6 @@ public:
     [[nodiscard]] SessionPeer* controlOf(const SessionToken& token);
     [[nodiscard]] std::vector<ConnectionId> welcomed() const;
     [[nodiscard]] std::size_t applications() const;
-    /// Of as many as there may be that have not said who they are the one that waits longest; null: there are fewer.
-    [[nodiscard]] SessionPeer* onePendingTooMany();
 
     void heard(SessionPeer& peer, TimePoint now) { peer.lastByte = std::max(peer.lastByte, now); }
     /// The last byte on any of its connections.

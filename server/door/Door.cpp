@@ -13,6 +13,7 @@
 namespace tessera {
 
 using boost::asio::ip::tcp;
+using namespace std::chrono_literals;
 
 struct Door::Impl {
     explicit Impl(const DoorOptions& options, std::uint16_t port)
@@ -21,29 +22,45 @@ struct Door::Impl {
     void accept() {
         acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
             if (error == boost::asio::error::operation_aborted) return;
-            if (error) {  // no descriptors are left: those who wait go on waiting
-                pause.expires_after(std::chrono::milliseconds(50));
-                return pause.async_wait([this](boost::system::error_code stopped) {
-                    if (!stopped) accept();
-                });
-            }
-            // Whoever means it says so at once: of too many the one that has been silent for longest goes.
-            bool room = context.guests.size() < context.limits.maxConnections;
-            if (!room && !context.silent.empty()) {
-                Guest* const oldest = context.silent.front();
-                context.silent.pop_front();
-                oldest->giveWay();
-                // It is gone once its reader has heard of it.
-                room = context.guests.size() < context.limits.maxConnections + kGivingWay;
-            }
-            if (room)
-                startHttpSession(std::move(socket), context);
-            else
-                sayTooMany(socket);
-            accept();
+            // No descriptors are left: those who wait go on waiting.
+            if (error) return later(std::chrono::steady_clock::now() + 50ms, [this] { accept(); });
+            admit(std::move(socket));
         });
     }
-    static constexpr std::size_t kGivingWay = 16;
+    /// Whoever means it says so at once: of too many the one that has been silent for longest goes.
+    void admit(tcp::socket socket) {
+        if (context.guests.size() < context.limits.maxConnections) {
+            startHttpSession(std::move(socket), context);
+            return accept();
+        }
+        if (context.silent.empty()) {
+            sayTooMany(socket);
+            return accept();
+        }
+        const auto held = std::make_shared<tcp::socket>(std::move(socket));
+        later(makeRoom(), [this, held] { admit(std::move(*held)); });
+    }
+    /// When to look for room again.
+    TimePoint makeRoom() {
+        Guest* const oldest = context.silent.front();
+        const TimePoint now = std::chrono::steady_clock::now();
+        if (oldest->waitsToBeRead()) {
+            oldest->since = now;
+            context.silent.splice(context.silent.end(), context.silent, context.silent.begin());
+        } else if (oldest->since + context.limits.patience <= now) {
+            context.silent.pop_front();
+            oldest->giveWay();  // it is gone once its reader has heard of it
+            return now;
+        }
+        return context.silent.front()->since + context.limits.patience;
+    }
+    template <typename F>
+    void later(TimePoint due, F f) {
+        pause.expires_at(due);
+        pause.async_wait([f = std::move(f)](boost::system::error_code stopped) {
+            if (!stopped) f();
+        });
+    }
 
     DoorContext context;
     tcp::acceptor acceptor;

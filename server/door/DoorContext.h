@@ -12,10 +12,11 @@
 #include <set>
 #include <string>
 
+#include "common/base/Clock.h"
 #include "server/door/Door.h"
+#include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
 #include "server/door/WallPictures.h"
-#include "server/door/DoorLink.h"
 
 namespace tessera {
 
@@ -30,6 +31,8 @@ struct DoorLimits {
     std::size_t maxOpen = 256;                              ///< requests of a socket without an answer
     double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket, of all others together
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
+    /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
+    std::chrono::milliseconds patience{100};
 };
 
 struct DoorContext;
@@ -45,6 +48,9 @@ public:
     virtual void leave() = 0;
     /// It has not shown a token yet, and others want in: it is told so, as far as that takes no time, and closed.
     virtual void giveWay() { leave(); }
+    /// Whether it has said something that has not been read yet.
+    [[nodiscard]] virtual bool waitsToBeRead() { return false; }
+    TimePoint since = std::chrono::steady_clock::now();  ///< it is among the silent
 
 private:
     DoorContext& context_;
@@ -61,7 +67,7 @@ struct DoorContext {
     RateLimit strangersRate{limits.httpPerSecond, 2 * limits.httpPerSecond};  ///< without a token
     std::set<Guest*> guests;
     std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
-    std::size_t sockets = 0;  ///< of the guests
+    std::size_t sockets = 0;   ///< of the guests
 
     [[nodiscard]] DoorLink::Post post() {
         return [this](std::function<void()> work) { boost::asio::post(io, std::move(work)); };

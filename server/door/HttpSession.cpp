@@ -28,6 +28,10 @@ public:
         sayTooMany(stream_.socket());
         leave();
     }
+    [[nodiscard]] bool waitsToBeRead() override {
+        beast::error_code ignored;
+        return stream_.socket().available(ignored) > 0;
+    }
     void leave() override {
         patience_.cancel();
         stream_.close();
@@ -100,8 +104,8 @@ private:
         };
         // Nothing is read or written meanwhile, so that the stream's own clock stands still.
         patience_.expires_after(context_.limits.answerWait);
-        patience_.async_wait([self = shared_from_this(), once](beast::error_code error) {
-            if (!error) once(errorAnswer(504, "network", "the wall has not answered in time"));
+        patience_.async_wait([self = shared_from_this(), once](beast::error_code stopped) {
+            if (!stopped) once(errorAnswer(504, "network", "the wall has not answered in time"));
         });
         routes_.answer(request_, once);
     }

@@ -75,7 +75,6 @@ private:
         config.schema = 1;
         config.newToken = [given = std::uint64_t{0}]() mutable { return SessionToken{++given, 0}; };
         config.maxTailLists = 4;
-        config.maxPendingConnections = 4;
         config.maxApplications = 2;
         config.sync.lateFrame = static_cast<LateFramePolicy>(in.below(3));
         return config;

@@ -61,7 +61,8 @@ class ManySockets(unittest.TestCase):
             while time.monotonic() < began + 5:
                 connection = http.client.HTTPConnection("127.0.0.1", door, timeout=20)
                 connection.request("GET", "/metrics", headers={"Authorization": f"Bearer {token}"})
-                self.assertEqual(connection.getresponse().status, 200)
+                answer = connection.getresponse()
+                self.assertEqual(answer.status, 200, answer.read())
                 connection.close()
                 subprocess.run([BIN / "tessera-ctl", "--server", live.address, "status"], capture_output=True, check=True)
                 asked += 1

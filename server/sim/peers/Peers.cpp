@@ -13,6 +13,11 @@ namespace {
 
 constexpr std::uint32_t kMaxChunkBytes = 1024 * 1024;
 
+TransportLimits::LastWord noRoom() {
+    const Message word = message::Refused{ErrorCode::kLimit, "as many connections are open as may be: try again", true};
+    return {wireType(word), share(encodeMessage(word))};
+}
+
 }  // namespace
 
 ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch) {
@@ -29,10 +34,13 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
     : blobs_(blobs),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
-          config.unsentBytes = [this](ConnectionId connection) { return transport_.queuedBytes(LinkId{connection.value}); };
+          config.unsentBytes = [this](ConnectionId connection) {
+              return transport_.queuedBytes(LinkId{connection.value});
+          };
           return std::move(config);
       }()),
-      transport_({.maxUntakenBytes = kMaxUnhandledBytes, .maxPayload = maxPayloadBytesFromPeer}, std::move(deliver)) {}
+      transport_({.lastWord = noRoom(), .maxUntakenBytes = kMaxUnhandledBytes, .maxPayload = maxPayloadBytesFromPeer},
+                 std::move(deliver)) {}
 
 ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {

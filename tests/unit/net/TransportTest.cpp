@@ -170,7 +170,8 @@ TEST(Transport, AnotherServersPortIsNamed) {
     EXPECT_EQ(again.error().code, ErrorCode::kNetwork);
     EXPECT_NE(again.error().message.find("127.0.0.1:" + std::to_string(port) + ": it is held by "), std::string::npos)
         << again.error().message;
-    EXPECT_NE(again.error().message.find("(pid " + std::to_string(::getpid()) + ")"), std::string::npos) << again.error().message;
+    EXPECT_NE(again.error().message.find("(pid " + std::to_string(::getpid()) + ")"), std::string::npos)
+        << again.error().message;
 }
 
 TEST(Transport, RubbishClosesItsOwnLinkAndDisturbsNoOther) {
@@ -389,8 +390,8 @@ TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
     const std::uint16_t port = server.listen();
     std::vector<BareSocket> sockets;
     for (int i = 0; i < 3; ++i) {
-        sockets.emplace_back(port);
-        server.next<Opened>();
+        sockets.emplace_back(port).say(frameBytes(1, pattern(3)));
+        server.next<Received>();
     }
     BareSocket extra(port);
     EXPECT_TRUE(extra.hear().empty()) << "closed at once";
@@ -405,23 +406,49 @@ TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
     EXPECT_EQ(server.next<Received>().payload, pattern(3));
 }
 
+/// They are as many as there may be, again and again; a peer that needs a moment to speak has it each time.
+TEST(Transport, OfManyThatSayNothingTheOldestGivesWayOnceItHasHadItsTime) {
+    TransportLimits limits;
+    limits.maxStrangers = 4;
+    limits.patience = 300ms;
+    limits.lastWord = {.type = 7, .payload = share(ByteChain(ByteSlice(pattern(5))))};
+    Peer server(std::move(limits));
+    const std::uint16_t port = server.listen();
+    std::vector<BareSocket> silent;
+    for (int i = 0; i < 3; ++i) silent.emplace_back(port);
+    BareSocket slow(port);
+    for (int i = 0; i < 4; ++i) silent.emplace_back(port);
+    std::this_thread::sleep_for(150ms);
+    slow.say(frameBytes(1, pattern(3)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(3));
+    Bytes word = frameBytes(7, pattern(5));
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(silent[i].hear(), word) << "told so, and closed";
+    // A header that never becomes whole is no message.
+    silent[3].say(ByteSpan(frameBytes(1, pattern(3))).first(7));
+    silent.emplace_back(port);
+    EXPECT_TRUE(silent[3].hear().size() == word.size());
+    slow.say(frameBytes(2, pattern(9)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(9));
+}
+
 TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
-    if (kSanitized) GTEST_SKIP() << "to look at a type the sanitizer opens a pipe, and takes it for a fault that it cannot";
+    if (kSanitized)
+        GTEST_SKIP() << "to look at a type the sanitizer opens a pipe, and takes it for a fault that it cannot";
     Peer server, client;
     const std::uint16_t port = server.listen();
     const LinkId link = client->connect({"127.0.0.1", port}, 5s);
-    server.next<Opened>();
-    client.next<Opened>();
-
-    BareSocket waiting(port);  // made while there are descriptors; accepted when there are some again
-    server.next<Opened>();
+    client->send(link, 1, 0_epoch, share(pattern(10)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(10));
     rlimit before{};
     ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
-    const int highest = ::dup(0);
-    ::close(highest);
     // One descriptor for the client's end, none for the server's.
-    const rlimit tight{static_cast<rlim_t>(highest) + 1, before.rlim_max};
-    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &tight), 0);
+    const auto noneLeft = [&] {
+        const int highest = ::dup(0);
+        ::close(highest);
+        const rlimit tight{static_cast<rlim_t>(highest) + 1, before.rlim_max};
+        ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &tight), 0);
+    };
+    noneLeft();
     const auto cpuBefore = std::clock();
     BareSocket starved(port);
     std::this_thread::sleep_for(300ms);
@@ -432,6 +459,15 @@ TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
     EXPECT_LT(cpuSeconds, 0.15) << "accepting again and again burns the processor";
     starved.say(frameBytes(2, {}));
     EXPECT_EQ(server.next<Received>().type, 2) << "the connection waited in the backlog";
+
+    BareSocket silent(port);
+    server.next<Opened>();
+    noneLeft();
+    BareSocket next(port);
+    next.say(frameBytes(3, {}));
+    EXPECT_EQ(server.next<Received>().type, 3) << "one that says nothing gives its descriptor away";
+    EXPECT_TRUE(silent.hear().empty());
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
 }
 
 TEST(Transport, ManyLinksAtOnce) {

@@ -174,21 +174,6 @@ TEST(ServerJoin, ClosesConnectionsThatSayNothing) {
     EXPECT_TRUE(s.closed(c));
 }
 
-TEST(ServerJoin, ManySilentConnectionsDoNotKeepAHostOut) {
-    ServerSessionConfig config = twoHosts();
-    config.maxPendingConnections = 3;
-    ServerFixture s(config);
-    const ConnectionId oldest = s.open();
-    for (int i = 0; i < 2; ++i) {
-        s.pass(1ms);
-        s.open();
-    }
-    s.pass(1ms);
-    const ConnectionId a = s.hello("a");
-    EXPECT_TRUE(s.closed(oldest));
-    EXPECT_EQ(s.sent<message::Welcome>(a).size(), 1u);
-}
-
 TEST(ServerJoin, BoundsApplications) {
     ServerSessionConfig config = twoHosts();
     config.maxApplications = 1;
