@@ -15,6 +15,8 @@
 #include <optional>
 #include <thread>
 
+#include "client/share/SharedMemory.h"
+
 namespace tessera {
 namespace {
 

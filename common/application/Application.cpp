@@ -35,7 +35,7 @@ template <typename... F>
 struct Each : F... {
     using F::operator()...;
 };
-
+template <typename... F> Each(F...) -> Each<F...>;  // clang 14 does not find it by itself
 }  // namespace
 
 struct Application::Impl {

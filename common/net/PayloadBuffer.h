@@ -3,9 +3,12 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -13,9 +16,44 @@
 
 namespace tessera {
 
+/// Pages that messages have given back, for the next ones: of a message in each frame the fault of each page costs more
+/// than all else that its reader does with it. At most 16 MiB of a process. Any thread.
+class SparePages {
+public:
+    struct Pages {
+        std::byte* bytes = nullptr;
+        std::size_t capacity = 0;
+    };
+    static SparePages& ofThisProcess() {
+        static SparePages spare;
+        return spare;
+    }
+    /// The smallest that are enough; null: there are none.
+    [[nodiscard]] Pages take(std::size_t capacity) {
+        const std::lock_guard lock(mutex_);
+        Pages* best = nullptr;
+        for (Pages& one : spare_)
+            if (one.capacity >= capacity && (!best || one.capacity < best->capacity)) best = &one;
+        return best ? std::exchange(*best, {}) : Pages();
+    }
+    /// What is too much goes back to the system: the smallest.
+    void give(Pages pages) {
+        if (pages.capacity <= kLargest) {
+            const std::lock_guard lock(mutex_);
+            std::swap(*std::ranges::min_element(spare_, {}, &Pages::capacity), pages);
+        }
+        if (pages.bytes) ::munmap(pages.bytes, pages.capacity);
+    }
+
+private:
+    static constexpr std::size_t kLargest = std::size_t{4} << 20;
+    std::mutex mutex_;
+    std::array<Pages, 4> spare_{};
+};
+
 /// Grows without clearing what it takes: pages that no byte has reached cost nothing but addresses. A large one has
-/// pages of its own, which are moved instead of copied as it grows, and go back to the system with it: in the heap,
-/// whatever small thing was made in between would keep them for good.
+/// pages of its own, which are moved instead of copied as it grows, and go with it: in the heap, whatever small thing
+/// was made in between would keep them for good.
 class PayloadBuffer {
 public:
     static constexpr std::size_t kOwnPages = std::size_t{256} << 10;
@@ -33,8 +71,10 @@ public:
     /// Room for so many bytes in all; what is there stays.
     void reserve(std::size_t capacity) {
         if (capacity <= capacity_) return;
-        bytes_ = capacity < kOwnPages ? grownInHeap(capacity) : grownInPages(capacity);
-        capacity_ = capacity;
+        if (capacity < kOwnPages)
+            growInHeap(capacity);
+        else
+            growInPages((capacity + kOwnPages - 1) / kOwnPages * kOwnPages);
     }
     [[nodiscard]] std::size_t capacity() const { return capacity_; }
     [[nodiscard]] std::byte* data() { return bytes_; }
@@ -48,26 +88,34 @@ public:
     }
 
 private:
-    [[nodiscard]] std::byte* grownInHeap(std::size_t capacity) const {
+    void growInHeap(std::size_t capacity) {
         void* const grown = std::realloc(bytes_, capacity);
         if (grown == nullptr) throw std::bad_alloc();
-        return static_cast<std::byte*>(grown);
+        bytes_ = static_cast<std::byte*>(grown);
+        capacity_ = capacity;
     }
-    [[nodiscard]] std::byte* grownInPages(std::size_t capacity) const {
-        const bool hasPages = capacity_ >= kOwnPages;
-        void* const grown = hasPages
-                                ? ::mremap(bytes_, capacity_, capacity, MREMAP_MAYMOVE)
-                                : ::mmap(nullptr, capacity, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        if (grown == MAP_FAILED) throw std::bad_alloc();
-        if (!hasPages && bytes_ != nullptr) {
-            std::memcpy(grown, bytes_, capacity_);
-            std::free(bytes_);
+    void growInPages(std::size_t capacity) {
+        if (capacity_ >= kOwnPages) {
+            void* const grown = ::mremap(bytes_, capacity_, capacity, MREMAP_MAYMOVE);
+            if (grown == MAP_FAILED) throw std::bad_alloc();
+            bytes_ = static_cast<std::byte*>(grown);
+            capacity_ = capacity;
+            return;
         }
-        return static_cast<std::byte*>(grown);
+        SparePages::Pages pages = SparePages::ofThisProcess().take(capacity);
+        if (!pages.bytes) {
+            void* const fresh = ::mmap(nullptr, capacity, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+            if (fresh == MAP_FAILED) throw std::bad_alloc();
+            pages = {static_cast<std::byte*>(fresh), capacity};
+        }
+        if (bytes_ != nullptr) std::memcpy(pages.bytes, bytes_, capacity_);
+        std::free(bytes_);
+        bytes_ = pages.bytes;
+        capacity_ = pages.capacity;
     }
     static void free(std::byte* bytes, std::size_t capacity) {
         if (capacity >= kOwnPages)
-            ::munmap(bytes, capacity);
+            SparePages::ofThisProcess().give({bytes, capacity});
         else
             std::free(bytes);
     }

@@ -1,6 +1,7 @@
 /// What each path of a door means.
 #pragma once
 
+#include "common/json/Json.h"
 #include "server/door/DoorContext.h"
 
 namespace tessera {

@@ -9,11 +9,11 @@ One server and one host that draws nothing, on this machine. Three rows:
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
 import json
+import multiprocessing
 import os
 import pathlib
 import sys
 import tempfile
-import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -23,6 +23,8 @@ sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 import numpy as np  # noqa: E402
 
 from live import Live  # noqa: E402
+
+import tessera  # noqa: E402
 
 LATE_S = 0.021
 
@@ -40,17 +42,27 @@ def swarm_of(wall, count):
     return wall.nodes(made)
 
 
-def led(wall, nodes, places, seconds):
-    """Set again whenever it is granted, for so long: the server grants once a frame, so that this goes at the wall's pace. Frames' times, times
-    until granted, share of a core, edits a second."""
-    shown, granted = [], []
-    clock = wall.follow("frames", timeout=10)
-
-    def note():
+def watch(address, pipe):
+    """Says when each frame has come, from a process of its own: in the one that leads, a thread gets the interpreter up to 5 ms late
+    (sys.getswitchinterval), and would take its own lateness for the wall's."""
+    shown = []
+    with tessera.connect(address) as wall, wall.follow("frames", timeout=10) as clock:
+        pipe.send("ready")
         for _ in clock:
             shown.append(time.perf_counter())
-    watcher = threading.Thread(target=note, daemon=True)
+            if pipe.poll():
+                break
+    pipe.send(shown)
+
+
+def led(wall, address, nodes, places, seconds):
+    """Set again whenever it is granted, for so long: the server grants once a frame, so that this goes at the wall's pace. Frames' times, times
+    until granted, share of a core, edits a second."""
+    granted = []
+    mine, theirs = multiprocessing.Pipe()
+    watcher = multiprocessing.get_context("spawn").Process(target=watch, args=(address, theirs), daemon=True)
     watcher.start()
+    mine.recv()
     begin, busy = time.perf_counter(), time.process_time()
     turn = 0
     while time.perf_counter() < begin + seconds:
@@ -61,7 +73,9 @@ def led(wall, nodes, places, seconds):
         turn += 1
     busy = time.process_time() - busy
     lasted = time.perf_counter() - begin
-    clock.close()
+    mine.send("enough")
+    shown = mine.recv()
+    watcher.join(10)
     return np.diff([at for at in shown if begin <= at <= begin + seconds]), np.array(granted), busy / lasted, turn / lasted
 
 
@@ -101,13 +115,13 @@ def main():
             if name == "swarm":
                 nodes = swarm_of(wall, 10_000)
                 places = np.random.default_rng(3).random((10_000, 3))
-                rows.append(row_of("swarm", *led(wall, nodes, places, said.seconds)))
+                rows.append(row_of("swarm", *led(wall, live.address, nodes, places, said.seconds)))
                 wall["/swarm"].remove()
             elif name == "cloud":
                 rows.append(cloud(wall, 1_000_000, 20))
             elif name == "single":
                 nodes = swarm_of(wall, 1)
-                rows.append(row_of("single", *led(wall, nodes, np.zeros((1, 3)), min(said.seconds, 10))))
+                rows.append(row_of("single", *led(wall, live.address, nodes, np.zeros((1, 3)), min(said.seconds, 10))))
                 wall["/swarm"].remove()
             print(json.dumps(rows[-1]))
     if said.json:

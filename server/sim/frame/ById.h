@@ -11,6 +11,15 @@
 
 namespace tessera {
 
+/// Empties it. Its room stays for as many again, unless it was far too large: one frame that moves everything holds no memory
+/// for good.
+template <typename T>
+void clearButKeepRoom(std::vector<T>& values) {
+    const bool tooLarge = values.capacity() > 1024 && values.size() < values.capacity() / 16;
+    values.clear();
+    if (tooLarge) values.shrink_to_fit();
+}
+
 /// A row of values and a table of their places. An id that is added or found costs a look into the table; ids that come
 /// in ascending order, as those of a list mostly do, are never sorted. One thread at a time.
 template <typename T>
@@ -48,6 +57,16 @@ public:
         if (std::erase_if(rows_, [&](const Row& row) { return gone(row.first); }) > 0) enterAll(places_.size());
     }
 
+    /// Nothing is left. Costs what was there, or has been shortly before.
+    void clear() {
+        const bool tooLarge = places_.size() > 1024 && rows_.size() < places_.size() / 64;
+        clearButKeepRoom(rows_);
+        if (tooLarge)
+            places_ = {};
+        else
+            std::ranges::fill(places_, 0);
+        ascending_ = true;
+    }
     /// All of them by ascending id, until the next one is added.
     [[nodiscard]] const std::vector<Row>& ascending() {
         sort();

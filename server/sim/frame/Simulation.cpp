@@ -73,7 +73,8 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
     const double seconds = firstFrame ? 0.0 : kSecondsPerFrame;
     std::ranges::move(history_.sweep(), std::back_inserter(result.unneeded));
     std::optional<EditOutcome> wholeAgain = goOn();
-    Wishes wishes;
+    Wishes& wishes = wishes_;
+    wishes.clear();
     ServersHand hand = this->hand();
     ActorStage stage{.hand = hand, .seconds = seconds, .wishes = wishes, .remarks = result.remarks};
     actors_.want(stage);
@@ -88,14 +89,15 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
                              .translation = wish.pose.translation,
                              .rotation = wish.pose.rotation,
                              .scale = wish.pose.scale,
-                             .source = static_cast<int>(wish.ofAnEdit() ? wish.edit() + 1 : 0)});
+                             .source = static_cast<int>(wish.way ? wishes.lastWay(wish)->edit + 1 : 0)});
     const auto begin = std::chrono::steady_clock::now();
     result.collision = pipeline_.step(scene(), tentative, replies, seconds);
     result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     const auto tellHand = [&](ObjectId id) {
         const Wish* wish = wishes.find(id);
         if (!wish) return;
-        for (const auto& [edit, from] : wish->ways) result.outcomes[edit].result->stopped.push_back(id);
+        for (const Wishes::Way* way = wishes.lastWay(*wish); way; way = wishes.wayBefore(*way))
+            result.outcomes[way->edit].result->stopped.push_back(id);
     };
     for (const ObjectId id : result.collision.stopped) tellHand(id);
     // Where a reply has decided, a hand has not got its way either.
@@ -138,8 +140,10 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (!sound) return refused(std::move(sound.error()));
     ChangeList list = std::move(edit.list);
     const std::vector<Actor::Driver> drivers = actors_.drivers(list);
-    const std::vector<ById<Pose>::Row> poses = takeTransforms(list, wishes);
+    takeTransforms(list, wishes);
+    const std::vector<ById<Pose>::Row>& poses = wanted_.ascending();
     std::vector<ObjectId> moved;
+    moved.reserve(poses.size());
     for (const auto& [id, pose] : poses) {
         moved.push_back(id);
         if (pose.sound()) continue;
@@ -168,9 +172,9 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         const Transform* now = scene().get<Transform>(id);
         if (!now) continue;  // destroyed by the same edit
         Wish& wish = wishes.add(id).value;
-        if (!addsUp) wish.ways.clear();
-        wish.ways.emplace_back(index, wish.ways.empty() ? poseOf(*now) : wish.pose);
-        wish = {.pose = pose, .ways = std::move(wish.ways)};
+        if (!addsUp) wish.way = 0;
+        wishes.addWay(wish, index, wish.way == 0 ? poseOf(*now) : wish.pose);
+        wish = {.pose = pose, .way = wish.way};
         step.moves.push_back(id);
     }
     if (edit.undoable) openSteps_.push_back(std::move(step));
@@ -267,8 +271,8 @@ void Simulation::pause(std::span<const Actor::Driver> drivers, ChangeList& list)
     for (FieldColumn& column : pausing.columns) mergeColumn(list, std::move(column));
 }
 
-std::vector<ById<Pose>::Row> Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) const {
-    ById<Pose> wanted;
+void Simulation::takeTransforms(ChangeList& list, const Wishes& wishes) {
+    wanted_.clear();
     for (FieldColumn& column : list.columns) {
         if (!isPoseField(column) || column.kind() != FieldKind::kDouble) continue;
         const std::size_t width = column.field == fieldId<&Transform::rotation> ? 4 : 3;
@@ -286,14 +290,13 @@ std::vector<ById<Pose>::Row> Simulation::takeTransforms(ChangeList& list, const 
                 continue;
             }
             // Fields that this edit does not write keep what an earlier one wants.
-            const auto [pose, isNew] = wanted.add(id);
+            const auto [pose, isNew] = wanted_.add(id);
             if (isNew) pose = poseFor(wishes, id, *now);
             setPart(pose, column, row);
         }
         column = std::move(rest);
     }
     std::erase_if(list.columns, [](const FieldColumn& column) { return isPoseField(column) && column.ids.empty(); });
-    return wanted.take();
 }
 
 Pose Simulation::poseFor(const Wishes& wishes, ObjectId id, const Transform& now) {

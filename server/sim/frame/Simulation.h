@@ -162,8 +162,8 @@ private:
     [[nodiscard]] Expected<void> checkStep() const;
     /// Refuses what names anything that is on its way.
     [[nodiscard]] Expected<void> checkHidden(const Edit& edit) const;
-    /// Takes the values of existing Transforms out of the list: where it wants them, by ascending id.
-    [[nodiscard]] std::vector<ById<Pose>::Row> takeTransforms(ChangeList& list, const Wishes& wishes) const;
+    /// Takes the values of existing Transforms out of the list: where it wants them stands in `wanted_`.
+    void takeTransforms(ChangeList& list, const Wishes& wishes);
     void commitPoses(Wishes& wishes, const StepResult& step);
     /// Pauses, in `list`, who drives what is taken in hand, unless the list itself says something of them.
     static void pause(std::span<const Actor::Driver> drivers, ChangeList& list);
@@ -189,6 +189,8 @@ private:
     Committer committer_;
     EditHistory history_;
     std::vector<OpenStep> openSteps_;  ///< of this frame
+    Wishes wishes_;                    ///< of this frame
+    ById<Pose> wanted_;                ///< of one edit
     std::optional<Arriving> arriving_;
     std::optional<EditOutcome> awaited_;  ///< of the step under way, where somebody waits for it
     std::unique_ptr<Workers> workers_;  ///< null: one thread

@@ -183,14 +183,18 @@ tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::v
 std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
     const Wish* found = wishes.find(transform);
     const Transform* core = scene().get<Transform>(transform);
-    if (!found || !found->ofAnEdit() || !core) return std::nullopt;
-    const Wish& wish = *found;
+    if (!found || !found->way || !core) return std::nullopt;
     const Pose now = poseOf(*core);
-    if (!same(now, wish.pose))
-        return wish.edit() == step.edit ? std::optional(Way{wish.ways.front().second, now}) : std::nullopt;
-    const auto way = std::ranges::find(wish.ways, step.edit, [](const auto& one) { return one.first; });
-    if (way == wish.ways.end()) return std::nullopt;
-    return Way{way->second, std::next(way) == wish.ways.end() ? now : std::next(way)->second};
+    const Wishes::Way* way = wishes.lastWay(*found);
+    if (!same(now, found->pose)) {
+        if (way->edit != step.edit) return std::nullopt;
+        while (const Wishes::Way* before = wishes.wayBefore(*way)) way = before;
+        return Way{way->from, now};
+    }
+    Pose to = now;
+    for (; way; to = way->from, way = wishes.wayBefore(*way))
+        if (way->edit == step.edit) return Way{way->from, to};
+    return std::nullopt;
 }
 
 ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
@@ -208,6 +212,7 @@ void Simulation::closeSteps(const Wishes& wishes) {
     std::vector<CollisionPipeline::PosedTransforms> later;  // where those of the frame that are still to be closed lead, the newest first
     for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
         CollisionPipeline::PosedTransforms& before = later.emplace_back();
+        if (steps.size() == 1) continue;  // only others of the frame are asked about it
         for (const ObjectId id : step->moves)
             if (const std::optional<Way> way = wayOf(*step, id, wishes)) before.emplace_back(id, way->from);
     }

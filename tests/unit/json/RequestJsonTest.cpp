@@ -65,10 +65,10 @@ void expectNamedKeys(std::type_identity<std::variant<A...>>, std::span<const Tol
         const Json json = MemberJsonWriter(binaries).write(answer);
         const auto text = std::ranges::find(told, One::kInfo.name, [](const ToldText& each) { return each.info.name; });
         ASSERT_NE(text, told.end());
-        for (const auto& [key, value] : json.items())
+        for (const auto& item : json.items())
             EXPECT_TRUE(
-                std::ranges::any_of(text->members, [&](const MemberText& member) { return member.name == key; }))
-                << One::kInfo.name << "." << key;
+                std::ranges::any_of(text->members, [&](const MemberText& member) { return member.name == item.key(); }))
+                << One::kInfo.name << "." << item.key();
         for (const MemberText& member : text->members)
             EXPECT_TRUE(json.contains(member.name) || member.optional || member.isRest || !member.when.empty() ||
                         member.type == "bool")

@@ -3,6 +3,7 @@
 
 #include <numbers>
 
+#include "server/collision/objects/Relation.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
 namespace tessera {

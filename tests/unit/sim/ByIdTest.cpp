@@ -24,6 +24,9 @@ TEST(ById, HoldsWhatAMapHoldsInWhateverOrderItComes) {
             } else if (random() % 32 == 0) {
                 ASSERT_EQ(values.take(), (std::vector<ById<int>::Row>(truth.begin(), truth.end())));
                 truth.clear();
+            } else if (random() % 64 == 0) {
+                values.clear();
+                truth.clear();
             } else {
                 const auto [value, isNew] = values.add(id);
                 ASSERT_EQ(isNew, !truth.contains(id));
