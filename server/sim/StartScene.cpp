@@ -6,6 +6,7 @@
 
 #include "server/sim/commit/Committer.h"
 #include "server/sim/frame/InlineContents.h"
+#include "server/sim/frame/InlineLoading.h"
 
 namespace tessera {
 

@@ -1,4 +1,5 @@
 /// Every verb of tessera-ctl on a live wall.
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

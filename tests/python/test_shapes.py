@@ -88,7 +88,9 @@ class Shapes(unittest.TestCase):
         for x, what in ((5, "a int has neither vertices and faces nor points"), (np.zeros((3, 2)), r"points: an array of shape \(3, 2\)"),
                         ((VERTICES, [[0, 1, 9]]), "a face names vertex 9, and there are 4"), ((VERTICES, [[0, -1, 2]]), "a face names vertex -1"),
                         ((VERTICES, [[0.5, 1, 2]]), "faces of float64"), (np.full((2, 3), np.nan), "not all places are finite"),
-                        (PyvistaPolyData([3, 0, 1]), "packed faces end in the middle"), (np.array([["a", "b", "c"]]), "places are N × 3 numbers")):
+                        (PyvistaPolyData([3, 0, 1]), "packed faces end in the middle"), (np.array([["a", "b", "c"]]), "places are N × 3 numbers"),
+                        ([[0, 0, 0], [1, 1]], "points: .*inhomogeneous"), ((VERTICES, [[0, 1, 2], [0, 1]]), "faces: .*inhomogeneous"),
+                        (([[0, 0, 0], [1]], TRIANGLES), "vertices: .*inhomogeneous")):
             with self.subTest(what=what), self.assertRaisesRegex(tessera.BadInput, what):
                 shape_of(x)
 
@@ -102,6 +104,13 @@ class Shapes(unittest.TestCase):
         with self.assertRaisesRegex(tessera.BadInput, "is it viridis"):
             colours.of_scalars([1], "viridid")
         self.assertEqual(colours.linear("#ffffff"), (1.0, 1.0, 1.0, 1.0))
+        for given, what in (([[0, 0, np.nan]], "not all colours are finite"), ([["red", "", ""]], "is no type of numbers"), ([[0, 0, 300]], "from 0 to 255"),
+                            ([[0, 0, 0], [1]], "colors: .*inhomogeneous")):
+            with self.subTest(what=what), self.assertRaisesRegex(tessera.BadInput, what):
+                colours.of_any(given, 1, "colors")
+        for given in ((0, 0, np.nan), "#12", (1, 2), ("a", "b", "c"), 5):
+            with self.subTest(color=given), self.assertRaises(tessera.BadInput):
+                colours.linear(given)
 
 
 class Pictures(unittest.TestCase):
@@ -166,6 +175,9 @@ class OnTheWall(unittest.TestCase):
                 node.remove()
         with self.assertRaisesRegex(tessera.BadInput, "3 numbers for 4 vertices"):
             self.wall.show(VERTICES, scalars=[1, 2, 3])
+        for path in ("//x", "", "/", "cloud", "/a//b"):
+            with self.subTest(path=path), self.assertRaisesRegex(tessera.BadInput, "no path to show anything at"):
+                self.wall.show(VERTICES, path)
         with self.assertRaisesRegex(tessera.BadInput, "something that show has not made|holds"):
             self.wall.create("/taken", "PointLight")
             self.wall.create("/taken/shape", "Geometry")

@@ -5,7 +5,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, as_array
 from . import _wire
 from ._changes import pack_refs, pack_texts
 from ._hash import array_id
@@ -35,7 +35,7 @@ class Arrays:
 def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
     """One value, or `rows` of them, of a field of numbers: as it lies on the wire, without a copy where it does already."""
     dtype = SCALARS[field.kind]
-    given = np.asarray(value)
+    given = as_array(value, field.where)
     if given.dtype.kind not in "fiub" or (given.dtype.kind == "b" and field.kind != BOOL):
         raise BadInput(f"{field.where}: {value!r} is no number" if given.size < 20 else f"{field.where}: {given.dtype} is no type of numbers")
     if field.kind == MATRIX and given.shape[-2:] == (4, 4):
@@ -72,7 +72,7 @@ def array(field: Field, value: Any) -> Array:
         return np.zeros(0, np.uint8)
     if isinstance(value, (bytes, bytearray, memoryview)):
         return np.frombuffer(value, np.uint8)
-    given = np.asarray(value)
+    given = as_array(value, field.where)
     if given.dtype.kind not in "fiu":
         raise BadInput(f"{field.where}: {given.dtype} is no type of numbers")
     if field.each:

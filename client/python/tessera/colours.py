@@ -5,7 +5,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, as_array
 from ._schema import nearest
 from .errors import BadInput
 
@@ -28,7 +28,7 @@ def _table(name: str) -> Array:
 
 def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, float]] = None) -> Array:
     """N × 4 (uint8, sRGB and alpha). `clim`: what the first and last colour stand for; None: the least and greatest. NaN is grey."""
-    values = np.asarray(scalars, float).reshape(-1)
+    values = as_array(scalars, "scalars", float).reshape(-1)
     good = np.isfinite(values)
     low, high = clim if clim is not None else (values[good].min(), values[good].max()) if good.any() else (0.0, 1.0)
     place = (values - low) / (high - low) if high > low else np.zeros_like(values)
@@ -40,12 +40,18 @@ def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, 
 
 def of_any(colours: Any, rows: int, where: str) -> Array:
     """N × 3 or N × 4, floats from 0 to 1 or bytes, as N × 4 bytes; without a copy where it is that already."""
-    given = np.asarray(colours)
+    given = as_array(colours, where)
+    if given.dtype.kind not in "fiu":
+        raise BadInput(f"{where}: {given.dtype} is no type of numbers")
     if given.ndim != 2 or given.shape[0] != rows or given.shape[1] not in (3, 4):
         raise BadInput(f"{where}: colours of shape {given.shape} for {rows} of them; wanted is {rows} × 3 or {rows} × 4")
     if given.dtype.kind == "f":
+        if not np.isfinite(given).all():
+            raise BadInput(f"{where}: not all colours are finite")
         given = (np.clip(given, 0, 1) * 255).round().astype(np.uint8)
     elif given.dtype != np.uint8:
+        if given.size and (given.min() < 0 or given.max() > 255):
+            raise BadInput(f"{where}: whole numbers of colours go from 0 to 255")
         given = given.astype(np.uint8)
     if given.shape[1] == 3:
         given = np.concatenate([given, np.full((rows, 1), 255, np.uint8)], 1)
@@ -60,8 +66,8 @@ def linear(colour: Any) -> tuple[float, float, float, float]:
             colour = [int(digits[at:at + 2], 16) / 255 for at in range(0, 6, 2)]
         except ValueError:
             raise BadInput(f"\"{colour}\" is no colour; write \"#rrggbb\" or (r, g, b) from 0 to 1") from None
-    numbers = [float(each) for each in colour]
-    if len(numbers) not in (3, 4):
+    numbers = as_array(colour, "color", float).reshape(-1).tolist()
+    if len(numbers) not in (3, 4) or not np.isfinite(numbers).all():
         raise BadInput(f"{colour!r} is no colour; write \"#rrggbb\" or (r, g, b) from 0 to 1")
     light = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in numbers[:3]]
     return (light[0], light[1], light[2], numbers[3] if len(numbers) == 4 else 1.0)

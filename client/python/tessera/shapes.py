@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, as_array
 from . import colours
 from .errors import BadInput, NotFound
 
@@ -28,7 +28,7 @@ class Shape:
 
 
 def _places(value: Any, where: str) -> Array:
-    given = np.asarray(value)
+    given = as_array(value, where)
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "fiu":
         raise BadInput(f"{where}: an array of shape {given.shape} and type {given.dtype}; places are N × 3 numbers")
     if given.dtype.kind == "f" and not np.isfinite(given).all():
@@ -38,7 +38,7 @@ def _places(value: Any, where: str) -> Array:
 
 def _corners(value: Any, vertices: int, where: str) -> Array:
     """Numbers of vertices, of any shape."""
-    given = np.asarray(value)
+    given = as_array(value, where)
     if given.size and given.dtype.kind not in "iu":
         raise BadInput(f"{where}: faces of {given.dtype}; they are whole numbers")
     if given.size and (int(given.min()) < 0 or int(given.max()) >= vertices):
@@ -59,7 +59,7 @@ def _of_rows(shape: Shape, faces: Array, where: str) -> Shape:
 
 def _of_packed(shape: Shape, packed: Array, primitive: str, where: str) -> Shape:
     """VTK's way: of each face how many corners it has, and these, one behind the other."""
-    flat = np.asarray(packed).reshape(-1)
+    flat = as_array(packed, where).reshape(-1)
     sizes, starts, at = [], [], 0
     if len(flat) and flat[0] > 0 and len(flat) % (flat[0] + 1) == 0 and (flat[::flat[0] + 1] == flat[0]).all():
         rows = flat.reshape(-1, flat[0] + 1)[:, 1:]
@@ -84,7 +84,7 @@ def _filled(owner: Any, *names: str) -> Any:
     """The first of these that is there and not empty."""
     for name in names:
         value = getattr(owner, name, None)
-        if value is not None and not callable(value) and np.asarray(value).size:
+        if value is not None and not callable(value) and as_array(value, name).size:
             return value
     return None
 
@@ -95,7 +95,7 @@ def shape_of(x: Any) -> Shape:
     where = type(x).__name__
     if isinstance(x, Shape):
         return x
-    if isinstance(x, (tuple, list)) and len(x) == 2 and np.ndim(x[0]) == 2:
+    if isinstance(x, (tuple, list)) and len(x) == 2 and as_array(x[0], "vertices").ndim == 2:
         shape = Shape(_places(x[0], "vertices"))
         return _of_rows(shape, _corners(x[1], len(shape.positions), "faces"), "faces")
     places = _filled(x, "vertices", "points")
@@ -108,13 +108,13 @@ def shape_of(x: Any) -> Shape:
     rows = len(shape.positions)
     faces = _filled(x, "triangles", "faces")
     if faces is not None:
-        flat = np.asarray(faces)
+        flat = as_array(faces, where)
         if flat.ndim == 1:
             shape = _of_packed(shape, flat, "polygons", where)
         else:
             shape = _of_rows(shape, _corners(flat, rows, where), where)
     elif (lines := _filled(x, "lines")) is not None:
-        flat = np.asarray(lines)
+        flat = as_array(lines, where)
         if flat.ndim == 1:
             shape = _of_packed(shape, flat, "line-strips", where)
         else:
@@ -126,14 +126,14 @@ def shape_of(x: Any) -> Shape:
     own = _filled(x, "vertex_colors", "colors")
     if own is None and visual is not None and kind in (None, "vertex"):
         own = _filled(visual, "vertex_colors")
-    if own is not None and len(np.asarray(own)) == rows:
+    if own is not None and len(as_array(own, where)) == rows:
         shape.colours = colours.of_any(own, rows, where)
     elif visual is not None and kind == "face" and shape.primitive == "triangles" and shape.indices is not None and _filled(visual, "face_colors") is not None:
         painted = colours.of_any(visual.face_colors, len(shape.indices), where)  # each face gets corners of its own
         shape.positions, shape.indices = np.ascontiguousarray(shape.positions[shape.indices.reshape(-1)]), None
         shape.colours = np.repeat(painted, 3, axis=0)
     normals = x.__dict__.get("vertex_normals") if hasattr(x, "__dict__") else None
-    if normals is not None and np.asarray(normals).shape == shape.positions.shape:
+    if normals is not None and as_array(normals, where).shape == shape.positions.shape:
         shape.normals = _places(normals, where)
     return shape
 
@@ -177,6 +177,8 @@ class Shown:
             look["unlit"] = unlit
         if path is None:
             path = self._free_path(type(x).__name__)
+        elif not all(path.split("/")[1:]) or not path.startswith("/"):
+            raise BadInput(f"\"{path}\" is no path to show anything at; say one like \"/cloud\"")
         found = self._find(path)
         current = self._wall._current()
         edit = current or self._wall.edit(undo)

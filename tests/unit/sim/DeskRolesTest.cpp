@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "common/codec/ChangeCodec.h"
 #include "common/request/Catalogue.h"
 #include "tests/unit/sim/DeskStage.h"
 

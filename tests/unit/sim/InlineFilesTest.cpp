@@ -9,6 +9,7 @@
 #include "common/scene/Aspect.h"
 #include "server/sim/StartScene.h"
 #include "server/sim/commit/Committer.h"
+#include "server/sim/frame/InlineContents.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {

@@ -1,4 +1,5 @@
 /// What the wall says of bad programs: comes, stands where it can be read, goes, and is nobody's but the server's.
+#include "common/cores/Image.h"
 #include "common/cores/Material.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/cores/Switch.h"

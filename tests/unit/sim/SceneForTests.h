@@ -10,6 +10,7 @@
 #include "common/cores/Node.h"
 #include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
+#include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "common/wall/Wall.h"
 
