@@ -113,7 +113,7 @@ void editRow(SceneTable& table, const Kept& kept, bool quick) {
     const auto [frames, still] = framesOf(first.at, idle.at);
     const auto [busyFrames, busy] = framesOf(idle.at, edited.at);
     // Frames go on whether anything is edited or not: what the edits cost beside them.
-    const auto perEdit = [&](double without, double with) { return (with - without / frames * busyFrames) / static_cast<double>(edits); };
+    const auto perEdit = [&, frames = frames, busyFrames = busyFrames](double without, double with) { return (with - without / frames * busyFrames) / static_cast<double>(edits); };
     const double ours = perEdit(still, busy);
     const double all = perEdit(idle.process - first.process, edited.process - idle.process);
     double host = 0;

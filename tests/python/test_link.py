@@ -1,5 +1,6 @@
 """The link: time-outs, strangers in a server's place, and the return after kill -9."""
 import asyncio
+import gc
 import os
 import socket
 import struct
@@ -253,6 +254,45 @@ class Return(unittest.TestCase):
             self.assertTrue(wall.over)
             with self.assertRaisesRegex(tessera.NetworkError, "is over"):
                 wall.status()
+
+
+class Dropped(unittest.TestCase):
+    def test_a_wall_that_nothing_holds_is_closed(self):
+        with Live() as live:
+            def threads():
+                return [each for each in threading.enumerate() if each.name.startswith("tessera ")]
+            before, files = len(threads()), len(os.listdir("/proc/self/fd"))
+            for _ in range(5):
+                wall = live.connect()
+                frames = wall.frames()
+                self.assertTrue(wall.root.id)
+                self.assertEqual(len(threads()), before + 1)
+                del wall
+                gc.collect()
+                next(frames)  # an iterator holds its wall
+                frames.close()
+                del frames
+                gc.collect()
+                self.assertEqual(len(threads()), before)
+            self.assertEqual(len(os.listdir("/proc/self/fd")), files)
+
+    def test_after_a_fork_the_wall_is_the_parents(self):
+        with Live() as live, live.connect() as wall:
+            child = os.fork()
+            if child == 0:
+                said = 2
+                try:
+                    wall.status()
+                except tessera.NetworkError as error:
+                    said = 0 if "forked" in str(error) else 3
+                    wall.close()
+                    with live.connect() as own:
+                        said += 4 * (not own.root.id)
+                finally:
+                    os._exit(said)
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+            wall.status()
+            self.assertTrue(wall["/"].id)
 
 
 class Asyncio(unittest.TestCase):

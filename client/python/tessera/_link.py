@@ -8,6 +8,7 @@ import os
 import select
 import threading
 import time
+import weakref
 from concurrent.futures import Future
 from typing import Any, Callable, Optional, Sequence
 
@@ -41,6 +42,17 @@ def _settle(future: "Future[dict[str, Any]]", said: Optional[dict[str, Any]] = N
         future.set_result(said)
 
 
+_links: "weakref.WeakSet[Link]" = weakref.WeakSet()
+
+
+def _forked() -> None:
+    for link in list(_links):
+        link._leave_to_parent()
+
+
+os.register_at_fork(after_in_child=_forked)
+
+
 class Link:
     """One control connection. `on_message(name, members)` is called by the thread that reads, `on_back` there after a return."""
 
@@ -70,6 +82,7 @@ class Link:
         self._wake_read, self._wake_write = os.pipe()
         self._thread = threading.Thread(target=self._run, name=f"tessera {self.address}", daemon=True)
         self._thread.start()
+        _links.add(self)
 
     # ---- what any thread calls
 
@@ -178,6 +191,13 @@ class Link:
             self._thread.join(2.0)
 
     # ---- inside
+
+    def _leave_to_parent(self) -> None:
+        """In the child of a fork: the connection is the parent's, as is the thread that reads. Locks may be held by threads that are not here."""
+        self._sending, self._state = threading.Lock(), threading.Condition()
+        self._ended = NetworkError("this wall was opened before the process forked, and is its parent's: connect anew in the child")
+        self._closing = True
+        self._pending = {}
 
     def _hello(self, channel: int, access: str) -> _wire.Chain:
         return encode_message(self.schema.messages["Hello"], {

@@ -4,6 +4,7 @@ from __future__ import annotations
 import collections
 import threading
 import time
+import weakref
 from typing import TYPE_CHECKING, Any, Deque, Iterator, Mapping, Optional
 
 from . import _changes
@@ -87,6 +88,7 @@ class _News(Subscription):
     def __init__(self, owner: "Subscriptions", what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> None:
         super().__init__(what, timeout, most)
         self._owner = owner
+        self._wall = owner.wall()  # it stays while anybody listens
         self.wishes = {what: True, **options}
 
     def close(self) -> None:
@@ -95,15 +97,17 @@ class _News(Subscription):
 
 
 class Subscriptions:
-    """What one connection is told: the wishes of all iterators together."""
+    """What one connection is told: the wishes of all iterators together. The thread that reads holds it, and by it no wall: one that
+    nobody holds is closed."""
 
     def __init__(self, wall: "Wall") -> None:
-        self._wall = wall
+        self._weak = weakref.ref(wall)
+        self._schema = wall.schema
         self._lock = threading.Lock()
         self._open: list[_News] = []
 
     def open(self, what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> Subscription:
-        schema = self._wall.schema
+        schema = self._schema
         if what not in schema.subscriptions:
             known = [*schema.subscriptions, "changes"]
             raise UnknownField(f"nothing of \"{what}\" is told; there is {', '.join(known)}{nearest(what, known)}")
@@ -112,7 +116,7 @@ class Subscriptions:
         with self._lock:
             self._open.append(news)
         try:
-            self._wall.ask("SubscribeNews", **self._wishes())
+            self.wall().ask("SubscribeNews", **self._wishes())
         except BaseException:
             self.forget(news, False)
             raise
@@ -123,11 +127,16 @@ class Subscriptions:
             if news not in self._open:
                 return
             self._open.remove(news)
-        if say and self._wall.connected:
+        if say and news._wall.connected:
             try:
-                self._wall.ask("SubscribeNews", **self._wishes())
+                news._wall.ask("SubscribeNews", **self._wishes())
             except TesseraError:
                 pass  # it is told of more than it wants
+
+    def wall(self) -> "Wall":
+        wall = self._weak()
+        assert wall is not None, "whoever calls this holds it"
+        return wall
 
     def _wishes(self) -> dict[str, bool]:
         with self._lock:
@@ -138,7 +147,7 @@ class Subscriptions:
     def told(self, name: str, said: Mapping[str, Any]) -> None:
         if name != "Notice" or not self._open:
             return
-        schema = self._wall.schema
+        schema = self._schema
         told = decode(schema.notices, said["body"])
         with self._lock:
             wanted = [news for news in self._open if schema.subscriptions[news.what] == told._said]
@@ -151,8 +160,9 @@ class Subscriptions:
         with self._lock:
             for news in self._open:
                 news.gaps += 1
-        if wishes:
-            self._wall._link.say("Request", {"id": 0, "body": encode(self._wall.schema.request("SubscribeNews"), wishes)})
+        wall = self._weak()
+        if wishes and wall is not None:
+            wall._link.say("Request", {"id": 0, "body": encode(self._schema.request("SubscribeNews"), wishes)})
 
     def ended(self, why: Optional[TesseraError]) -> None:
         with self._lock:

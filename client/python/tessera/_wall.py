@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import threading
 import time
+import weakref
 from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -36,10 +37,16 @@ def _way_to(said: str, token_file: Optional[str]) -> Way:
     return ByLink(said)
 
 
+def _close(fetcher: Fetcher, link: Link) -> None:
+    fetcher.close()
+    link.close()
+
+
 class Wall:
     """Get one from `tessera.connect`. Any thread may call anything, at any time; each waits for its own answers, at most `timeout`
     seconds (Timeout). A thread inside answers the server's heartbeats and dials again for `redial` seconds where the connection
-    breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again."""
+    breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again. A wall that nothing
+    holds any more is closed. In the child of a fork it is the parent's: what is asked there raises NetworkError."""
 
     def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
                  redial: float = 60.0) -> None:
@@ -57,13 +64,14 @@ class Wall:
                           on_message=self._subscriptions.told, on_back=self._subscriptions.back,
                           on_end=self._subscriptions.ended)
         self._fetcher = Fetcher(self._link)
+        self._dropped = weakref.finalize(self, _close, self._fetcher, self._link)
+        self._dropped.atexit = False
 
     # ---- the connection
 
     def close(self) -> None:
         """Subscriptions end, and whoever waits is told."""
-        self._fetcher.close()
-        self._link.close()
+        self._dropped()
         self._subscriptions.ended(None)
 
     def __enter__(self) -> "Wall":
