@@ -2,6 +2,7 @@
 import threading
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -80,6 +81,13 @@ class Edits(OnAWall):
                 self.wall["/row"].translation = (9, 9, 9)
                 raise RuntimeError("of the caller")
         self.assertEqual(self.wall["/row"].translation, before)
+
+    def test_what_an_edit_hangs_its_nodes_below_is_asked_for_once(self):
+        with mock.patch.object(self.wall, "_ask", wraps=self.wall._ask) as asked, self.wall.edit():
+            made = [self.wall.create(f"/carriage/part{at}") for at in range(20)]
+        self.assertEqual(asked.call_count, 1)
+        self.assertEqual(made[-1].parent.path, "/carriage")
+        self.wall.undo()
 
     def test_edits_of_one_name_are_one_step(self):
         node = self.wall.create("/dragged")

@@ -50,6 +50,7 @@ class Edit:
         self._range_bytes = _wire.Chain()
         self._made: dict[int, Object] = {}
         self._paths: dict[str, Node] = {}
+        self._parents: dict[str, Node] = {}  # that were there before
         self._since: Optional[int] = None  # the generation of the oldest handle in it
         self.committed: Optional[Told] = None  #: what the server answered: sequence, ids, stopped
 
@@ -81,7 +82,9 @@ class Edit:
         parent_path, slash, name = path.rstrip("/").rpartition("/")
         if not slash or not name:
             raise BadInput(f"\"{path}\" is no path of a new node; write \"/hall/crane\"")
-        parent = self._paths.get(parent_path) or self._wall._node(parent_path or "/")
+        parent = self._paths.get(parent_path) or self._parents.get(parent_path)
+        if parent is None:  # asked for once: each answer takes its way
+            parent = self._parents[parent_path] = self._wall._node(parent_path or "/")
         self._names(parent)
         core = self.object(type, **fields) if type is not None else None
         if core is not None and not core._type.is_core:
