@@ -16,8 +16,8 @@ std::string page(std::string_view title, std::string_view body) {
         escaped(title), body);
 }
 
-std::string membersTable(const std::vector<MemberText>& members) {
-    if (members.empty()) return "<p>No fields.</p>\n";
+/// Those of a member that has members itself stand below it, behind its name.
+std::string rowsOf(const std::vector<MemberText>& members, const std::string& within) {
     std::string rows;
     for (const MemberText& member : members) {
         if (member.isRest || member.name.empty()) continue;
@@ -30,10 +30,18 @@ std::string membersTable(const std::vector<MemberText>& members) {
         }
         for (const std::string& more : {member.bounds, member.when})
             if (!more.empty()) about += (about.empty() ? "" : "; ") + more;
-        rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(member.name),
-                            escaped(type), escaped(member.unit), escaped(about));
+        const std::string name = fmt::format("{}{}", within, member.name);
+        rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(name), escaped(type),
+                            escaped(member.unit), escaped(about));
+        rows += rowsOf(member.members, name + (member.many ? "[]." : "."));
     }
-    return "<table><tr><th>field</th><th>type</th><th>unit</th><th>help</th></tr>\n" + rows + "</table>\n";
+    return rows;
+}
+
+std::string membersTable(const std::vector<MemberText>& members) {
+    if (members.empty()) return "<p>No fields.</p>\n";
+    return "<table><tr><th>field</th><th>type</th><th>unit</th><th>help</th></tr>\n" + rowsOf(members, {}) +
+           "</table>\n";
 }
 
 }  // namespace
@@ -95,7 +103,9 @@ HttpAnswer apiPage(const std::string& wall) {
                             membersTable(told.members));
     body += "<h1>Notices</h1>\n";
     for (const ToldText& told : allNotices())
-        if (told.info.answer == 0)
+        if (told.info.answer != 0)
+            body += fmt::format("<p><a href=\"#{0}\">{0}</a>, as the answer of that name.</p>\n", told.info.name);
+        else
             body += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}", told.info.name, escaped(told.info.help),
                                 membersTable(told.members));
     return {.type = "text/html; charset=utf-8", .body = page("Tessera: " + wall, body)};
