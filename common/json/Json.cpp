@@ -4,6 +4,9 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
 
 namespace tessera {
 namespace {
@@ -47,8 +50,21 @@ ApiExpected<Json> parseJson(std::string_view text) {
     if (isTooDeep(text))
         return tl::unexpected(
             ApiError{ErrorCode::kLimit, fmt::format("JSON that is nested deeper than {} levels", kMaxJsonDepth)});
+    // Readers differ in which of two counts: what a gate has seen would not be what is done.
+    std::vector<std::set<std::string>> named;
+    std::string twice;
+    const auto look = [&](int, Json::parse_event_t event, Json& value) {
+        if (event == Json::parse_event_t::object_start) named.emplace_back();
+        if (event == Json::parse_event_t::object_end) named.pop_back();
+        if (event == Json::parse_event_t::key && !named.back().insert(value.get<std::string>()).second && twice.empty())
+            twice = value.get<std::string>();
+        return true;
+    };
     try {
-        return Json::parse(text);
+        Json json = Json::parse(text, look);
+        if (twice.empty()) return json;
+        return tl::unexpected(
+            ApiError{ErrorCode::kBadInput, fmt::format("no JSON: \"{}\" is said twice", twice), twice});
     } catch (const Json::exception& wrong) {
         // "[json.exception.parse_error.101] parse error at line 1, column 2: …": from the place on it is for people.
         std::string_view why = wrong.what();

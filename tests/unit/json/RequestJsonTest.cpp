@@ -159,6 +159,12 @@ TEST(ParseJson, RefusesWhatIsNoJsonInWords) {
         ASSERT_FALSE(deep);
         EXPECT_EQ(deep.error().code, ErrorCode::kLimit);
     }
+    for (const std::string text : {R"({"node":1,"node":2})", R"([{"a":{"node":1,"b":2,"node":1}}])"}) {
+        const ApiExpected<Json> twice = parseJson(text);
+        ASSERT_FALSE(twice) << text;
+        EXPECT_NE(twice.error().message.find("\"node\" is said twice"), std::string::npos) << twice.error().message;
+    }
+    EXPECT_TRUE(parseJson(R"([{"node":1},{"node":2,"in":{"node":3}}])"));
     EXPECT_TRUE(parseJson(std::string(kMaxJsonDepth, '[') + std::string(kMaxJsonDepth, ']')));
     EXPECT_FALSE(parseJson(std::string(kMaxJsonDepth + 1, '[') + std::string(kMaxJsonDepth + 1, ']')));
     // Brackets in a text are none.
