@@ -21,7 +21,7 @@ public:
     [[nodiscard]] bool empty() const { return links_.empty(); }
     [[nodiscard]] bool full() const { return links_.size() >= limits_.maxStrangers; }
     void add(const std::shared_ptr<TransportLink>& link, TimePoint now) {
-        link->stranger.emplace(now, links_.insert(links_.end(), link));
+        link->stranger = TransportLink::Stranger{now, links_.insert(links_.end(), link)};
     }
     /// It has sent a message, or is gone. Others are no strangers: nothing happens.
     void forget(TransportLink& link) {

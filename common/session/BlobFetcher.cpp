@@ -87,11 +87,14 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
     inFlight_.erase(asked);
     if (fetch.bytes.size() < chunk.offset + chunk.bytes.size()) {
-        // All at once for small blobs; large ones grow as they come, whatever size was announced.
-        if (fetch.bytes.empty())
-            fetch.bytes.reserve(
-                static_cast<std::size_t>(std::min<std::uint64_t>(fetch.sizeBytes, std::uint64_t{16} << 20)));
-        fetch.bytes.resize(static_cast<std::size_t>(chunk.offset) + chunk.bytes.size());
+        // What was announced takes nothing. Once the first 16 MiB are there addresses are taken for all of it: copied again and
+        // again as it grew, hundreds of megabytes kept this thread from saying in time what its host shows.
+        constexpr std::uint64_t kFirstRoom = std::uint64_t{16} << 20;
+        const std::size_t needed = static_cast<std::size_t>(chunk.offset) + chunk.bytes.size();
+        if (needed > fetch.bytes.capacity())
+            fetch.bytes.reserve(static_cast<std::size_t>(
+                needed <= kFirstRoom ? std::min(fetch.sizeBytes, kFirstRoom) : fetch.sizeBytes));
+        fetch.bytes.resize(needed);
     }
     std::copy(chunk.bytes.begin(), chunk.bytes.end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
     fetch.received += chunk.bytes.size();
@@ -131,7 +134,7 @@ BlobFetcher::Parts BlobFetcher::takeParts() {
     std::sort(oldestLast.begin(), oldestLast.end());
     std::size_t bytes = 0;
     for (const auto& [unwanted, id] : oldestLast) {
-        bytes += parts.at(id).bytes.capacity();
+        bytes += parts.at(id).bytes.size();
         if (bytes > limits_.maxUnwantedBytes) parts.erase(id);
     }
     for (auto& [id, fetch] : fetches_) {
