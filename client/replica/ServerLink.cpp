@@ -122,12 +122,15 @@ void ServerLink::on(const LinkEvent& event) {
         carryOut(session_->channelOpened(*channel, event.at, opened->peer));
     } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
+        if (const auto* chunk = message && arrays_ ? std::get_if<message::BlobChunk>(&*message) : nullptr)
+            arrays_->arrives({chunk->id, chunk->totalBytes}, chunk->offset, chunk->bytes);
         carryOut(message ? session_->received(*channel, received->epoch, *message, event.at)
                          : session_->malformed(*channel, message.error().message));
     } else if (std::holds_alternative<link_event::Heard>(event.what)) {
         session_->heard(*channel, event.at);
     } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         links_.erase(*channel);
+        if (arrays_) arrays_->forgetArriving();
         if (*channel == ChannelKind::kControl)
             retryLater(closed->reason.empty() ? "the connection closed" : closed->reason);
         else
@@ -263,6 +266,7 @@ void ServerLink::hangUp(const std::string& reason) {
     for (const auto& [channel, link] : links_) transport_->close(link, reason);
     links_.clear();
     if (session_) fetchedParts_ = session_->takeParts();
+    if (arrays_) arrays_->forgetArriving();
     session_.reset();
 }
 

@@ -24,6 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr const char* kDirectoryName = "tessera-arrays-1";  // the number is that of the layout below
 constexpr const char* kArrayName = "tessera-array";
+constexpr std::uint64_t kWrittenAsItComes = std::uint64_t{16} << 20;
 constexpr int kSealed = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
 
 constexpr std::uint64_t kFree = 0, kFirstFile = 1;
@@ -85,6 +86,12 @@ bool writeAll(int file, ByteSpan bytes) {
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     return true;
+}
+
+/// Below 0: there is none to be had.
+int newArray() {
+    File file(::memfd_create(kArrayName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    return file.get() >= 0 && ::fchmod(file.get(), kSharedMode) == 0 ? file.release() : -1;
 }
 
 /// How many files this process may keep open for arrays: half of what it may have at all.
@@ -235,12 +242,33 @@ Blob SharedArrays::find(const BlobInfo& wanted) {
     return {};
 }
 
+struct SharedArrays::Arriving {
+    BlobInfo info;
+    File file;
+    std::uint64_t written = 0;
+};
+
+void SharedArrays::arrives(const BlobInfo& info, std::uint64_t offset, ByteSpan piece) {
+    if (!own_ || info.sizeBytes < kWrittenAsItComes) return;
+    if (offset == 0) arriving_ = std::unique_ptr<Arriving>(new Arriving{info, File(newArray())});
+    if (!arriving_ || arriving_->info.id != info.id) return;
+    if (offset != arriving_->written || piece.size() > info.sizeBytes - offset || arriving_->file.get() < 0 || !writeAll(arriving_->file.get(), piece))
+        return forgetArriving();
+    arriving_->written += piece.size();
+}
+
+void SharedArrays::forgetArriving() {
+    arriving_.reset();
+}
+
 Blob SharedArrays::share(Blob blob) {
     if (!own_ || !blob.resident() || blob.sizeBytes() < kLeastBytes) return blob;
     const BlobInfo info{blob.id(), blob.sizeBytes()};
+    const std::unique_ptr<Arriving> arrived = arriving_ && arriving_->info.id == info.id ? std::move(arriving_) : nullptr;
     if (Blob found = find(info); !found.empty()) return found;
-    File file(::memfd_create(kArrayName, MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    if (file.get() < 0 || ::fchmod(file.get(), kSharedMode) != 0 || !writeAll(file.get(), blob.bytes()) || ::fcntl(file.get(), F_ADD_SEALS, kSealed | F_SEAL_SEAL) != 0)
+    const bool whole = arrived && arrived->written == info.sizeBytes;
+    File file(whole ? arrived->file.release() : newArray());
+    if (file.get() < 0 || (!whole && !writeAll(file.get(), blob.bytes())) || ::fcntl(file.get(), F_ADD_SEALS, kSealed | F_SEAL_SEAL) != 0)
         return blob;
     struct stat status {};
     if (::fstat(file.get(), &status) != 0) return blob;

@@ -39,6 +39,11 @@ public:
     /// The blob in memory in common: a neighbour's where one has it, else a copy that neighbours may find. Small, absent and
     /// shared ones come back as they are, and so does one for which there is no room.
     [[nodiscard]] Blob share(Blob blob);
+    /// A piece of a large blob, as it comes: `share` then has its bytes in their place already. Written at once, hundreds of
+    /// megabytes of fresh memory would take longer than a host may be silent. Pieces come in order, from the beginning on.
+    void arrives(const BlobInfo& info, std::uint64_t offset, ByteSpan piece);
+    /// Pieces may have come that nobody asked for, or will be asked for again: `share` writes all itself.
+    void forgetArriving();
     /// A blob that a neighbour has; empty: none has it.
     [[nodiscard]] Blob find(const BlobInfo& wanted);
 
@@ -63,6 +68,8 @@ private:
     std::map<pid_t, std::unique_ptr<OtherDirectory>> others_;
     std::chrono::steady_clock::time_point metAt_{};
     Counts counts_;
+    struct Arriving;
+    std::unique_ptr<Arriving> arriving_;  ///< the blob whose pieces come; null: none
 };
 
 /// Processes of this user that run this program, but this one.

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <random>
 
 namespace tessera {
@@ -107,6 +108,39 @@ TEST(SharedArrays, AreFoundWithANeighbourAndOutliveIt) {
     EXPECT_EQ(blobIdOf(there.bytes()), own.id()) << "the memory lives as long as anybody maps it";
 }
 
+/// What is shared is the blob, whatever came before it and in whatever order.
+TEST(SharedArrays, PiecesThatComeAreInTheirPlaceAndOthersHarmNobody) {
+    Log log("test");
+    Bytes bytes(std::size_t{20} << 20);
+    for (std::size_t at = 0; at < bytes.size(); at += 512) bytes[at] = static_cast<std::byte>(at >> 9);
+    const Blob whole(bytes);
+    const BlobInfo info = infoOf(whole);
+    const Bytes wrong(std::size_t{1} << 20, std::byte{7});
+    constexpr std::size_t kPiece = std::size_t{1} << 20;
+    const auto comes = [&](SharedArrays& shared, std::size_t from, std::size_t to) {
+        for (std::size_t at = from * kPiece; at < to * kPiece; at += kPiece) shared.arrives(info, at, whole.bytes().subspan(at, kPiece));
+    };
+    const std::vector<std::function<void(SharedArrays&)>> ways{
+        [&](SharedArrays& shared) { comes(shared, 0, 20); },
+        [&](SharedArrays& shared) { comes(shared, 0, 19); },
+        [&](SharedArrays& shared) { comes(shared, 3, 20); },
+        [&](SharedArrays& shared) { comes(shared, 0, 5), comes(shared, 6, 20); },
+        [&](SharedArrays& shared) { comes(shared, 0, 5), comes(shared, 0, 20); },
+        [&](SharedArrays& shared) { comes(shared, 0, 5), shared.arrives(info, 5 * kPiece, wrong), shared.forgetArriving(), comes(shared, 6, 20); },
+        [&](SharedArrays& shared) { comes(shared, 0, 20), comes(shared, 0, 1); },
+        [&](SharedArrays& shared) { comes(shared, 0, 20), shared.arrives(info, info.sizeBytes, wrong); },
+        [&](SharedArrays& shared) { shared.arrives({info.id, kPiece / 2}, 0, wrong), shared.arrives({blobIdOf(wrong), info.sizeBytes}, 0, wrong), comes(shared, 1, 20); },
+    };
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+        SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+        ways[i](shared);
+        const Blob there = shared.share(Blob(bytes));
+        EXPECT_EQ(blobIdOf(there.bytes()), info.id) << i;
+        EXPECT_NE(placeOf(there), 0u) << i;
+        EXPECT_EQ(shared.counts().ownBytes, info.sizeBytes) << i;
+    }
+}
+
 TEST(SharedArrays, AreHandedOnByThoseWhoFoundThem) {
     Log log("test");
     Neighbour first([&] {
@@ -132,7 +166,7 @@ TEST(SharedArrays, AreNobodysButTheirUsers) {
         std::error_code error;
         const std::string target = std::filesystem::read_symlink(entry.path(), error);
         struct stat status {};
-        if (!target.starts_with("/memfd:tessera") || ::stat(entry.path().c_str(), &status) != 0) continue;
+        if (!target.starts_with("/memfd:tessera-array") || ::stat(entry.path().c_str(), &status) != 0) continue;
         EXPECT_EQ(status.st_mode & 0777, 0600u) << target;
         ++files;
     }
