@@ -46,6 +46,7 @@ HostEnd ServerLink::run() {
         const TimePoint now = clockNow();
         if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
         if (dialAt_ && now >= *dialAt_) dial();
+        if (arrays_) arrays_->step(now);
         sendInput(now);
         if (end_ && now >= giveUpAt_) {
             log_.error("the draw thread does not finish; giving it up");
@@ -82,6 +83,7 @@ TimePoint ServerLink::nextDeadline() const {
     TimePoint next = TimePoint::max();
     if (session_) next = std::min(next, session_->nextDeadline());
     if (dialAt_) next = std::min(next, *dialAt_);
+    if (arrays_) next = std::min(next, arrays_->nextStep());
     if (welcomed_ && !unsaid_.empty()) next = std::min(next, inputSaidAt_ + options_.inputEvery);
     if (end_) next = std::min(next, giveUpAt_);
     return next == TimePoint::max() ? clockNow() + 1s : next;
@@ -101,6 +103,7 @@ void ServerLink::dial() {
                                                             .access = options_.access,
                                                             .openContent = decodeSnapshot,
                                                             .elsewhere = elsewhere(),
+                                                            .place = place(),
                                                             .firstShare = static_cast<double>(::getpid() % 64) / 64});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
@@ -122,15 +125,12 @@ void ServerLink::on(const LinkEvent& event) {
         carryOut(session_->channelOpened(*channel, event.at, opened->peer));
     } else if (const auto* received = std::get_if<link_event::Received>(&event.what)) {
         const Expected<Message> message = decodeMessage(received->type, received->payload);
-        if (const auto* chunk = message && arrays_ ? std::get_if<message::BlobChunk>(&*message) : nullptr)
-            arrays_->arrives({chunk->id, chunk->totalBytes}, chunk->offset, chunk->bytes);
         carryOut(message ? session_->received(*channel, received->epoch, *message, event.at)
                          : session_->malformed(*channel, message.error().message));
     } else if (std::holds_alternative<link_event::Heard>(event.what)) {
         session_->heard(*channel, event.at);
     } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         links_.erase(*channel);
-        if (arrays_) arrays_->forgetArriving();
         if (*channel == ChannelKind::kControl)
             retryLater(closed->reason.empty() ? "the connection closed" : closed->reason);
         else
@@ -234,6 +234,11 @@ std::function<Blob(const BlobInfo&)> ServerLink::elsewhere() {
     return [this](const BlobInfo& wanted) { return arrays_->find(wanted); };
 }
 
+std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> ServerLink::place() {
+    if (!arrays_) return nullptr;
+    return [this](const BlobInfo& comes) { return arrays_->place(comes); };
+}
+
 void ServerLink::carryOut(client_action::Disconnect&& broken) {
     if (broken.retry) return retryLater(broken.reason);
     hangUp("refused");
@@ -266,7 +271,6 @@ void ServerLink::hangUp(const std::string& reason) {
     for (const auto& [channel, link] : links_) transport_->close(link, reason);
     links_.clear();
     if (session_) fetchedParts_ = session_->takeParts();
-    if (arrays_) arrays_->forgetArriving();
     session_.reset();
 }
 

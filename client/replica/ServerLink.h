@@ -95,6 +95,8 @@ private:
     void askToRunAhead();
     /// Where blobs are looked for before they are fetched; empty: nowhere.
     [[nodiscard]] std::function<Blob(const BlobInfo&)> elsewhere();
+    /// Where those that are fetched come to lie; empty: anywhere.
+    [[nodiscard]] std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> place();
     void hangUp(const std::string& reason);
     void retryLater(const std::string& reason);
     void end(HostEnd end);

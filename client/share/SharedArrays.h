@@ -3,7 +3,7 @@
 /// An array that has come lies in a sealed file in memory (memfd_create): nobody can change it, shorten it or leave it behind, and it lives
 /// as long as anybody maps it. Each process lists its own in a directory, which the others find by the process' open files
 /// (/proc/PID/fd): processes of the same user that run the same program. Nothing that is found there is believed: seals, size and hash
-/// are looked at first, so that a neighbour can at worst be of no help.
+/// are looked at first (each byte, where we have it ourselves), so that a neighbour can at worst be of no help.
 #pragma once
 
 #include <sys/types.h>
@@ -16,14 +16,15 @@
 #include <string>
 #include <vector>
 
-#include "common/base/Blob.h"
+#include "common/base/BlobMaker.h"
+#include "common/base/Clock.h"
 #include "common/base/Log.h"
 #include "common/session/Messages.h"
 
 namespace tessera {
 
-/// One thread; the blobs that it makes are let go of on any. Without memory of that kind (an old kernel, a full machine) blobs stay
-/// where they are.
+/// One thread; the blobs that it makes are let go of on any. A thread of its own gives memory back. Without memory of that kind
+/// (an old kernel, a full machine) blobs stay where they are.
 class SharedArrays {
 public:
     /// Below this a blob is not worth an open file.
@@ -37,13 +38,18 @@ public:
     ~SharedArrays();
 
     /// The blob in memory in common: a neighbour's where one has it, else a copy that neighbours may find. Small, absent and
-    /// shared ones come back as they are, and so does one for which there is no room.
+    /// shared ones come back as they are, and so does one for which there is no room. One that has come to lie in its `place` stays
+    /// there, until `step` has found a neighbour's.
     [[nodiscard]] Blob share(Blob blob);
-    /// A piece of a large blob, as it comes: `share` then has its bytes in their place already. Written at once, hundreds of
-    /// megabytes of fresh memory would take longer than a host may be silent. Pieces come in order, from the beginning on.
-    void arrives(const BlobInfo& info, std::uint64_t offset, ByteSpan piece);
-    /// Pieces may have come that nobody asked for, or will be asked for again: `share` writes all itself.
-    void forgetArriving();
+    /// Where the bytes of a large blob come to lie from the first on: `share` then has nothing to copy. Null: nowhere.
+    /// Not to be used after this is gone.
+    [[nodiscard]] std::unique_ptr<BlobPlace> place(const BlobInfo& info);
+    /// Of an array that two have fetched at once, the later one gives way to the earlier, in place: pages that have proved the same
+    /// come to lie in the earlier file. So many with each step as take a fraction of a millisecond: all at once, hundreds of
+    /// megabytes would keep a host from saying what it shows.
+    void step(TimePoint now);
+    /// When the next one is due; TimePoint::max(): none is.
+    [[nodiscard]] TimePoint nextStep() const;
     /// A blob that a neighbour has; empty: none has it.
     [[nodiscard]] Blob find(const BlobInfo& wanted);
 
@@ -54,12 +60,17 @@ public:
     [[nodiscard]] const Counts& counts() const { return counts_; }
 
 private:
+    class File;
     struct Entry;
     class Directory;
     class OtherDirectory;
-    [[nodiscard]] Blob keep(int file, const BlobInfo& info, const Blob* known);
+    struct Kept;
+    [[nodiscard]] Blob adopted(int sealed, const BlobInfo& info);
+    [[nodiscard]] std::shared_ptr<Kept> takePlaced(const BlobId& id);
+    [[nodiscard]] std::shared_ptr<Kept> copyOf(const Blob& blob);
     [[nodiscard]] Blob rival(const BlobInfo& info, std::uint64_t place);
     [[nodiscard]] Blob counted(Blob found);
+    void count(const BlobInfo& own);
     void meetNeighbours();
 
     Log& log_;
@@ -68,8 +79,15 @@ private:
     std::map<pid_t, std::unique_ptr<OtherDirectory>> others_;
     std::chrono::steady_clock::time_point metAt_{};
     Counts counts_;
-    struct Arriving;
-    std::unique_ptr<Arriving> arriving_;  ///< the blob whose pieces come; null: none
+    class Place;
+    struct Doubled;
+    [[nodiscard]] bool findEarlier(Doubled& doubled);
+    [[nodiscard]] bool compareOn(Doubled& doubled);
+    void lookLater(TimePoint now, std::unique_ptr<Doubled> doubled);
+    std::multimap<TimePoint, std::unique_ptr<Doubled>> later_;  ///< when to look whether a neighbour has it too
+    std::unique_ptr<Doubled> compared_;                         ///< with a neighbour's; null: none is
+    TimePoint stepAt_{};                                        ///< not before
+    std::map<BlobId, std::weak_ptr<Kept>> placed_;  ///< finished there, and not shared yet
 };
 
 /// Processes of this user that run this program, but this one.

@@ -16,20 +16,20 @@ std::vector<Hash128> leavesOf(ByteSpan bytes) {
     return leaves;
 }
 
+BlobId idOf(ByteSpan bytes, const std::vector<Hash128>& leaves) {
+    return leaves.empty() ? hash128(bytes) : blobIdOf(bytes.size(), leaves);
+}
+
+}  // namespace
+
 /// The size goes in: a blob that happens to hold the hashes of another's leaves is not that other.
-BlobId idFrom(std::uint64_t sizeBytes, const std::vector<Hash128>& leaves) {
+BlobId blobIdOf(std::uint64_t sizeBytes, const std::vector<Hash128>& leaves) {
     std::vector<Hash128> all;
     all.reserve(leaves.size() + 1);
     all = leaves;
     all.push_back({sizeBytes, kBlobLeafBytes});
     return hash128(std::as_bytes(std::span(all)));
 }
-
-BlobId idOf(ByteSpan bytes, const std::vector<Hash128>& leaves) {
-    return leaves.empty() ? hash128(bytes) : idFrom(bytes.size(), leaves);
-}
-
-}  // namespace
 
 BlobId blobIdOf(ByteSpan bytes) {
     return idOf(bytes, leavesOf(bytes));
@@ -47,7 +47,7 @@ Blob::Blob(std::shared_ptr<const PagedBytes> bytes) {
         bytes->read(at, room);
         content.leaves.push_back(hash128(room));
     }
-    content.id = content.leaves.size() == 1 ? content.leaves.front() : idFrom(content.sizeBytes, content.leaves);
+    content.id = content.leaves.size() == 1 ? content.leaves.front() : blobIdOf(content.sizeBytes, content.leaves);
     if (content.leaves.size() == 1) content.leaves.clear();
     content.paged = std::move(bytes);
     content_ = std::make_shared<const Content>(std::move(content));
@@ -122,7 +122,7 @@ Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
                                               ") does not lie in an array of " + std::to_string(sizeBytes()) + " bytes");
     auto content = std::make_shared<Content>(*content_);
     setRange(*content, offset, bytes);
-    content->id = content->leaves.empty() ? hash128(content->all()) : idFrom(sizeBytes(), content->leaves);
+    content->id = content->leaves.empty() ? hash128(content->all()) : blobIdOf(sizeBytes(), content->leaves);
     content->origins.assign(1, {id(), offset, offset + bytes.size()});
     for (const Origin& earlier : content_->origins) {
         if (content->origins.size() == kOrigins) break;

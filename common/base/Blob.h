@@ -22,6 +22,8 @@ namespace tessera {
 using BlobId = Hash128;
 inline constexpr std::size_t kBlobLeafBytes = 65536;
 [[nodiscard]] BlobId blobIdOf(ByteSpan bytes);
+/// The same, from the hashes of all its leaves, of which there are several.
+[[nodiscard]] BlobId blobIdOf(std::uint64_t sizeBytes, const std::vector<Hash128>& leaves);
 
 /// A handle on a blob; copying it shares the bytes. Thread-safe because the bytes never change.
 ///
@@ -107,6 +109,7 @@ public:
 
 private:
     friend class BlobStore;
+    friend class BlobMaker;
     struct Content {
         BlobId id;
         std::uint64_t sizeBytes = 0;

@@ -115,6 +115,8 @@ public:
     /// Whether pages can come home.
     [[nodiscard]] bool ours() const { return slot_ != nullptr; }
     [[nodiscard]] const Slot& slot() const { return *slot_; }
+    /// Somebody else's, in one piece.
+    [[nodiscard]] ByteSpan mapped() const { return mapped_; }
 
     void read(std::size_t offset, std::span<std::byte> to) const {
         if (ours())
@@ -169,20 +171,18 @@ private:
 
 PagedBytes::Maker::Maker(std::size_t size) : slot_(Slot::of(pagesFor(size))), size_(size) {}
 
-bool PagedBytes::Maker::append(ByteSpan bytes) {
-    TESSERA_CHECK(bytes.size() <= size_ - filled_, "no more comes than was said");
-    if (!slot_ || !PageFile::ofThisProcess().write(slot_->byteOf(0) + static_cast<off_t>(filled_), bytes)) return false;
-    filled_ += bytes.size();
-    return true;
+bool PagedBytes::Maker::write(std::size_t offset, ByteSpan bytes) {
+    TESSERA_CHECK(offset <= size_ && bytes.size() <= size_ - offset, "what comes lies inside");
+    return slot_ && PageFile::ofThisProcess().write(slot_->byteOf(0) + static_cast<off_t>(offset), bytes);
 }
 
 std::shared_ptr<const PagedBytes> PagedBytes::Maker::finish() {
-    TESSERA_CHECK(slot_ && filled_ == size_, "an array is whole");
+    TESSERA_CHECK(slot_, "an array is whole");
     return livingIn(std::make_shared<Home>(std::move(slot_), pagesFor(size_)), size_);
 }
 
-void PagedBytes::Maker::read(std::span<std::byte> to) const {
-    if (!to.empty()) PageFile::ofThisProcess().read(slot_->byteOf(0), to);
+void PagedBytes::Maker::read(std::size_t offset, std::span<std::byte> to) const {
+    if (!to.empty()) PageFile::ofThisProcess().read(slot_->byteOf(0) + static_cast<off_t>(offset), to);
 }
 
 std::shared_ptr<const PagedBytes> PagedBytes::livingIn(std::shared_ptr<Home> home, std::size_t size) {
@@ -194,7 +194,7 @@ std::shared_ptr<const PagedBytes> PagedBytes::livingIn(std::shared_ptr<Home> hom
 
 std::shared_ptr<const PagedBytes> PagedBytes::copyOf(ByteSpan bytes) {
     Maker maker(bytes.size());
-    return maker.append(bytes) ? maker.finish() : nullptr;
+    return maker.write(0, bytes) ? maker.finish() : nullptr;
 }
 
 std::shared_ptr<const PagedBytes> PagedBytes::over(std::shared_ptr<const void> owner, ByteSpan mapped) {
@@ -301,6 +301,7 @@ void PagedBytes::unmap(std::byte* view) const {
 }
 
 ByteSpan PagedBytes::view() const {
+    if (away_.empty() && !home_->ours()) return home_->mapped();
     std::byte* bytes = view_.load(std::memory_order_acquire);
     if (!bytes) {
         bytes = map();

@@ -33,21 +33,20 @@ public:
     /// `owner` lives. Copies nothing.
     [[nodiscard]] static std::shared_ptr<const PagedBytes> over(std::shared_ptr<const void> owner, ByteSpan mapped);
 
-    /// What comes piece after piece. Memory is taken as it comes, whatever its size will be.
+    /// What comes piece after piece. Memory is taken as it comes, whatever its size will be. Ranges lie inside.
     class Maker {
     public:
         explicit Maker(std::size_t size);
         /// False: there is no memory for it.
-        [[nodiscard]] bool append(ByteSpan bytes);
-        [[nodiscard]] std::size_t filled() const { return filled_; }
-        /// What has come, from its beginning on.
-        void read(std::span<std::byte> to) const;
-        /// Once it is filled, and all of it had room.
+        [[nodiscard]] bool write(std::size_t offset, ByteSpan bytes);
+        /// Of what has come.
+        void read(std::size_t offset, std::span<std::byte> to) const;
+        /// Once all of it has come and had room.
         [[nodiscard]] std::shared_ptr<const PagedBytes> finish();
 
     private:
         std::shared_ptr<const Slot> slot_;
-        std::size_t size_, filled_ = 0;
+        std::size_t size_;
     };
 
     /// The same with other bytes from `offset` on; the range is not empty and lies inside. Null as above.

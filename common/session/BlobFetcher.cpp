@@ -86,20 +86,14 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
     if (chunk.totalBytes != fetch.sizeBytes || chunk.bytes.size() != asked->length)
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
     inFlight_.erase(asked);
-    if (fetch.bytes.size() < chunk.offset + chunk.bytes.size()) {
-        // What was announced takes nothing. Once the first 16 MiB are there addresses are taken for all of it: copied again and
-        // again as it grew, hundreds of megabytes kept this thread from saying in time what its host shows.
-        constexpr std::uint64_t kFirstRoom = std::uint64_t{16} << 20;
-        const std::size_t needed = static_cast<std::size_t>(chunk.offset) + chunk.bytes.size();
-        if (needed > fetch.bytes.capacity())
-            fetch.bytes.reserve(static_cast<std::size_t>(
-                needed <= kFirstRoom ? std::min(fetch.sizeBytes, kFirstRoom) : fetch.sizeBytes));
-        fetch.bytes.resize(needed);
-    }
-    std::copy(chunk.bytes.begin(), chunk.bytes.end(), fetch.bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset));
+    if (!fetch.made)
+        fetch.made = std::make_unique<BlobMaker>(
+            fetch.sizeBytes, limits_.place ? limits_.place({chunk.id, fetch.sizeBytes}) : nullptr);
+    fetch.made->write(chunk.offset, chunk.bytes);
+    fetch.end = std::max<std::uint64_t>(fetch.end, chunk.offset + chunk.bytes.size());
     fetch.received += chunk.bytes.size();
     if (fetch.received < fetch.sizeBytes) return std::optional<Blob>{};
-    Blob blob(std::move(fetch.bytes));
+    Blob blob = fetch.made->finish();
     fetches_.erase(chunk.id);
     if (blob.id() != chunk.id)
         return fail(ErrorCode::kBadInput,
@@ -116,7 +110,6 @@ void BlobFetcher::interrupted() {
         if (fetch.asked == fetch.sizeBytes) order_.push_front(lost.id);
         fetch.asked = lost.offset;
         fetch.received = lost.offset;
-        if (fetch.bytes.size() > lost.offset) fetch.bytes.resize(static_cast<std::size_t>(lost.offset));
     }
     inFlight_.clear();
 }
@@ -132,9 +125,9 @@ BlobFetcher::Parts BlobFetcher::takeParts() {
             parts.insert_or_assign(id, std::move(part));
         }
     std::sort(oldestLast.begin(), oldestLast.end());
-    std::size_t bytes = 0;
+    std::uint64_t bytes = 0;
     for (const auto& [unwanted, id] : oldestLast) {
-        bytes += parts.at(id).bytes.size();
+        bytes += parts.at(id).end;
         if (bytes > limits_.maxUnwantedBytes) parts.erase(id);
     }
     for (auto& [id, fetch] : fetches_) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/BlobMaker.h"
 #include "common/base/Limits.h"
 #include "common/session/Messages.h"
 
@@ -21,6 +22,8 @@ struct FetchLimits {
     /// Where else a blob may be had whole: looked at when it is wanted, and once more before its first chunk is asked for. May be
     /// empty. What it gives has been proved to be that blob.
     std::function<Blob(const BlobInfo&)> elsewhere = {};
+    /// Where the bytes of a large one are put as they come (BlobMaker). May be empty, and may give none.
+    std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> place = {};
     /// Which of many that are wanted at once is fetched first, 0 to 1: those who find with each other what one of them has
     /// fetched begin at different places.
     double firstShare = 0;
@@ -59,9 +62,10 @@ public:
         std::uint64_t sizeBytes = 0;
         std::uint64_t asked = 0;     ///< every byte before this has been asked for
         std::uint64_t received = 0;  ///< in any order
-        Bytes bytes;
-        bool scene = false;          ///< it holds a whole scene
-        std::uint32_t unwanted = 0;  ///< connections that have ended since the last that wanted it
+        std::unique_ptr<BlobMaker> made = {};  ///< null: nothing has come
+        std::uint64_t end = 0;                 ///< behind all that has come: as much memory as it may take
+        bool scene = false;                    ///< it holds a whole scene
+        std::uint32_t unwanted = 0;            ///< connections that have ended since the last that wanted it
     };
     /// Blobs of which a part is here.
     using Parts = std::unordered_map<BlobId, Fetch>;

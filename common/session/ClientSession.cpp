@@ -52,7 +52,7 @@ struct ClientSession::Impl {
     };
 
     explicit Impl(ClientSessionConfig c)
-        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.firstShare, config.maxUnwantedBytes}) {}
+        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.place, config.firstShare, config.maxUnwantedBytes}) {}
 
     void opened(ChannelKind channel, TimePoint now, const std::string& peer);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);

@@ -42,8 +42,10 @@ struct ClientSessionConfig {
     std::size_t maxQueuedBytes = std::size_t{256} << 20;
     /// Reads the blob in which a large snapshot lies (codec SnapshotCodec). Without it such a snapshot ends the connection.
     std::function<Expected<CommittedListPtr>(const Blob&)> openContent;
-    /// Where else than at the server blobs may be had, and where to begin with many: see FetchLimits.
+    /// Where else than at the server blobs may be had, where they are put, and where to begin with many: see
+    /// FetchLimits.
     std::function<Blob(const BlobInfo&)> elsewhere = {};
+    std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> place = {};
     double firstShare = 0;
     /// Application requests and images that may wait for their channel.
     std::size_t maxWaitingRequests = 256;

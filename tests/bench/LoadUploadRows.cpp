@@ -1,5 +1,9 @@
 /// What a wall's frames take while an application sends large arrays.
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <array>
+#include <atomic>
 #include <thread>
 
 #include <fmt/format.h>
@@ -33,6 +37,29 @@ double percentile99(std::vector<double> ms) {
 }
 
 }  // namespace
+
+/// Loops of the lowest priority, one for each core: what a machine does to frames while it is merely busy.
+class BusyCores {
+public:
+    BusyCores() {
+        for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+            loops_.emplace_back([this] {
+                (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 19);  // of this thread, on Linux
+                while (!over_.load(std::memory_order_relaxed)) {
+                }
+            });
+    }
+    ~BusyCores() {
+        over_ = true;
+        for (std::thread& loop : loops_) loop.join();
+    }
+    BusyCores(const BusyCores&) = delete;
+    BusyCores& operator=(const BusyCores&) = delete;
+
+private:
+    std::atomic<bool> over_{false};
+    std::vector<std::thread> loops_;
+};
 
 /// An application sends arrays of 256 MiB, one after the other, for so many frames: first such as are refused in the end, so that only
 /// their coming costs anything; then such as all hosts fetch.
@@ -79,13 +106,18 @@ void uploadRows(SceneTable& table, bool quick) {
     const Instant begun = Clock::now();
     std::this_thread::sleep_for(span);
     const Instant idle = Clock::now();
+    {
+        const BusyCores loops;
+        std::this_thread::sleep_for(span);
+    }
+    const Instant busy = Clock::now();
     const auto [coming, came] = send(false);
     const Instant cameAll = Clock::now();
     const auto [fetching, fetched] = send(true);
     const Instant fetchedAll = Clock::now();
     const std::vector<Instant> released = wall.finish();
     const std::vector<StandstillWatch::Standstill> still = watch.take();
-    const FrameSpan before = spanOf(released, still, begun, idle), during = spanOf(released, still, coming, cameAll),
+    const FrameSpan before = spanOf(released, still, begun, idle), beside = spanOf(released, still, idle, busy), during = spanOf(released, still, coming, cameAll),
                     shared = spanOf(released, still, fetching, fetchedAll);
     // Whatever else this machine does: how long the frame thread itself works in a frame.
     const auto workOf = [&](Instant from, Instant to) {
@@ -110,6 +142,12 @@ void uploadRows(SceneTable& table, bool quick) {
                .remark = fmt::format("p99 {:.2f}, before {:.2f}; worst {:.2f}, before {:.2f}; while hosts fetch them p99 {:.2f}, worst {:.2f}", percentile99(taking),
                                      percentile99(idling), taking.empty() ? 0 : std::ranges::max(taking), idling.empty() ? 0 : std::ranges::max(idling), percentile99(sharing),
                                      sharing.empty() ? 0 : std::ranges::max(sharing))});
+    table.add({.operation = "p99 of frames beside a loop of the lowest priority on each core, above the p99 before: as much as this machine can show",
+               .peer = "",
+               .ours = {percentile99(beside.ms) - quiet, 0, beside.ms.size()},
+               .theirs = {},
+               .unit = "ms",
+               .remark = fmt::format("p99 {:.2f}; {} frames, median {:.2f}, worst {:.1f}", percentile99(beside.ms), beside.ms.size(), beside.median().value, beside.worst)});
     table.add({.operation = "p99 of frames while they come, above the p99 before",
                .peer = "2 ms",
                .ours = {percentile99(during.ms) - quiet, 0, during.ms.size()},

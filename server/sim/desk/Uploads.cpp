@@ -127,11 +127,15 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
     ByteSpan rest = piece.bytes;
     while (!assembly.error && !assembly.expected.empty()) {
         const BlobInfo& blob = assembly.expected.front();
-        if (!assembly.first) assembly.first.emplace(blob.sizeBytes);
-        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), assembly.first->missing())));
-        assembly.first->append(mine);
+        if (!assembly.first) {
+            assembly.first.emplace(blob.sizeBytes);
+            assembly.filled = 0;
+        }
+        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), blob.sizeBytes - assembly.filled)));
+        assembly.first->write(assembly.filled, mine);
+        assembly.filled += mine.size();
         rest = rest.subspan(mine.size());
-        if (assembly.first->missing() > 0) return;
+        if (assembly.filled < blob.sizeBytes) return;
         assembly.whole.push_back(assembly.first->finish());
         assembly.first.reset();
         if (assembly.whole.back().id() != blob.id)
@@ -139,14 +143,14 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
         assembly.expected.pop_front();
     }
     if (!rest.empty() && !assembly.error) assembly.error = Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
-    if (assembly.error) assembly = {.expected = {}, .first = {}, .whole = {}, .held = assembly.held, .error = std::move(assembly.error)};
+    if (assembly.error) assembly = {.expected = {}, .first = {}, .filled = 0, .whole = {}, .held = assembly.held, .error = std::move(assembly.error)};
 }
 
 Expected<std::vector<Blob>> Uploads::finish(Assembly assembly) {
     if (assembly.error) return tl::unexpected(std::move(*assembly.error));
     if (!assembly.expected.empty())
         return fail(ErrorCode::kBadInput, fmt::format("the proposal came before its arrays: {} bytes of array {} are missing",
-                                                      assembly.first ? assembly.first->missing() : assembly.expected.front().sizeBytes, toHex(assembly.expected.front().id)));
+                                                      assembly.expected.front().sizeBytes - (assembly.first ? assembly.filled : 0), toHex(assembly.expected.front().id)));
     return std::move(assembly.whole);
 }
 

@@ -70,6 +70,7 @@ private:
     struct Assembly {
         std::deque<BlobInfo> expected;  ///< the first is being put together
         std::optional<BlobMaker> first;
+        std::uint64_t filled = 0;  ///< of it
         std::vector<Blob> whole;
         std::uint64_t held = 0;  ///< bytes that have come and are here
         std::optional<Error> error;

@@ -16,6 +16,7 @@ using test::ScriptedServer;
 Blob sparse(std::size_t size) {
     void* memory = mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     EXPECT_NE(memory, MAP_FAILED);
+    (void)madvise(memory, size, MADV_HUGEPAGE);  // a million and a half faults else
     return {std::shared_ptr<const void>(memory, [size](const void* at) { munmap(const_cast<void*>(at), size); }),
             ByteSpan(static_cast<const std::byte*>(memory), size)};
 }

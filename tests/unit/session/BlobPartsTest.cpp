@@ -27,7 +27,7 @@ public:
     }
     [[nodiscard]] std::size_t keptBytes() const {
         std::size_t bytes = 0;
-        for (const auto& [id, part] : parts_) bytes += part.bytes.size();
+        for (const auto& [id, part] : parts_) bytes += part.end;
         return bytes;
     }
     [[nodiscard]] bool keeps(const Blob& blob) const { return parts_.contains(blob.id()); }

@@ -14,7 +14,10 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <random>
+#include <set>
+#include <tuple>
 
 namespace tessera {
 namespace {
@@ -34,7 +37,8 @@ BlobInfo infoOf(const Blob& blob) {
 /// Another process, that does something, says so, and then does something else until its end, or waits for that.
 class Neighbour {
 public:
-    explicit Neighbour(const std::function<void()>& work, const std::function<void()>& forEver = [] { pause(); }) {
+    explicit Neighbour(
+        const std::function<void()>& work, const std::function<void()>& forEver = [] { pause(); }) {
         int ready[2];
         if (pipe(ready) != 0) std::abort();
         const pid_t parent = getpid();
@@ -73,13 +77,13 @@ SharedArrays looksAt(Log& log, pid_t neighbour) {
 
 /// The file in memory that holds these bytes.
 ino_t placeOf(const Blob& blob) {
+    const auto at = reinterpret_cast<unsigned long>(blob.bytes().data());  // maps them, if nobody has
     std::FILE* maps = std::fopen("/proc/self/maps", "r");
     char line[512];
     ino_t found = 0;
     while (maps && std::fgets(line, sizeof line, maps)) {
         unsigned long from = 0, to = 0, node = 0;
         if (std::sscanf(line, "%lx-%lx %*s %*s %*s %lu", &from, &to, &node) != 3) continue;
-        const auto at = reinterpret_cast<unsigned long>(blob.bytes().data());
         if (from <= at && at < to) found = node;
     }
     if (maps) std::fclose(maps);
@@ -108,37 +112,133 @@ TEST(SharedArrays, AreFoundWithANeighbourAndOutliveIt) {
     EXPECT_EQ(blobIdOf(there.bytes()), own.id()) << "the memory lives as long as anybody maps it";
 }
 
-/// What is shared is the blob, whatever came before it and in whatever order.
-TEST(SharedArrays, PiecesThatComeAreInTheirPlaceAndOthersHarmNobody) {
+/// A large one as it comes from a server: its pieces are put where they stay.
+Blob fetched(SharedArrays& shared, ByteSpan bytes, const BlobInfo& info, std::size_t piece) {
+    BlobMaker made(info.sizeBytes, shared.place(info));
+    for (std::size_t at = 0; at < bytes.size(); at += piece)
+        made.write(at, bytes.subspan(at, std::min(piece, bytes.size() - at)));
+    return made.finish();
+}
+
+TEST(SharedArrays, WhatComesInPiecesIsInItsPlaceAlready) {
     Log log("test");
-    Bytes bytes(std::size_t{20} << 20);
-    for (std::size_t at = 0; at < bytes.size(); at += 512) bytes[at] = static_cast<std::byte>(at >> 9);
-    const Blob whole(bytes);
-    const BlobInfo info = infoOf(whole);
-    const Bytes wrong(std::size_t{1} << 20, std::byte{7});
-    constexpr std::size_t kPiece = std::size_t{1} << 20;
-    const auto comes = [&](SharedArrays& shared, std::size_t from, std::size_t to) {
-        for (std::size_t at = from * kPiece; at < to * kPiece; at += kPiece) shared.arrives(info, at, whole.bytes().subspan(at, kPiece));
-    };
-    const std::vector<std::function<void(SharedArrays&)>> ways{
-        [&](SharedArrays& shared) { comes(shared, 0, 20); },
-        [&](SharedArrays& shared) { comes(shared, 0, 19); },
-        [&](SharedArrays& shared) { comes(shared, 3, 20); },
-        [&](SharedArrays& shared) { comes(shared, 0, 5), comes(shared, 6, 20); },
-        [&](SharedArrays& shared) { comes(shared, 0, 5), comes(shared, 0, 20); },
-        [&](SharedArrays& shared) { comes(shared, 0, 5), shared.arrives(info, 5 * kPiece, wrong), shared.forgetArriving(), comes(shared, 6, 20); },
-        [&](SharedArrays& shared) { comes(shared, 0, 20), comes(shared, 0, 1); },
-        [&](SharedArrays& shared) { comes(shared, 0, 20), shared.arrives(info, info.sizeBytes, wrong); },
-        [&](SharedArrays& shared) { shared.arrives({info.id, kPiece / 2}, 0, wrong), shared.arrives({blobIdOf(wrong), info.sizeBytes}, 0, wrong), comes(shared, 1, 20); },
-    };
-    for (std::size_t i = 0; i < ways.size(); ++i) {
-        SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
-        ways[i](shared);
-        const Blob there = shared.share(Blob(bytes));
-        EXPECT_EQ(blobIdOf(there.bytes()), info.id) << i;
-        EXPECT_NE(placeOf(there), 0u) << i;
-        EXPECT_EQ(shared.counts().ownBytes, info.sizeBytes) << i;
+    const Bytes bytes = noise(3, Blob::kPagedBytes + 70'001);
+    const BlobInfo info = infoOf(Blob(bytes));
+    SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+    const Blob came = fetched(shared, bytes, info, 256 << 10);
+    EXPECT_EQ(came.id(), info.id);
+    const std::uint64_t before = placeOf(came);
+    EXPECT_NE(before, 0u) << "it lies in memory that others can map";
+    const Blob there = shared.share(came);
+    EXPECT_EQ(placeOf(there), before) << "and is copied nowhere";
+    EXPECT_EQ(blobIdOf(there.bytes()), info.id);
+    EXPECT_EQ(shared.counts().ownBytes, info.sizeBytes);
+    EXPECT_EQ(shared.place({info.id, Blob::kPagedBytes - 1}), nullptr) << "a small one is copied";
+    // One that came damaged is not taken for what it was to be.
+    Bytes wrong = bytes;
+    wrong[5] ^= std::byte{1};
+    EXPECT_NE(fetched(shared, wrong, info, 1 << 20).id(), info.id);
+    EXPECT_EQ(blobIdOf(shared.share(Blob(bytes)).bytes()), info.id);
+}
+
+void stepOn(SharedArrays& arrays, std::chrono::milliseconds howLong = std::chrono::seconds(30)) {
+    for (const TimePoint until = clockNow() + howLong; arrays.nextStep() != TimePoint::max() && clockNow() < until;) {
+        arrays.step(clockNow());
+        usleep(100);
     }
+}
+
+TEST(SharedArrays, WhoHasFetchedTheSameLaterGivesWayInPlace) {
+    Log log("test");
+    const Bytes bytes = noise(4, 3 * Blob::kPagedBytes + 70'001);
+    const BlobInfo info = infoOf(Blob(bytes));
+    Neighbour other([&] {
+        static SharedArrays shared(log, [] { return std::vector<pid_t>{}; });
+        static Blob kept = shared.share(fetched(shared, bytes, info, 256 << 10));
+    });
+    ASSERT_TRUE(other.ready());
+    usleep(20'000);  // a file's time is that of the last tick
+    SharedArrays arrays = looksAt(log, other.pid());
+    const Blob came = arrays.share(fetched(arrays, bytes, info, 256 << 10));
+    const std::byte* const where = came.bytes().data();
+    const ino_t before = placeOf(came);
+    EXPECT_EQ(arrays.counts().own, 1u);
+    stepOn(arrays);
+    EXPECT_EQ(arrays.counts().own, 0u);
+    EXPECT_EQ(arrays.counts().foundBytes, info.sizeBytes);
+    EXPECT_EQ(came.bytes().data(), where);
+    EXPECT_EQ(blobIdOf(came.bytes()), info.id);
+    EXPECT_NE(placeOf(came), before);
+    EXPECT_EQ(placeOf(came), placeOf(arrays.find(info)));
+    other.end();
+    EXPECT_EQ(blobIdOf(came.bytes()), info.id) << "it lives as long as anybody maps it";
+    const Blob edited = *came.withRange(5, ByteSpan(bytes).first(9'000));
+    Bytes expected = bytes;
+    std::ranges::copy(ByteSpan(bytes).first(9'000), expected.begin() + 5);
+    EXPECT_TRUE(std::ranges::equal(edited.bytes(), expected));
+}
+
+/// What another one is said to have had before, or later.
+TEST(SharedArrays, NobodyGivesWayToOtherBytesOrALaterFile) {
+    Log log("test");
+    const Bytes bytes = noise(4, Blob::kPagedBytes + 70'001);
+    const BlobInfo info = infoOf(Blob(bytes));
+    for (const auto& [differs, year, gives] : {std::tuple(bytes.size() - 1, 2001, false),
+                                               {bytes.size() - 600'000, 2001, false},
+                                               {bytes.size(), 2101, false},
+                                               {bytes.size(), 2001, true}}) {
+        Bytes theirs = bytes;
+        if (differs < theirs.size()) theirs[differs] ^= std::byte{1};
+        Neighbour other([&, when = year] {
+            const int directory = memfd_create("tessera-arrays-1", MFD_ALLOW_SEALING),
+                      file = memfd_create("tessera-array", MFD_ALLOW_SEALING);
+            if (ftruncate(directory, 32 * SharedArrays::kMostArrays) != 0 ||
+                write(file, theirs.data(), theirs.size()) != static_cast<ssize_t>(theirs.size()))
+                _exit(1);
+            const timespec at{(when - 1970) * 365L * 86'400, 0}, both[2] = {at, at};
+            if (futimens(file, both) != 0) _exit(1);
+            fcntl(file, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE);
+            fcntl(directory, F_ADD_SEALS, F_SEAL_SHRINK);
+            const std::uint64_t entry[4] = {info.id.low, info.id.high, info.sizeBytes,
+                                            static_cast<std::uint64_t>(file) + 1};
+            if (pwrite(directory, entry, sizeof entry, 0) != sizeof entry) _exit(1);
+        });
+        ASSERT_TRUE(other.ready());
+        SharedArrays ours = looksAt(log, other.pid());
+        const Blob came = ours.share(fetched(ours, bytes, info, 1 << 20));
+        stepOn(ours);
+        EXPECT_EQ(blobIdOf(came.bytes()), info.id) << differs << " " << year;
+        EXPECT_EQ(ours.counts().own, gives ? 0u : 1u) << differs << " " << year;
+    }
+}
+
+TEST(SharedArrays, ThoseThatFetchTheSameAtOnceEndWithOne) {
+    Log log("test");
+    constexpr int kThem = 4;
+    const Bytes bytes = noise(6, 2 * Blob::kPagedBytes);
+    const BlobInfo info = infoOf(Blob(bytes));
+    auto* const shared = static_cast<std::uint64_t*>(
+        mmap(nullptr, 2 * kThem * sizeof(std::uint64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+    {
+        const auto one = [&](int which) {
+            return [&, which] {
+                SharedArrays arrays(log);
+                const Blob came = arrays.share(fetched(arrays, bytes, info, 256 << 10));
+                stepOn(arrays);
+                __atomic_store_n(&shared[which], placeOf(came), __ATOMIC_SEQ_CST);
+                for (;;) pause();
+            };
+        };
+        const Neighbour a([] {}, one(0)), b([] {}, one(1)), c([] {}, one(2)), d([] {}, one(3));
+        const auto done = [&] {
+            return std::all_of(shared, shared + kThem,
+                               [](std::uint64_t& place) { return __atomic_load_n(&place, __ATOMIC_SEQ_CST) != 0; });
+        };
+        for (int i = 0; i < 3000 && !done(); ++i) usleep(10'000);
+        ASSERT_TRUE(done());
+    }
+    EXPECT_EQ(std::set<std::uint64_t>(shared, shared + kThem).size(), 1u);
+    munmap(shared, 2 * kThem * sizeof(std::uint64_t));
 }
 
 TEST(SharedArrays, AreHandedOnByThoseWhoFoundThem) {
@@ -187,7 +287,8 @@ TEST(SharedArrays, LetGoOfWhatNobodyHolds) {
     Log log("test");
     SharedArrays arrays(log, [] { return std::vector<pid_t>{}; });
     const auto open = [] {
-        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"),
+                             std::filesystem::directory_iterator());
     };
     const auto before = open();
     // More than there is room for at a time: places are used again.
@@ -237,7 +338,8 @@ TEST(SharedArrays, TwoThatHaveTheSameAtOnceEndWithOne) {
     {
         const Neighbour one([] {}, [&] { race(0); }), other([] {}, [&] { race(1); });
         const auto done = [&] {
-            return __atomic_load_n(&places[kBlobs - 1], __ATOMIC_SEQ_CST) != 0 && __atomic_load_n(&places[2 * kBlobs - 1], __ATOMIC_SEQ_CST) != 0;
+            return __atomic_load_n(&places[kBlobs - 1], __ATOMIC_SEQ_CST) != 0 &&
+                   __atomic_load_n(&places[2 * kBlobs - 1], __ATOMIC_SEQ_CST) != 0;
         };
         for (int i = 0; i < 3000 && !done(); ++i) usleep(10'000);
         EXPECT_TRUE(done());
@@ -250,7 +352,8 @@ TEST(SharedArrays, TwoThatHaveTheSameAtOnceEndWithOne) {
 }
 
 /// Lays a directory into a process by hand, as a hostile neighbour would.
-void pretend(const BlobInfo& info, std::uint64_t file, std::size_t directoryBytes, int seals, const char* name = "tessera-arrays-1") {
+void pretend(const BlobInfo& info, std::uint64_t file, std::size_t directoryBytes, int seals,
+             const char* name = "tessera-arrays-1") {
     const int directory = memfd_create(name, MFD_ALLOW_SEALING);
     if (ftruncate(directory, static_cast<off_t>(directoryBytes)) != 0) _exit(1);
     const std::uint64_t entry[4] = {info.id.low, info.id.high, info.sizeBytes, file + 1};
@@ -274,10 +377,12 @@ TEST(SharedArrays, BelieveNothingThatANeighbourSays) {
     const std::vector<std::pair<std::string, std::function<void()>>> lies = {
         {"bytes that are others", [&] { pretend(info, memory(noise(8), kAll), kDirectory, kShrink); }},
         {"one byte less", [&] { pretend(info, memory(noise(7, kBytes - 1), kAll), kDirectory, kShrink); }},
-        {"bytes that may still change", [&] { pretend(info, memory(noise(7), F_SEAL_SHRINK | F_SEAL_GROW), kDirectory, kShrink); }},
+        {"bytes that may still change",
+         [&] { pretend(info, memory(noise(7), F_SEAL_SHRINK | F_SEAL_GROW), kDirectory, kShrink); }},
         {"bytes that may go away", [&] { pretend(info, memory(noise(7), 0), kDirectory, kShrink); }},
         {"memory of another name", [&] { pretend(info, memory(noise(7), kAll, "other"), kDirectory, kShrink); }},
-        {"a pipe", [&] {
+        {"a pipe",
+         [&] {
              int ends[2];
              if (pipe(ends) != 0) _exit(1);
              pretend(info, static_cast<std::uint64_t>(ends[0]), kDirectory, kShrink);
@@ -287,7 +392,8 @@ TEST(SharedArrays, BelieveNothingThatANeighbourSays) {
         {"a number beyond any file's", [&] { pretend(info, ~std::uint64_t{1}, kDirectory, kShrink); }},
         {"a directory that may become shorter", [&] { pretend(info, memory(noise(7), kAll), kDirectory, 0); }},
         {"a directory that is too short", [&] { pretend(info, memory(noise(7), kAll), 4096, kShrink); }},
-        {"a directory of another layout", [&] { pretend(info, memory(noise(7), kAll), kDirectory, kShrink, "tessera-arrays-0"); }},
+        {"a directory of another layout",
+         [&] { pretend(info, memory(noise(7), kAll), kDirectory, kShrink, "tessera-arrays-0"); }},
     };
     for (const auto& [what, lie] : lies) {
         Neighbour neighbour(lie);
@@ -312,7 +418,8 @@ TEST(SharedArrays, ANeighbourThatWritesNonsenseAllTheTimeHarmsNobody) {
             const int directory = memfd_create("tessera-arrays-1", MFD_ALLOW_SEALING);
             if (ftruncate(directory, kDirectory) != 0) _exit(1);
             fcntl(directory, F_ADD_SEALS, F_SEAL_SHRINK);
-            words = static_cast<std::uint64_t*>(mmap(nullptr, kDirectory, PROT_READ | PROT_WRITE, MAP_SHARED, directory, 0));
+            words = static_cast<std::uint64_t*>(
+                mmap(nullptr, kDirectory, PROT_READ | PROT_WRITE, MAP_SHARED, directory, 0));
         },
         [&] {
             const std::size_t at = random() % (kDirectory / 32) * 4;
