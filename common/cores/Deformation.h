@@ -39,9 +39,9 @@ inline constexpr auto kSaid<Deformation> = []<typename T>(Describing<T>) {
              field<&T::upper>(9, "upper").between(-1e30, 1e30).affects(Effect::kShape),
              field<&T::positions>(10, "positions").floats(3).affects(Effect::kShape),
              field<&T::normals>(11, "normals").floats(3).affects(Effect::kLook),
-             field<&T::colors>(12, "colors").affects(Effect::kLook),
+             field<&T::colors>(12, "colors").integers(4, 1).affects(Effect::kLook),
              field<&T::texcoords>(13, "texcoords").affects(Effect::kLook),
-             field<&T::indices>(14, "indices").affects(Effect::kShape),
+             field<&T::indices>(14, "indices").integers(1, 4).affects(Effect::kShape),
              field<&T::texcoords1>(15, "texcoords1").affects(Effect::kLook),
              field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook));
 };

@@ -37,9 +37,9 @@ inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
     return describe("Geometry",
              field<&T::positions>(1, "positions").floats(3).affects(Effect::kShape),
              field<&T::normals>(2, "normals").floats(3).affects(Effect::kLook),
-             field<&T::colors>(3, "colors").affects(Effect::kLook),
+             field<&T::colors>(3, "colors").integers(4, 1).affects(Effect::kLook),
              field<&T::texcoords>(4, "texcoords").floats(2).affects(Effect::kLook),
-             field<&T::indices>(5, "indices").affects(Effect::kShape),
+             field<&T::indices>(5, "indices").integers(1, 4).affects(Effect::kShape),
              field<&T::material>(6, "material").to(typeOf<Material>()).affects(Effect::kLook),
              field<&T::primitive>(7, "primitive")
                  .oneOf({{Geometry::kTriangles, "triangles"}, {Geometry::kPoints, "points"}, {Geometry::kLines, "lines"},
@@ -54,7 +54,7 @@ inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
              field<&T::pointRadius>(8, "pointRadius").between(0, 1e12).affects(Effect::kShape),
              field<&T::texcoords1>(9, "texcoords1").floats(2).affects(Effect::kLook),
              field<&T::lineWidth>(10, "lineWidth").unit(Unit::kPixel).between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx).affects(Effect::kLook),
-             field<&T::lengths>(11, "lengths").affects(Effect::kShape));
+             field<&T::lengths>(11, "lengths").integers(1, 4).affects(Effect::kShape));
 };
 
 }  // namespace tessera

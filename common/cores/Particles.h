@@ -31,11 +31,11 @@ template <>
 inline constexpr auto kSaid<Particles> = []<typename T>(Describing<T>) {
     return describe("Particles", field<&T::positions>(1, "positions").floats(3).affects(Effect::kShape),
              field<&T::tails>(2, "tails").floats(3).affects(Effect::kShape),
-             field<&T::colors>(3, "colors").affects(Effect::kLook),
+             field<&T::colors>(3, "colors").integers(4, 1).affects(Effect::kLook),
              field<&T::sizes>(4, "sizes").floats(1).affects(Effect::kShape),
              field<&T::ages>(5, "ages").floats(1).affects(Effect::kShape),
              field<&T::turns>(6, "turns").floats(1).affects(Effect::kShape),
-             field<&T::ageColors>(7, "ageColors").affects(Effect::kLook),
+             field<&T::ageColors>(7, "ageColors").integers(4, 1).affects(Effect::kLook),
              field<&T::ageSizes>(8, "ageSizes").floats(1).affects(Effect::kShape),
              field<&T::mode>(9, "mode")
                  .oneOf({{Particles::kPoints, "points"}, {Particles::kLines, "lines"}, {Particles::kQuads, "quads"}})

@@ -37,13 +37,13 @@ struct SubdivisionSurface {
 template <>
 inline constexpr auto kSaid<SubdivisionSurface> = []<typename T>(Describing<T>) {
     return describe("SubdivisionSurface", field<&T::points>(1, "points").floats(3).affects(Effect::kShape),
-             field<&T::faceSizes>(2, "faceSizes").affects(Effect::kShape),
-             field<&T::faceVertices>(3, "faceVertices").affects(Effect::kShape),
-             field<&T::creases>(4, "creases").affects(Effect::kShape),
+             field<&T::faceSizes>(2, "faceSizes").integers(1, 4).affects(Effect::kShape),
+             field<&T::faceVertices>(3, "faceVertices").integers(1, 4).affects(Effect::kShape),
+             field<&T::creases>(4, "creases").integers(2, 4).affects(Effect::kShape),
              field<&T::creaseSharpness>(5, "creaseSharpness").floats(1).affects(Effect::kShape),
-             field<&T::corners>(6, "corners").affects(Effect::kShape),
+             field<&T::corners>(6, "corners").integers(1, 4).affects(Effect::kShape),
              field<&T::cornerSharpness>(7, "cornerSharpness").floats(1).affects(Effect::kShape),
-             field<&T::holes>(8, "holes").affects(Effect::kShape),
+             field<&T::holes>(8, "holes").integers(1, 4).affects(Effect::kShape),
              field<&T::scheme>(9, "scheme")
                  .oneOf({{SubdivisionSurface::kCatmullClark, "catmull-clark"}, {SubdivisionSurface::kLoop, "loop"}, {SubdivisionSurface::kBilinear, "bilinear"}})
                  .affects(Effect::kShape),

@@ -82,6 +82,7 @@ struct FieldInfo {
     bool quaternion = false;  ///< width 4, must not be zero
     std::uint8_t numbersEach = 0;  ///< of an array of floats or doubles: how many an element has; 0: it is none
     bool doubles = false;          ///< of such an array
+    std::uint8_t integersEach = 0, integerBytes = 0;  ///< of an array of unsigned integers: how many an element has, of which size
     Effect effects = Effect::kNone;
     Unit measuredIn = Unit::kNone;
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
@@ -142,7 +143,14 @@ struct FieldInfo {
         info.doubles = true;
         return info;
     }
-    /// Of an element of such an array.
+    /// Of an array whose elements are so many unsigned integers of 1, 2 or 4 bytes: what programs that read it are told.
+    [[nodiscard]] constexpr FieldInfo integers(std::uint8_t each, std::uint8_t bytes) const {
+        FieldInfo info = *this;
+        info.integersEach = each;
+        info.integerBytes = bytes;
+        return info;
+    }
+    /// Of an element of an array of floats or doubles.
     [[nodiscard]] constexpr std::size_t elementBytes() const { return numbersEach * (doubles ? sizeof(double) : sizeof(float)); }
     [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }
     /// A reference to whatever a scene holds.

@@ -1,5 +1,6 @@
 #include "common/json/ApiJson.h"
 
+#include <fmt/format.h>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -69,6 +70,7 @@ Json fieldJson(const TypeInfo& type, const FieldEntry& field) {
                  {"width", field.width},
                  {"unit", nameOf(field.measuredIn)}};
     if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
+    if (field.integersEach > 0) json[fmt::format("uint{}_each", 8 * field.integerBytes)] = field.integersEach;
     if (field.holdsRefs()) json["to"] = targetName(field);
     json["default"] = valueJson(field.load(type.freshObject()));
     if (std::isfinite(field.least)) json["least"] = field.least;
@@ -97,6 +99,7 @@ Json requestsJson() {
                             {"answer", request.answer},
                             {"stays_open", info.answered == Answered::kLater},
                             {"brings_arrays", info.bringsArrays},
+                            {"own_link", info.ownLink},
                             {"help", info.help},
                             {"example", Json::parse(info.example)},
                             {"fields", fieldsJson(request.members)}});

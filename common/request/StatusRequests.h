@@ -311,6 +311,7 @@ struct SubscribeNews {
     static constexpr RequestInfo kInfo{.number = 9,
                                        .name = "SubscribeNews",
                                        .help = "What the application is told of every frame from now on",
+                                       .ownLink = true,
                                        .example = R"({"frames":true,"contacts":true})"};
     static constexpr auto members() { return std::tuple(spreadMember<&SubscribeNews::wanted>(1)); }
 };

@@ -199,6 +199,13 @@ class Arrays(OnAWall):
             del self.wall._link.request
         self.assertTrue(np.array_equal(node.positions, other))
 
+    def test_whole_numbers_come_as_what_they_are(self):
+        node = self.wall.create("/whole", "Geometry", positions=np.eye(3), indices=[2, 1, 0], colors=np.full((3, 4), 200))
+        self.assertEqual((node.indices.dtype, node.indices.tolist()), (np.dtype("uint32"), [2, 1, 0]))
+        self.assertEqual((node.colors.dtype, node.colors.shape), (np.dtype("uint8"), (3, 4)))
+        node.core.write("indices", 1, [0, 1])
+        self.assertEqual(node.indices.tolist(), [2, 0, 1])
+
     def test_a_part_of_an_array_is_written(self):
         points = np.zeros((100_000, 3), np.float32)
         node = self.wall.create("/part", "Geometry", primitive="points", positions=points)
@@ -208,8 +215,14 @@ class Arrays(OnAWall):
 
     def test_what_could_mean_two_things_is_refused(self):
         node = self.wall.create("/doubt", "Geometry", positions=np.eye(3))
-        with self.assertRaisesRegex(tessera.BadInput, r"Geometry.indices: elements of int64 could mean two things"):
-            node.indices = np.arange(3)
+        data = self.wall.create("/data", "ApplicationData", key="numbers")
+        with self.assertRaisesRegex(tessera.BadInput, r"ApplicationData.data: elements of int64 could mean two things"):
+            data.data = np.arange(3)
+        for wrong, what in (([0, 1, -1], "from 0 to 4294967295"), ([0, 1, 2 ** 32], "from 0 to 4294967295"), ([0.0, 1.0, 2.0], "its elements are uint32, not float64")):
+            with self.subTest(wrong=wrong), self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: .*" + what):
+                node.indices = wrong
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.colors: its numbers are from 0 to 255"):
+            node.colors = np.full((3, 4), 256)
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: 4 numbers are no elements of 3"):
             node.positions = np.zeros(4, np.float32)
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: not all numbers are finite"):

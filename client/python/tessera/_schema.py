@@ -26,6 +26,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"; is it {' or '.join(close)}?" if close else ""
 
 
+_ELEMENTS = {"floats_each": "<f4", "doubles_each": "<f8", "uint8_each": "u1", "uint16_each": "<u2", "uint32_each": "<u4"}
+
+
 class Field:
     """A field of a type of objects."""
 
@@ -40,17 +43,12 @@ class Field:
         self.to: str = json_field.get("to", "")  # of references: the type's name, "any core" or "anything"
         self.default = json_field["default"]
         self.where = f"{owner}.{self.name}"
-        self.floats_each: int = json_field.get("floats_each", 0)
-        self.doubles_each: int = json_field.get("doubles_each", 0)
-
-    @property
-    def each(self) -> int:
-        """Of an array of numbers: how many an element has; 0: it is an array of something else."""
-        return self.floats_each or self.doubles_each
-
-    @property
-    def element(self) -> DType:
-        return np.dtype("<f4" if self.floats_each else "<f8" if self.doubles_each else "u1")
+        # Of an array of numbers: how many an element has, and of which type; 0: it is an array of something else.
+        self.each: int = 0
+        self.element: DType = np.dtype("u1")
+        for said, element in _ELEMENTS.items():
+            if said in json_field:
+                self.each, self.element = json_field[said], np.dtype(element)
 
 
 class Type:

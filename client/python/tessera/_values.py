@@ -66,6 +66,17 @@ def _of_words(field: Field, value: Any) -> int:
     return found
 
 
+def _whole(field: Field, given: Array) -> Array:
+    """Numbers as unsigned integers of the field's size, which they must be."""
+    if given.dtype != field.element and given.size:
+        most = np.iinfo(field.element).max
+        if given.dtype.kind == "f":
+            raise BadInput(f"{field.where}: its elements are {field.element.name}, not {given.dtype}; say .astype(\"{field.element.name}\")")
+        if int(given.min()) < 0 or int(given.max()) > most:
+            raise BadInput(f"{field.where}: its numbers are from 0 to {most}")
+    return np.ascontiguousarray(given, field.element)
+
+
 def array(field: Field, value: Any) -> Array:
     """An array of bytes or numbers as it lies on the wire; no copy where it does already."""
     if value is None:
@@ -78,11 +89,13 @@ def array(field: Field, value: Any) -> Array:
     if field.each:
         if given.size % field.each:
             raise BadInput(f"{field.where}: {given.size} numbers are no elements of {field.each}")
+        if field.element.kind == "u":
+            return _whole(field, given)
         if given.dtype.kind == "f" and not np.isfinite(given).all():
             raise BadInput(f"{field.where}: not all numbers are finite")
         return np.ascontiguousarray(given, field.element)
     if given.dtype.itemsize == 8 or (given.dtype.kind == "i" and given.dtype.itemsize > 1):
-        raise BadInput(f"{field.where}: elements of {given.dtype} could mean two things; say .astype(\"uint32\") for indices, (\"uint8\") for colours")
+        raise BadInput(f"{field.where}: elements of {given.dtype} could mean two things; say which you mean, as .astype(\"uint32\")")
     return np.ascontiguousarray(given)
 
 
