@@ -222,6 +222,11 @@ Expected<std::string> readToken(const std::string& file) {
     };
     const int opened = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (opened < 0) return wrong(std::strerror(errno));
+    struct stat status {};
+    if (fstat(opened, &status) != 0 || !S_ISREG(status.st_mode)) {
+        close(opened);
+        return wrong("it is no regular file");
+    }
     const std::map<std::string, std::string> lines = readLines(opened);
     std::array<char, kMostBytes> text{};
     const ssize_t got = pread(opened, text.data(), text.size(), 0);

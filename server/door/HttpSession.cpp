@@ -57,9 +57,7 @@ private:
     void onHead(beast::error_code error) {
         if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
         if (error == http::error::body_limit) return refuse(tooLong());
-        if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
-            error != http::error::end_of_stream && error != http::error::partial_message)
-            return refuse(errorAnswer(400, "bad_input", "no HTTP"));
+        if (isNoHttp(error)) return refuse(errorAnswer(400, "bad_input", "no HTTP"));
         if (error) return;
         const auto& head = parser_->get();
         const auto field = [&](http::field name) { return std::string(head[name]); };
@@ -74,7 +72,10 @@ private:
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_)) return refuse(std::move(*early));
         if (routes_.knowsWho()) context_.silent.remove(this);
         const std::string path = readTarget(request_.target)->path;
-        if (request_.wantsSocket && (path == "/socket" || path == "/link")) return becomeSocket(path == "/link");
+        if (request_.wantsSocket && (path == "/socket" || path == "/link")) {
+            if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
+            return becomeSocket(path == "/link");
+        }
         stream_.expires_after(context_.limits.idle);
         // Whoever waits to be asked for the body is asked.
         if (beast::iequals(head[http::field::expect], "100-continue")) {
@@ -92,6 +93,7 @@ private:
     }
     void onBody(beast::error_code error) {
         if (error == http::error::body_limit) return refuse(tooLong());
+        if (isNoHttp(error)) return refuse(errorAnswer(400, "bad_input", "the body is no HTTP: " + error.message()));
         if (error) return;
         request_.body = std::move(parser_->get().body());
         const auto once = [weak = weak_from_this(), number = ++asked_](HttpAnswer answer) {
@@ -110,6 +112,11 @@ private:
         routes_.answer(request_, once);
     }
 
+    /// What has come cannot be read; else who said it has gone.
+    static bool isNoHttp(beast::error_code error) {
+        return error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
+               error != http::error::end_of_stream && error != http::error::partial_message;
+    }
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
     void refuse(HttpAnswer answer) {
@@ -150,6 +157,19 @@ private:
                                 [self = shared_from_this()](beast::error_code error, std::size_t) {
                                     if (!error) self->takeRest();
                                 });
+    }
+
+    /// RFC 6455, 4.2.1 and 4.4.
+    static std::optional<HttpAnswer> wrongHandshake(const http::request_header<>& head) {
+        if (head[http::field::sec_websocket_version] != "13") {
+            HttpAnswer answer = errorAnswer(426, "unsupported", "Sec-WebSocket-Version is to be 13");
+            answer.fields.emplace_back("Sec-WebSocket-Version", "13");
+            return answer;
+        }
+        constexpr std::size_t kKeyLetters = 24;  // of 16 bytes in base 64
+        if (head[http::field::sec_websocket_key].size() != kKeyLetters)
+            return errorAnswer(400, "bad_input", "Sec-WebSocket-Key is to be 16 bytes in base 64");
+        return std::nullopt;
     }
 
     void becomeSocket(bool isLink) {

@@ -93,10 +93,11 @@ HttpAnswer apiPage(const std::string& wall) {
         "opened with <code>changes=1</code> is told each list of changes.</p>\n";
     for (const RequestText& request : allRequests())
         body += fmt::format(
-            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>.</p>\n{5}"
+            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>{7}.</p>\n{5}"
             "<pre>{{\"id\":1,\"request\":\"{0}\",\"fields\":{6}}}</pre>\n",
             request.info.name, escaped(request.info.help), nameOf(request.info.role), nameOf(request.info.changes),
-            request.answer, membersTable(request.members), escaped(request.info.example));
+            request.answer, membersTable(request.members), escaped(request.info.example),
+            request.info.ownLink ? "; at /socket alone" : "");
     body += "<h1>Answers</h1>\n";
     for (const ToldText& told : allAnswers())
         body += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}", told.info.name, escaped(told.info.help),

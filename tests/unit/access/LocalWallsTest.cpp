@@ -212,7 +212,10 @@ TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
     for (const std::string& wrong : {std::string(), std::string("short"), word + " two", std::string(10'000, 'w')})
         EXPECT_NE(to("127.0.0.1:7000", file(wrong)).find("its first line is no token"), std::string::npos) << wrong;
     EXPECT_NE(to("127.0.0.1:7000", "/no/such/file").find("No such file"), std::string::npos);
-    EXPECT_NE(to("127.0.0.1:7000", folder_.path()).find("error"), std::string::npos);
+    EXPECT_NE(to("127.0.0.1:7000", folder_.path()).find("it is no regular file"), std::string::npos);
+    const std::string pipe = folder_.path() + "/pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_NE(to("127.0.0.1:7000", pipe).find("it is no regular file"), std::string::npos);
 }
 
 TEST_F(Access, MayBeAGroups) {
