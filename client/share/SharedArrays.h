@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "client/share/ArrayDirectory.h"
 #include "common/base/BlobMaker.h"
 #include "common/base/Clock.h"
 #include "common/base/Log.h"
@@ -30,7 +31,7 @@ public:
     /// Below this a blob is not worth an open file.
     static constexpr std::size_t kLeastBytes = 65536;
     /// At most so many of ours are open at once; fewer where the process may not open as many files.
-    static constexpr std::size_t kMostArrays = 4096;
+    static constexpr std::size_t kMostArrays = ArrayDirectory::kMost;
 
     /// Whose arrays may be looked at, asked for at most ten times a second; by default the same user's processes of the same program.
     using Neighbours = std::function<std::vector<pid_t>()>;
@@ -60,12 +61,8 @@ public:
     [[nodiscard]] const Counts& counts() const { return counts_; }
 
 private:
-    class File;
-    struct Entry;
-    class Directory;
-    class OtherDirectory;
     struct Kept;
-    [[nodiscard]] Blob adopted(int sealed, const BlobInfo& info);
+    [[nodiscard]] Blob adopted(ArrayFile file, const BlobInfo& info);
     [[nodiscard]] std::shared_ptr<Kept> takePlaced(const BlobId& id);
     [[nodiscard]] std::shared_ptr<Kept> copyOf(const Blob& blob);
     [[nodiscard]] Blob rival(const BlobInfo& info, std::uint64_t place);
@@ -75,8 +72,8 @@ private:
 
     Log& log_;
     Neighbours neighbours_;
-    std::shared_ptr<Directory> own_;  ///< null: there is no such memory
-    std::map<pid_t, std::unique_ptr<OtherDirectory>> others_;
+    std::shared_ptr<ArrayDirectory> own_;  ///< null: there is no such memory
+    std::map<pid_t, std::unique_ptr<OthersArrayDirectory>> others_;
     std::chrono::steady_clock::time_point metAt_{};
     Counts counts_;
     class Place;
