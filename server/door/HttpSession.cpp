@@ -69,6 +69,9 @@ private:
                     .contentType = field(http::field::content_type),
                     .wantsSocket = beast::websocket::is_upgrade(head),
                     .body = {}};
+        // Chunks have extensions and trailers, for which the library knows no bounds.
+        if (head.find(http::field::transfer_encoding) != head.end())
+            return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_)) return refuse(std::move(*early));
         if (routes_.knowsWho()) context_.silent.remove(this);
         const std::string path = readTarget(request_.target)->path;
