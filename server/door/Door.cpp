@@ -5,6 +5,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <exception>
 #include <thread>
 
 #include "server/door/DoorContext.h"
@@ -98,7 +99,12 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     impl->accept();
     impl->thread = std::thread([raw = impl.get()] {
         setpriority(PRIO_PROCESS, 0, 10);
-        raw->context.io.run();
+        // What the library throws of what a guest has said ends that guest, whom nobody holds any more, and not the wall.
+        for (bool over = false; !over;) try {
+                raw->context.io.run();
+                over = true;
+            } catch (const std::exception&) {
+            }
     });
     return std::unique_ptr<Door>(new Door(std::move(impl)));
 }
