@@ -216,12 +216,14 @@ OthersArrayDirectory::~OthersArrayDirectory() {
 }
 
 ArrayFile OthersArrayDirectory::find(const BlobInfo& wanted) const {
-    for (std::size_t i = 0; i < ArrayDirectory::kMost; ++i) {
+    std::size_t tries = trusted_ ? kMostTries : 0;
+    for (std::size_t i = 0; i < ArrayDirectory::kMost && tries > 0; ++i) {
         const ArrayEntry& entry = entries_[i];
         const std::uint64_t named = load(entry.file);
         if (named == kFreeEntry || load(entry.low) != wanted.id.low || load(entry.high) != wanted.id.high ||
             load(entry.sizeBytes) != wanted.sizeBytes)
             continue;
+        --tries;
         const std::string link = linkOf(process_, std::to_string(named - kFirstFile));
         if (!leadsTo(link, kArrayName)) continue;
         ArrayFile file(::open(link.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

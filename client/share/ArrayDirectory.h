@@ -103,12 +103,19 @@ public:
     OthersArrayDirectory& operator=(const OthersArrayDirectory&) = delete;
     ~OthersArrayDirectory();
 
+    /// How many of its entries for one blob are tried.
+    static constexpr std::size_t kMostTries = 4;
+
     /// Its file with that blob, sealed and as long; none where it has none. The bytes are still to be proved.
     [[nodiscard]] ArrayFile find(const BlobInfo& wanted) const;
+    /// Its bytes were not what it said: nothing is found with it any more.
+    void distrust() { trusted_ = false; }
+    [[nodiscard]] bool trusted() const { return trusted_; }
 
 private:
     pid_t process_ = -1;
     const ArrayEntry* entries_ = nullptr;
+    bool trusted_ = true;
 };
 
 }  // namespace tessera

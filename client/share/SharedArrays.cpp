@@ -60,7 +60,8 @@ Blob SharedArrays::find(const BlobInfo& wanted) {
     for (const auto& [process, directory] : others_) {
         ArrayFile file = directory->find(wanted);
         if (!file.open()) continue;
-        if (Blob blob = adopted(std::move(file), wanted); !blob.empty()) return counted(std::move(blob));
+        if (Blob blob = adopted(std::move(file), *directory, wanted); !blob.empty()) return counted(std::move(blob));
+        if (!directory->trusted()) return {};  // that was a hash of all its bytes: one in vain is enough
     }
     return {};
 }
@@ -162,6 +163,7 @@ struct SharedArrays::Doubled {
     BlobInfo info;
     std::size_t looks = 0;  ///< for a neighbour's
     std::optional<ArrayFile> theirs = std::nullopt;
+    pid_t from = -1;       ///< whose that is
     std::size_t same = 0;  ///< bytes, so far
     bool moved = false;    ///< into a neighbour's, once
 };
@@ -216,9 +218,15 @@ bool SharedArrays::compareOn(Doubled& doubled) {
     const std::shared_ptr<Kept> kept = doubled.kept.lock();
     if (!kept) return false;
     const std::size_t piece = std::min(kCompared, kept->bytes - doubled.same);
-    if (!ArrayFile::areSame(kept->file, *doubled.theirs, doubled.same, piece) ||
-        !kept->layOver(*doubled.theirs, doubled.same, piece))
-        return false;
+    if (!ArrayFile::areSame(kept->file, *doubled.theirs, doubled.same, piece)) {
+        // Back to ours, and on to the next: else one that lies would keep all others from sharing.
+        if (doubled.same > 0) (void)kept->layOver(kept->file, 0, doubled.same);
+        if (const auto from = others_.find(doubled.from); from != others_.end()) from->second->distrust();
+        doubled.theirs.reset();
+        doubled.same = 0;
+        return findEarlier(doubled);
+    }
+    if (!kept->layOver(*doubled.theirs, doubled.same, piece)) return false;
     doubled.same += piece;
     if (doubled.same < kept->bytes) return true;
     kept->moved(*doubled.theirs);
@@ -252,6 +260,7 @@ bool SharedArrays::findEarlier(Doubled& doubled) {
         ArrayFile theirs = directory->find(doubled.info);
         if (theirs.get() < 0 || wholeAt(theirs) >= earliest) continue;
         earliest = wholeAt(theirs);
+        doubled.from = process;
         doubled.theirs.emplace(std::move(theirs));
     }
     return doubled.theirs.has_value();
@@ -282,7 +291,8 @@ Blob SharedArrays::rival(const BlobInfo& info, std::uint64_t place) {
             if (theirs.get() < 0 || ::fstat(theirs.get(), &status) != 0 || status.st_ino == place) continue;
             any = true;
             if (!waited && process > ::getpid()) continue;
-            if (Blob blob = adopted(std::move(theirs), info); !blob.empty()) return counted(std::move(blob));
+            if (Blob blob = adopted(std::move(theirs), *directory, info); !blob.empty())
+                return counted(std::move(blob));
         }
         if (!any) break;
         if (!waited) std::this_thread::sleep_for(kSettle);
@@ -297,7 +307,7 @@ Blob SharedArrays::counted(Blob found) {
 }
 
 /// What a neighbour has sealed, listed as ours too. Empty where its bytes are others, or nothing more can be kept.
-Blob SharedArrays::adopted(ArrayFile file, const BlobInfo& info) {
+Blob SharedArrays::adopted(ArrayFile file, OthersArrayDirectory& from, const BlobInfo& info) {
     Blob blob;
     std::shared_ptr<Kept> kept;
     if (info.sizeBytes >= Blob::kPagedBytes) {
@@ -308,6 +318,7 @@ Blob SharedArrays::adopted(ArrayFile file, const BlobInfo& info) {
     } else if ((kept = Kept::of(file.get(), own_, info.sizeBytes))) {
         blob = Blob(kept, kept->span(), Blob::Place::kSharedMapping);
     }
+    if (kept && blob.id() != info.id) from.distrust();
     return kept && blob.id() == info.id && kept->list(info) ? blob : Blob();
 }
 

@@ -62,7 +62,7 @@ public:
 
 private:
     struct Kept;
-    [[nodiscard]] Blob adopted(ArrayFile file, const BlobInfo& info);
+    [[nodiscard]] Blob adopted(ArrayFile file, OthersArrayDirectory& from, const BlobInfo& info);
     [[nodiscard]] std::shared_ptr<Kept> takePlaced(const BlobId& id);
     [[nodiscard]] std::shared_ptr<Kept> copyOf(const Blob& blob);
     [[nodiscard]] Blob rival(const BlobInfo& info, std::uint64_t place);

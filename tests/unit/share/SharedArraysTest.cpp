@@ -178,7 +178,26 @@ TEST(SharedArrays, WhoHasFetchedTheSameLaterGivesWayInPlace) {
     EXPECT_TRUE(std::ranges::equal(edited.bytes(), expected));
 }
 
-/// What another one is said to have had before, or later.
+/// Another process that has had these bytes since a year, by hand: listed so often, the last of them right.
+Neighbour hadSince(int year, const Bytes& bytes, const BlobInfo& info, std::size_t falseEntries = 0) {
+    return Neighbour([&, year, falseEntries] {
+        const int directory = memfd_create("tessera-arrays-1", MFD_ALLOW_SEALING),
+                  file = memfd_create("tessera-array", MFD_ALLOW_SEALING);
+        if (ftruncate(directory, 32 * SharedArrays::kMostArrays) != 0 ||
+            write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+            _exit(1);
+        const timespec at{(year - 1970) * 365L * 86'400, 0}, both[2] = {at, at};
+        if (futimens(file, both) != 0) _exit(1);
+        fcntl(file, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE);
+        fcntl(directory, F_ADD_SEALS, F_SEAL_SHRINK);
+        for (std::size_t i = 0; i <= falseEntries; ++i) {
+            const std::uint64_t named = i < falseEntries ? 900'000 : static_cast<std::uint64_t>(file) + 1;
+            const std::uint64_t entry[4] = {info.id.low, info.id.high, info.sizeBytes, named};
+            if (pwrite(directory, entry, sizeof entry, static_cast<off_t>(i * sizeof entry)) != sizeof entry) _exit(1);
+        }
+    });
+}
+
 TEST(SharedArrays, NobodyGivesWayToOtherBytesOrALaterFile) {
     Log log("test");
     const Bytes bytes = noise(4, Blob::kPagedBytes + 70'001);
@@ -189,26 +208,51 @@ TEST(SharedArrays, NobodyGivesWayToOtherBytesOrALaterFile) {
                                                {bytes.size(), 2001, true}}) {
         Bytes theirs = bytes;
         if (differs < theirs.size()) theirs[differs] ^= std::byte{1};
-        Neighbour other([&, when = year] {
-            const int directory = memfd_create("tessera-arrays-1", MFD_ALLOW_SEALING),
-                      file = memfd_create("tessera-array", MFD_ALLOW_SEALING);
-            if (ftruncate(directory, 32 * SharedArrays::kMostArrays) != 0 ||
-                write(file, theirs.data(), theirs.size()) != static_cast<ssize_t>(theirs.size()))
-                _exit(1);
-            const timespec at{(when - 1970) * 365L * 86'400, 0}, both[2] = {at, at};
-            if (futimens(file, both) != 0) _exit(1);
-            fcntl(file, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE);
-            fcntl(directory, F_ADD_SEALS, F_SEAL_SHRINK);
-            const std::uint64_t entry[4] = {info.id.low, info.id.high, info.sizeBytes,
-                                            static_cast<std::uint64_t>(file) + 1};
-            if (pwrite(directory, entry, sizeof entry, 0) != sizeof entry) _exit(1);
-        });
+        Neighbour other = hadSince(year, theirs, info);
         ASSERT_TRUE(other.ready());
         SharedArrays ours = looksAt(log, other.pid());
         const Blob came = ours.share(fetched(ours, bytes, info, 1 << 20));
+        const ino_t place = placeOf(came);
         stepOn(ours);
         EXPECT_EQ(blobIdOf(came.bytes()), info.id) << differs << " " << year;
+        EXPECT_EQ(placeOf(came) == place, !gives)
+            << differs << " " << year << ": pages that were laid over are ours again";
         EXPECT_EQ(ours.counts().own, gives ? 0u : 1u) << differs << " " << year;
+    }
+}
+
+TEST(SharedArrays, OneThatLiesKeepsNobodyFromGivingWayToAnother) {
+    Log log("test");
+    const Bytes bytes = noise(5, Blob::kPagedBytes + 70'001);
+    const BlobInfo info = infoOf(Blob(bytes));
+    Bytes wrong = bytes;
+    wrong.back() ^= std::byte{1};
+    Neighbour liar = hadSince(1980, wrong, info), another = hadSince(1990, wrong, info),
+              honest = hadSince(2001, bytes, info);
+    ASSERT_TRUE(liar.ready() && another.ready() && honest.ready());
+    SharedArrays ours(log, [&] { return std::vector<pid_t>{liar.pid(), another.pid(), honest.pid()}; });
+    const Blob came = ours.share(fetched(ours, bytes, info, 1 << 20));
+    stepOn(ours);
+    EXPECT_EQ(ours.counts().found, 1u);
+    EXPECT_EQ(blobIdOf(came.bytes()), info.id);
+    // Who has lied is not asked again: the honest one is found in the first look, whatever its place among them.
+    EXPECT_TRUE(ours.find(info).resident());
+    // Each look in vain costs one hash at most.
+    SharedArrays others(log, [&] { return std::vector<pid_t>{liar.pid(), another.pid(), honest.pid()}; });
+    int looks = 0;
+    while (others.find(info).empty() && looks < 10) ++looks;
+    EXPECT_LE(looks, 2);
+}
+
+TEST(SharedArrays, OfAThousandFalseEntriesAFewAreTried) {
+    Log log("test");
+    const Bytes bytes = noise(6, Blob::kPagedBytes);
+    const BlobInfo info = infoOf(Blob(bytes));
+    for (const std::size_t falseOnes : {OthersArrayDirectory::kMostTries - 1, SharedArrays::kMostArrays - 1}) {
+        Neighbour other = hadSince(2001, bytes, info, falseOnes);
+        ASSERT_TRUE(other.ready());
+        SharedArrays ours = looksAt(log, other.pid());
+        EXPECT_EQ(ours.find(info).resident(), falseOnes < OthersArrayDirectory::kMostTries) << falseOnes;
     }
 }
 
