@@ -200,11 +200,24 @@ class Arrays(OnAWall):
         self.assertTrue(np.array_equal(node.positions, other))
 
     def test_whole_numbers_come_as_what_they_are(self):
-        node = self.wall.create("/whole", "Geometry", positions=np.eye(3), indices=[2, 1, 0], colors=np.full((3, 4), 200))
+        node = self.wall.create("/whole", "Geometry", positions=np.eye(3), indices=[2, 1, 0],
+                                colors=np.full((3, 4), 200))
         self.assertEqual((node.indices.dtype, node.indices.tolist()), (np.dtype("uint32"), [2, 1, 0]))
         self.assertEqual((node.colors.dtype, node.colors.shape), (np.dtype("uint8"), (3, 4)))
         node.core.write("indices", 1, [0, 1])
         self.assertEqual(node.indices.tolist(), [2, 0, 1])
+        for first in (1.5, 0.3, -1, True, None, "a", 2 ** 64):
+            with self.subTest(first=first), self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: first is the number"):
+                node.core.write("indices", first, [0])
+        # Bytes are elements as they lie on the wire; a view of numbers is numbers.
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: 5 bytes are no elements of 1 uint32"):
+            node.indices = b"abcde"
+        node.positions = memoryview(np.eye(3))
+        self.assertTrue(np.array_equal(node.positions, np.eye(3, dtype=np.float32)))
+        node.indices = memoryview(np.array([1, 2, 0], ">u4"))
+        self.assertEqual(node.indices.tolist(), [1, 2, 0])
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: its elements are uint32, not float32"):
+            node.indices = memoryview(np.zeros(3, np.float32))
 
     def test_a_part_of_an_array_is_written(self):
         points = np.zeros((100_000, 3), np.float32)
@@ -218,7 +231,8 @@ class Arrays(OnAWall):
         data = self.wall.create("/data", "ApplicationData", key="numbers")
         with self.assertRaisesRegex(tessera.BadInput, r"ApplicationData.data: elements of int64 could mean two things"):
             data.data = np.arange(3)
-        for wrong, what in (([0, 1, -1], "from 0 to 4294967295"), ([0, 1, 2 ** 32], "from 0 to 4294967295"), ([0.0, 1.0, 2.0], "its elements are uint32, not float64")):
+        for wrong, what in (([0, 1, -1], "from 0 to 4294967295"), ([0, 1, 2 ** 32], "from 0 to 4294967295"),
+                            ([0.0, 1.0, 2.0], "its elements are uint32, not float64")):
             with self.subTest(wrong=wrong), self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: .*" + what):
                 node.indices = wrong
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.colors: its numbers are from 0 to 255"):

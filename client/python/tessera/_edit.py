@@ -127,9 +127,11 @@ class Edit:
         info = owner.field(field)
         if info.kind != BLOB:
             raise BadInput(f"{info.where} is no array")
+        if isinstance(first, bool) or not isinstance(first, (int, np.integer)) or not 0 <= first < 2 ** 53:
+            raise BadInput(f"{info.where}: first is the number of an element, not {first!r}")
         data = _values.array(info, values)
         each = info.each * info.element.itemsize if info.each else data.dtype.itemsize * (data.shape[-1] if data.ndim > 1 else 1)
-        self._ranges.append((number, first * each, data.nbytes, owner.number, info.number, 0, 0, 0, 0))
+        self._ranges.append((number, int(first) * each, data.nbytes, owner.number, info.number, 0, 0, 0, 0))
         self._range_bytes.append(_wire.view_of(data))
 
     # ---- inside

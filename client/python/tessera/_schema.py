@@ -26,7 +26,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"; is it {' or '.join(close)}?" if close else ""
 
 
-_ELEMENTS = {"floats_each": "<f4", "doubles_each": "<f8", "uint8_each": "u1", "uint16_each": "<u2", "uint32_each": "<u4"}
+_ELEMENTS = {"floats_each": "<f4", "doubles_each": "<f8",
+             "uint8_each": "u1", "uint16_each": "<u2", "uint32_each": "<u4"}
 
 
 class Field:

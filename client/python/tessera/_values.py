@@ -71,7 +71,8 @@ def _whole(field: Field, given: Array) -> Array:
     if given.dtype != field.element and given.size:
         most = np.iinfo(field.element).max
         if given.dtype.kind == "f":
-            raise BadInput(f"{field.where}: its elements are {field.element.name}, not {given.dtype}; say .astype(\"{field.element.name}\")")
+            raise BadInput(f"{field.where}: its elements are {field.element.name}, not {given.dtype}; "
+                           f"say .astype(\"{field.element.name}\")")
         if int(given.min()) < 0 or int(given.max()) > most:
             raise BadInput(f"{field.where}: its numbers are from 0 to {most}")
     return np.ascontiguousarray(given, field.element)
@@ -81,8 +82,12 @@ def array(field: Field, value: Any) -> Array:
     """An array of bytes or numbers as it lies on the wire; no copy where it does already."""
     if value is None:
         return np.zeros(0, np.uint8)
-    if isinstance(value, (bytes, bytearray, memoryview)):
-        return np.frombuffer(value, np.uint8)
+    # A view of numbers is no view of bytes.
+    if isinstance(value, (bytes, bytearray)) or (isinstance(value, memoryview) and value.format in ("B", "b", "c") and value.c_contiguous):
+        raw = np.frombuffer(value, np.uint8)
+        if field.each and raw.nbytes % (field.each * field.element.itemsize):
+            raise BadInput(f"{field.where}: {raw.nbytes} bytes are no elements of {field.each} {field.element.name}")
+        return raw
     given = as_array(value, field.where)
     if given.dtype.kind not in "fiu":
         raise BadInput(f"{field.where}: {given.dtype} is no type of numbers")
@@ -95,7 +100,8 @@ def array(field: Field, value: Any) -> Array:
             raise BadInput(f"{field.where}: not all numbers are finite")
         return np.ascontiguousarray(given, field.element)
     if given.dtype.itemsize == 8 or (given.dtype.kind == "i" and given.dtype.itemsize > 1):
-        raise BadInput(f"{field.where}: elements of {given.dtype} could mean two things; say which you mean, as .astype(\"uint32\")")
+        raise BadInput(f"{field.where}: elements of {given.dtype} could mean two things; "
+                       "say which you mean, as .astype(\"uint32\")")
     return np.ascontiguousarray(given)
 
 
