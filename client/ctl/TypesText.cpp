@@ -19,7 +19,8 @@ std::string kindText(const FieldInfo& field) {
     if (field.numbersEach > 0)
         text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float", field.numbersEach > 1 ? "s" : "");
     if (field.integersEach > 0)
-        text += fmt::format(", elements of {} uint{}{}", field.integersEach, 8 * field.integerBytes, field.integersEach > 1 ? "s" : "");
+        text += fmt::format(", elements of {} uint{}{}", field.integersEach, 8 * field.integerBytes,
+                            field.integersEach > 1 ? "s" : "");
     if (field.wordUse == WordUse::kNone) return text;
     text = field.wordUse == WordUse::kOneOf ? "one of" : field.wordUse == WordUse::kNamed ? text + ", or" : "any of";
     std::string_view before = " ";

@@ -99,7 +99,7 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     impl->accept();
     impl->thread = std::thread([raw = impl.get()] {
         setpriority(PRIO_PROCESS, 0, 10);
-        // What the library throws of what a guest has said ends that guest, whom nobody holds any more, and not the wall.
+        // What the library throws of what a guest has said ends that guest, whom nobody holds then, and not the wall.
         for (bool over = false; !over;) try {
                 raw->context.io.run();
                 over = true;

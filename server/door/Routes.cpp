@@ -121,7 +121,8 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
     for (const RequestText& known : allRequests()) {
         if (known.info.name != name) continue;
         if (role_ < known.info.role) return answer(errorAnswer(403, "refused", roleRefusal(known.info, role_).message));
-        if (known.info.ownLink) return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
+        if (known.info.ownLink)
+            return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
     }
     std::shared_ptr<const Json> fields;
     if (!body.empty()) {

@@ -176,19 +176,22 @@ TEST_F(Console, AnswersRubbishInWordsAndGoesOn) {
     EXPECT_EQ(sayRaw(port_, std::string("\x16\x03\x01\x02\x00\x01", 6)).find("HTTP/1.1 200"),
               std::string::npos);  // TLS
     const std::string host = "Host: 127.0.0.1:" + std::to_string(port_) + "\r\n";
-    const std::string chunked = "POST /api/GetStatus HTTP/1.1\r\n" + host + bearer_ + "Transfer-Encoding: chunked\r\n\r\n";
+    const std::string inChunks = host + "Transfer-Encoding: chunked\r\n\r\n";
+    const std::string chunked = "POST /api/GetStatus HTTP/1.1\r\n" + bearer_ + inChunks;
     EXPECT_TRUE(sayRaw(port_, chunked + "zz\r\n{}\r\n").starts_with("HTTP/1.1 411"));
     // Of a trailer of 100 kB the server died, without a token.
-    EXPECT_TRUE(sayRaw(port_, "GET /style.css HTTP/1.1\r\n" + host + "Transfer-Encoding: chunked\r\n\r\n0\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n")
-                    .starts_with("HTTP/1.1 411"));
+    const std::string trailer = "0\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n";
+    EXPECT_TRUE(sayRaw(port_, "GET /style.css HTTP/1.1\r\n" + inChunks + trailer).starts_with("HTTP/1.1 411"));
     // A handshake that is none is refused as everything else is.
-    const std::string upgrade = "GET /socket HTTP/1.1\r\n" + host + bearer_ + "Connection: Upgrade\r\nUpgrade: websocket\r\n";
+    const std::string upgrade =
+        "GET /socket HTTP/1.1\r\n" + host + bearer_ + "Connection: Upgrade\r\nUpgrade: websocket\r\n";
     const std::string key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
     const std::string older = sayRaw(port_, upgrade + key + "Sec-WebSocket-Version: 8\r\n\r\n");
     EXPECT_TRUE(older.starts_with("HTTP/1.1 426")) << older;
     EXPECT_NE(older.find("Sec-WebSocket-Version: 13\r\n"), std::string::npos) << older;
     EXPECT_NE(older.find("\"code\":\"unsupported\""), std::string::npos) << older;
-    EXPECT_TRUE(sayRaw(port_, upgrade + "Sec-WebSocket-Key: short\r\nSec-WebSocket-Version: 13\r\n\r\n").starts_with("HTTP/1.1 400"));
+    const std::string shortKey = "Sec-WebSocket-Key: short\r\nSec-WebSocket-Version: 13\r\n\r\n";
+    EXPECT_TRUE(sayRaw(port_, upgrade + shortKey).starts_with("HTTP/1.1 400"));
     // Behind HTTP many share one link: what one subscribes to would come to all, and to nobody.
     const HttpReply subscribed = post("SubscribeNews", R"({"frames":true})");
     EXPECT_EQ(subscribed.status, 406);

@@ -131,7 +131,8 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
             assembly.first.emplace(blob.sizeBytes);
             assembly.filled = 0;
         }
-        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), blob.sizeBytes - assembly.filled)));
+        const std::uint64_t missing = blob.sizeBytes - assembly.filled;
+        const ByteSpan mine = rest.first(static_cast<std::size_t>(std::min<std::uint64_t>(rest.size(), missing)));
         assembly.first->write(assembly.filled, mine);
         assembly.filled += mine.size();
         rest = rest.subspan(mine.size());
