@@ -57,7 +57,9 @@ private:
     void onHead(beast::error_code error) {
         if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
         if (error == http::error::body_limit) return refuse(tooLong());
-        if (isNoHttp(error)) return refuse(errorAnswer(400, "bad_input", "no HTTP"));
+        if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
+            error != http::error::end_of_stream && error != http::error::partial_message)
+            return refuse(errorAnswer(400, "bad_input", "no HTTP"));
         if (error) return;
         const auto& head = parser_->get();
         const auto field = [&](http::field name) { return std::string(head[name]); };
@@ -96,7 +98,6 @@ private:
     }
     void onBody(beast::error_code error) {
         if (error == http::error::body_limit) return refuse(tooLong());
-        if (isNoHttp(error)) return refuse(errorAnswer(400, "bad_input", "the body is no HTTP: " + error.message()));
         if (error) return;
         request_.body = std::move(parser_->get().body());
         const auto once = [weak = weak_from_this(), number = ++asked_](HttpAnswer answer) {
@@ -115,11 +116,6 @@ private:
         routes_.answer(request_, once);
     }
 
-    /// What has come cannot be read; else who said it has gone.
-    static bool isNoHttp(beast::error_code error) {
-        return error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
-               error != http::error::end_of_stream && error != http::error::partial_message;
-    }
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
     void refuse(HttpAnswer answer) {

@@ -84,7 +84,7 @@ HttpAnswer apiPage(const std::string& wall) {
     std::string body =
         "<p>Each request is said to <code>/socket</code>, a WebSocket, as "
         "<code>{\"id\":1,\"request\":\"NAME\",\"fields\":{}}</code>, or as a POST of its fields to "
-        "<code>/api/NAME</code>. "
+        "<code>/api/NAME</code>, with its Content-Length. "
         "<code>/api</code> has all of this as data, and the types of a scene; <code>/metrics</code> has figures. "
         "All of these want the token as <code>Authorization: Bearer</code>, the socket also as "
         "<code>?token=</code>. Objects are said by their numbers, or by text: <code>/hall/crane</code>, "
