@@ -1,7 +1,6 @@
 #include "server/door/Door.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
@@ -98,7 +97,7 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     impl->bound = {bound.address().to_string(), bound.port()};
     impl->accept();
     impl->thread = std::thread([raw = impl.get()] {
-        setpriority(PRIO_PROCESS, 0, 10);
+        standBehindFrames();
         // What the library throws of what a guest has said ends that guest, whom nobody holds then, and not the wall.
         for (bool over = false; !over;) try {
                 raw->context.io.run();

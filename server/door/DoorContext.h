@@ -2,7 +2,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 
 #include <chrono>
 #include <cstddef>
@@ -27,8 +26,11 @@ struct DoorLimits {
     std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
     std::size_t maxBinaryBytes = std::size_t{64} << 20;     ///< of a binary frame
     std::size_t maxBinariesBytes = std::size_t{256} << 20;  ///< of one request together
-    std::size_t maxUnsentBytes = std::size_t{32} << 20;     ///< of a socket: a reader that is slower is sent away
-    std::size_t maxOpen = 256;                              ///< requests of a socket without an answer
+    /// Of a socket: what it has not taken, a piece for each request without an answer. Above it, it is not read.
+    std::size_t maxHeldBytes = std::size_t{16} << 20;
+    /// Of all sockets: above it only those are read for whom nothing is held.
+    std::size_t maxHeldOfAllBytes = std::size_t{64} << 20;
+    std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
     double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket, of all others together
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
@@ -68,10 +70,8 @@ struct DoorContext {
     std::set<Guest*> guests;
     std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
     std::size_t sockets = 0;   ///< of the guests
+    std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
 
-    [[nodiscard]] DoorLink::Post post() {
-        return [this](std::function<void()> work) { boost::asio::post(io, std::move(work)); };
-    }
     /// The link by which requests over HTTP of a role go; dialled when it is first needed, and again when it has ended.
     [[nodiscard]] DoorLink& sharedLink(Role role) {
         std::shared_ptr<DoorLink>& link = shared_[role];
@@ -83,10 +83,11 @@ struct DoorContext {
                                .name = name,
                                .access = [word = options.tokens.of(role)](const std::string&) { return word; },
                                .lists = follow},
-                              post());
+                              wire);
     }
 
-    WallPictures pictures{post()};
+    DoorWire wire{io};
+    WallPictures pictures{io};
 
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {

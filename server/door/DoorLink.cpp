@@ -4,15 +4,11 @@
 
 namespace tessera {
 
-std::shared_ptr<DoorLink> DoorLink::dial(ConnectionOptions options, Post post) {
+std::shared_ptr<DoorLink> DoorLink::dial(ApplicationSessionOptions options, DoorWire& wire) {
     std::shared_ptr<DoorLink> link(new DoorLink);
-    // What comes waits for the door's thread; a link that is gone meanwhile hears nothing.
-    options.arrived = [weak = std::weak_ptr(link), post = std::move(post)] {
-        post([weak] {
-            if (const std::shared_ptr<DoorLink> self = weak.lock()) self->drain();
-        });
-    };
-    link->connection_ = std::make_unique<Connection>(std::move(options));
+    link->session_ = std::make_unique<ApplicationSession>(
+        std::move(options), wire.transport(), [raw = link.get()](const Incoming& incoming) { raw->take(incoming); });
+    wire.serve(link);
     return link;
 }
 
@@ -20,10 +16,11 @@ DoorLink::~DoorLink() = default;
 
 void DoorLink::ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered) {
     if (over_) return answered(tl::unexpected(*over_));
+    const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle
     const std::uint64_t id = ++lastRequest_;
     open_.emplace(id, std::move(answered));
-    if (!arrays.empty()) connection_->upload(arrays);
-    connection_->request(id, encodeRequest(request));
+    forEachUpload(arrays, [&](message::Upload piece) { session_->upload(std::move(piece)); });
+    session_->request(id, encodeRequest(request));
 }
 
 void DoorLink::close() {
@@ -32,16 +29,22 @@ void DoorLink::close() {
     open_.clear();
 }
 
-void DoorLink::drain() {
-    const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle
-    while (!closed_) {
-        std::optional<Incoming> incoming = connection_->next(Duration::zero());
-        if (!incoming) return;
-        take(*incoming);
-    }
+void DoorLink::on(const LinkEvent& event) {
+    const std::shared_ptr<DoorLink> self = shared_from_this();
+    session_->on(event);
+}
+
+void DoorLink::advance(TimePoint now) {
+    const std::shared_ptr<DoorLink> self = shared_from_this();
+    session_->advance(now);
+}
+
+TimePoint DoorLink::nextDeadline() const {
+    return over_ ? TimePoint::max() : session_->nextDeadline();
 }
 
 void DoorLink::take(const Incoming& incoming) {
+    if (closed_) return;
     if (const auto* reply = std::get_if<incoming::Reply>(&incoming)) {
         const auto open = open_.find(reply->reply.id);
         if (open == open_.end()) return;

@@ -7,8 +7,9 @@
 #include <optional>
 #include <span>
 
-#include "common/application/Connection.h"
+#include "common/application/ApplicationSession.h"
 #include "common/request/Requests.h"
+#include "server/door/DoorWire.h"
 
 namespace tessera {
 
@@ -22,11 +23,8 @@ public:
         std::function<void(const Error&)> ended;  ///< once; nothing follows
     };
     using Answered = std::function<void(const Expected<ApplicationAnswer>&)>;
-    /// Has a function run on the door's thread; from any thread.
-    using Post = std::function<void(std::function<void()>)>;
 
-    /// `arrived` of the options is this one's own.
-    [[nodiscard]] static std::shared_ptr<DoorLink> dial(ConnectionOptions options, Post post);
+    [[nodiscard]] static std::shared_ptr<DoorLink> dial(ApplicationSessionOptions options, DoorWire& wire);
     ~DoorLink();
 
     void on(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
@@ -40,13 +38,21 @@ public:
     /// No callback comes from now on.
     void close();
 
+    // ---- its wire's
+
+    [[nodiscard]] bool owns(LinkId link) const { return session_ && session_->owns(link); }
+    void on(const LinkEvent& event);
+    void advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    /// The wire is gone: nothing but `close` may follow.
+    void abandon() { session_.reset(); }
+
 private:
     DoorLink() = default;
-    void drain();
     void take(const Incoming& incoming);
     void end(const Error& error);
 
-    std::unique_ptr<Connection> connection_;
+    std::unique_ptr<ApplicationSession> session_;
     Callbacks callbacks_;
     std::map<std::uint64_t, Answered> open_;
     std::uint64_t lastRequest_ = 0;

@@ -29,6 +29,7 @@ public:
         outside_.set_option(patience);
         outside_.read_message_max(0);  // it is read in parts
         outside_.binary(true);
+        outside_.auto_fragment(false);  // else each 4 KiB would be a frame of its own
         outside_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
             if (!error) self->dial();
         });

@@ -7,6 +7,7 @@
 #include <deque>
 #include <nlohmann/json.hpp>
 
+#include "common/request/ApplicationLimits.h"
 #include "server/door/AskInJson.h"
 #include "server/door/Envelope.h"
 
@@ -15,6 +16,9 @@ namespace {
 
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
+
+/// What a request without an answer counts as: the largest piece of an array.
+constexpr std::size_t kAnswerBytes = ApplicationLimits().maxPieceBytes;
 
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
@@ -33,6 +37,7 @@ public:
     }
     ~SocketSession() override {
         --context_.sockets;
+        context_.held -= held_;
         if (link_) link_->close();
     }
 
@@ -43,6 +48,7 @@ public:
         patience.keep_alive_pings = true;
         stream_.set_option(patience);
         stream_.read_message_max(0);  // onRead looks at it
+        stream_.auto_fragment(false);  // else each 4 KiB would be a frame, and a write, of its own
         stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
             if (!error) self->begin();
         });
@@ -77,10 +83,10 @@ private:
     // ---- what comes
 
     void read() {
-        // As long as much is open, or unsent, whoever asks waits.
-        if (reading_ || closing_ || link_->open() >= context_.limits.maxOpen ||
-            unsent_ > context_.limits.maxUnsentBytes / 2)
-            return;
+        if (reading_ || closing_) return;
+        // Whoever asks for much waits; what is held for this one comes back here once it is gone.
+        const DoorLimits& limits = context_.limits;
+        if (held_ > limits.maxHeldBytes || (held_ > 0 && context_.held > limits.maxHeldOfAllBytes)) return;
         reading_ = true;
         constexpr std::size_t kAtOnce = std::size_t{64} << 10;
         stream_.async_read_some(buffer_, kAtOnce, [self = shared_from_this()](beast::error_code error, std::size_t) {
@@ -135,12 +141,14 @@ private:
             return say(errorText(envelope.id, {ErrorCode::kLimit, fmt::format("more than {} requests in a second",
                                                                               context_.limits.socketPerSecond)}),
                        {});
+        hold(kAnswerBytes);
         askInJson(*link_, envelope.request, envelope.fields, std::exchange(binaries_, {}),
                   [weak = Weak(shared_from_this()), id = envelope.id](const ApiExpected<ApplicationAnswer>& answer) {
                       if (const std::shared_ptr<SocketSession> self = weak.lock()) self->answered(id, answer);
                   });
     }
     void answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
+        letGo(kAnswerBytes);
         if (!answer) {
             say(errorText(id, answer.error()), {});
         } else {
@@ -163,15 +171,24 @@ private:
     };
     void say(std::string text, Binaries binaries) {
         if (closing_) return;
-        unsent_ += text.size();
-        unsentFrames_.push_back({std::move(text), {}, true});
-        for (ByteSlice& binary : binaries) {
-            unsent_ += binary.size();
-            unsentFrames_.push_back({{}, std::move(binary), false});
-        }
+        enqueue({std::move(text), {}, true});
+        for (ByteSlice& binary : binaries) enqueue({{}, std::move(binary), false});
         if (unsent_ > context_.limits.maxUnsentBytes)
             return leave();  // it does not read: what it would be told would wait as well
         write();
+    }
+    void enqueue(Frame frame) {
+        unsent_ += frame.size();
+        hold(frame.size());
+        unsentFrames_.push_back(std::move(frame));
+    }
+    void hold(std::size_t bytes) {
+        held_ += bytes;
+        context_.held += bytes;
+    }
+    void letGo(std::size_t bytes) {
+        held_ -= bytes;
+        context_.held -= bytes;
     }
     void write() {
         if (writing_ || unsentFrames_.empty()) return;
@@ -188,6 +205,7 @@ private:
         writing_ = false;
         if (error) return leave();
         unsent_ -= unsentFrames_.front().size();
+        letGo(unsentFrames_.front().size());
         unsentFrames_.pop_front();
         if (!unsentFrames_.empty()) return write();
         if (closing_) return close();
@@ -236,6 +254,7 @@ private:
 
     std::deque<Frame> unsentFrames_;
     std::size_t unsent_ = 0;  ///< bytes
+    std::size_t held_ = 0;    ///< `DoorLimits::maxHeldBytes`
     bool writing_ = false, closing_ = false, closed_ = false;
     websocket::close_reason reason_;
 };

@@ -63,9 +63,9 @@ void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
             const Expected<Wall> read = decodeWall(wall);
             const Expected<Mosaic> mosaic =
                 read ? stitch(*read, *images) : Expected<Mosaic>(tl::unexpected(read.error()));
-            if (!mosaic) return post_([answer, error = mosaic.error()] { answer(failed(error)); });
+            if (!mosaic) return boost::asio::post(io_, [answer, error = mosaic.error()] { answer(failed(error)); });
             auto jpeg = std::make_shared<const std::string>(textOf(encodeJpeg(mosaic->picture, kQuality)));
-            post_([this, images, jpeg, answer] {
+            boost::asio::post(io_, [this, images, jpeg, answer] {
                 jpegOf_ = images, jpeg_ = jpeg;
                 answer({.type = "image/jpeg", .body = *jpeg});
             });

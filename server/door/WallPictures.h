@@ -1,6 +1,7 @@
 /// What the wall shows now, as files.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/thread_pool.hpp>
 
 #include <chrono>
@@ -21,7 +22,7 @@ class WallPictures {
 public:
     static constexpr std::chrono::milliseconds kFresh{100};
 
-    explicit WallPictures(DoorLink::Post post) : post_(std::move(post)) {}
+    explicit WallPictures(boost::asio::io_context& io) : io_(io) {}
     /// The mosaic of all screens.
     void wall(DoorLink& link, AnswerHttp answer);
     /// Who waits is told nothing.
@@ -35,7 +36,7 @@ private:
     using Waiting = std::function<void(const Expected<Images>&)>;
     void images(DoorLink& link, Waiting waiting);
 
-    DoorLink::Post post_;
+    boost::asio::io_context& io_;
     Images newest_;
     std::chrono::steady_clock::time_point newestAt_{};
     std::vector<Waiting> waiting_;

@@ -1,17 +1,20 @@
 #!/usr/bin/python3
 """What a program in Python costs and how fast it is: `door.py [--json FILE] [--seconds S]`, after `./deploy/build build programs tessera_python`.
 
-One server and one host that draws nothing, on this machine. Three rows:
+One server and one host that draws nothing, on this machine. Rows:
   swarm   10,000 Transforms are set 60 times a second, one packed column each time, for S seconds: how many frames came later than
           21 ms after the one before, and how much of a core Python took
   cloud   a million points with colours (16 MB) replaced: until it is granted
   single  one field of one node set: until it is granted, and how much of a core 60 of them a second take
+  readers 8 and 60 sockets that each ask for pieces of 256 KiB without a pause: the wall's frames, a new socket's first answer, what the
+          server keeps in memory; before it the same with a process that burns its core instead, and with neither
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
 import json
 import multiprocessing
 import os
 import pathlib
+import selectors
 import sys
 import tempfile
 import time
@@ -23,6 +26,7 @@ sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 import numpy as np  # noqa: E402
 
 from live import Live  # noqa: E402
+from console_socket import WebSocket, array_name  # noqa: E402
 
 import tessera  # noqa: E402
 
@@ -103,13 +107,114 @@ def cloud(wall, count, times):
             "granted_ms": {"p50": round(float(np.median(took)), 1), "least": round(float(took.min()), 1), "most": round(float(took.max()), 1)}}
 
 
+PIECE = 256 << 10  # bytes
+
+
+def hammer(door, token, count, array, size, pipe):
+    """Asks on so many sockets as fast as they take it, and reads all answers."""
+    questions = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=at * PIECE % size, length=PIECE) for at in range(200))
+    ready = selectors.DefaultSelector()
+    left = {}
+    sockets = [WebSocket(door, token) for _ in range(count)]
+    for one in (each.socket for each in sockets):
+        one.setblocking(False)
+        ready.register(one, selectors.EVENT_READ | selectors.EVENT_WRITE)
+        left[one] = questions
+    pipe.send("ready")
+    read, closed, room = 0, 0, bytearray(1 << 20)
+    while left and not pipe.poll():
+        for key, what in ready.select(0.1):
+            one = key.fileobj
+            try:
+                if what & selectors.EVENT_READ:
+                    got = one.recv_into(room)
+                    read += got
+                    if not got:
+                        raise ConnectionError
+                if what & selectors.EVENT_WRITE:
+                    left[one] = left[one][one.send(left[one]):] or questions
+            except BlockingIOError:
+                pass
+            except OSError:
+                ready.unregister(one)
+                del left[one]
+                closed += 1
+    pipe.send((read, closed))
+
+
+def burn(pipe):
+    pipe.send("ready")
+    while not pipe.poll():
+        sum(range(10_000))
+    pipe.send((0, 0))
+
+
+def beside(live, door, token, seconds, target, *arguments):
+    """Frames, and how long a new socket waits for its first answer, while a process does `target`."""
+    context = multiprocessing.get_context("spawn")
+    begin = time.perf_counter()
+    other = None
+    if target:
+        mine, theirs = multiprocessing.Pipe()
+        other = context.Process(target=target, args=(*arguments, theirs), daemon=True)
+        other.start()
+        mine.recv()
+    clock, clocks = multiprocessing.Pipe()
+    watcher = context.Process(target=watch, args=(live.address, clocks), daemon=True)
+    watcher.start()
+    clock.recv()
+    waited = []
+    begin, memory = time.perf_counter(), 0
+    while time.perf_counter() < begin + seconds:
+        asked = time.perf_counter()
+        with WebSocket(door, token) as one:
+            one.ask(1, "GetStatus")
+            one.read()
+            waited.append(time.perf_counter() - asked)
+        memory = max(memory, resident(live.server))
+        time.sleep(0.1)
+    clock.send("enough")
+    shown = clock.recv()
+    watcher.join(10)
+    read, closed = 0, 0
+    if other:
+        mine.send("enough")
+        read, closed = mine.recv()
+        other.join(10)
+    gaps = np.diff([at for at in shown if begin <= at])
+    return {"frames": int(len(gaps) + 1), "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2), "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2), "most": round(float(gaps.max()) * 1e3, 2)},
+            "first_answer_ms": {"p50": round(float(np.median(waited)) * 1e3, 1), "most": round(float(max(waited)) * 1e3, 1)},
+            "resident_MiB": memory, "read_MiB": read >> 20, "closed": closed}
+
+
+def resident(process):
+    for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return int(line.split()[1]) >> 10
+    return 0
+
+
+def readers(live, wall, seconds):
+    points = np.random.default_rng(4).random((2_000_000, 3), np.float32)
+    node = wall.show(points, "/points", radius=0.002)
+    door, _, token = live.link().removeprefix("http://").partition("/?token=")
+    array = array_name(points.reshape(-1).view(np.uint8))
+    rows = [{"row": "readers", "beside": "nothing", **beside(live, door, token, seconds, None)},
+            {"row": "readers", "beside": "one that burns its core", **beside(live, door, token, seconds, burn)}]
+    for count in (8, 60):
+        rows.append({"row": "readers", "beside": f"{count} sockets", **beside(live, door, token, seconds, hammer, door, token, count, array, points.nbytes)})
+    node.remove()
+    return rows
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=60)
-    options.add_argument("--rows", default="swarm,cloud,single")
+    options.add_argument("--rows", default="swarm,cloud,single,readers")
     said = options.parse_args()
     rows = []
+    shown = 0
     with tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene, Live(surface="none", scene=empty(scene)) as live, live.connect() as wall:
         for name in said.rows.split(","):
             if name == "swarm":
@@ -123,7 +228,10 @@ def main():
                 nodes = swarm_of(wall, 1)
                 rows.append(row_of("single", *led(wall, live.address, nodes, np.zeros((1, 3)), min(said.seconds, 10))))
                 wall["/swarm"].remove()
-            print(json.dumps(rows[-1]))
+            elif name == "readers":
+                rows += readers(live, wall, min(said.seconds, 10))
+            print(*map(json.dumps, rows[shown:]), sep="\n")
+            shown = len(rows)
     if said.json:
         pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()}, indent=1) + "\n")
 

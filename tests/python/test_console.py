@@ -1,11 +1,14 @@
 """The console's figures, read by the parser of those who made the format; and by others than the server's user."""
 import importlib.util
+import pathlib
+import time
 import unittest
 import urllib.error
 import urllib.parse
 import urllib.request
 
 from live import PATIENCE, Live
+from console_socket import WebSocket, array_name
 
 
 def ask(link, path, token=True):
@@ -40,6 +43,48 @@ class Console(unittest.TestCase):
                 self.assertEqual(refused.exception.code, 401)
                 refused.exception.close()
             self.assertEqual(ask(link, "/style.css", token=False).status, 200)
+
+    def test_sockets_cost_no_threads_and_what_is_asked_at_once_comes(self):
+        import numpy as np
+
+        piece, pieces = 256 << 10, 400
+        points = np.arange(3 * 170_000, dtype=np.float32).reshape(-1, 3)
+        with Live(surface="none") as live, live.connect() as wall:
+            wall.show(points, "/points", radius=0.1)
+            door, _, token = live.link().removeprefix("http://").partition("/?token=")
+            raw = points.reshape(-1).view(np.uint8)
+            array = array_name(raw)
+            with WebSocket(door, token) as one:
+                one.ask(0, "GetStatus")
+                one.read()
+                threads, memory = figure(live.server, "Threads"), figure(live.server, "VmRSS")
+                others = [WebSocket(door, token) for _ in range(50)]
+                for other in others:
+                    other.ask(0, "GetStatus")
+                    other.read()
+                self.assertEqual(figure(live.server, "Threads"), threads, "fifty sockets more")
+                offsets = [at * piece % (raw.nbytes - piece) for at in range(pieces)]
+                one.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece) for at, offset in enumerate(offsets)))
+                time.sleep(0.5)  # it does not read yet: 100 MB would have to wait for it
+                self.assertLess(figure(live.server, "VmRSS") - memory, 60_000, "kB held for one that does not read")
+                others[0].ask(1, "GetStatus")
+                self.assertEqual(others[0].read()["id"], 1)
+                left = dict(enumerate(offsets))
+                while left:
+                    answer = one.read()
+                    self.assertIn("answer", answer)
+                    begin = left.pop(answer["id"])
+                    self.assertEqual(one.read(), raw[begin:begin + piece].tobytes())
+                for other in others:
+                    other.close()
+
+
+def figure(process, name):
+    """Of what Linux says of a process."""
+    for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
+        if line.startswith(name + ":"):
+            return int(line.split()[1])
+    raise KeyError(name)
 
 
 if __name__ == "__main__":
