@@ -1,4 +1,5 @@
-/// Connections that were accepted and have sent no message yet, and how they give way. For Transport.cpp alone.
+/// Connections that were accepted and have sent no message yet, or are being closed, and how they give way. For
+/// Transport.cpp alone.
 #pragma once
 
 #include <array>
@@ -20,7 +21,9 @@ public:
 
     [[nodiscard]] bool empty() const { return links_.empty(); }
     [[nodiscard]] bool full() const { return links_.size() >= limits_.maxStrangers; }
+    /// It has just been accepted, or is closed by us: at the end of the row.
     void add(const std::shared_ptr<TransportLink>& link, TimePoint now) {
+        forget(*link);
         link->stranger = TransportLink::Stranger{now, links_.insert(links_.end(), link)};
     }
     /// It has sent a message, or is gone. Others are no strangers: nothing happens.
@@ -32,7 +35,8 @@ public:
     [[nodiscard]] std::shared_ptr<TransportLink> givesWay(TimePoint now) {
         const std::shared_ptr<TransportLink> oldest = links_.front();
         boost::system::error_code ignored;
-        if (oldest->socket.available(ignored) > 0) {  // it has spoken, and was not read yet
+        // It may have spoken, and was not read yet.
+        if (oldest->state != TransportLinkState::kClosing && oldest->socket.available(ignored) > 0) {
             oldest->stranger->since = now;
             links_.splice(links_.end(), links_, oldest->stranger->place);
             return nullptr;
@@ -42,6 +46,10 @@ public:
     /// When the oldest has had its time. Not when it is empty.
     [[nodiscard]] TimePoint due() const { return links_.front()->stranger->since + limits_.patience; }
 
+    /// One that is being closed has had its own.
+    void sayLastWord(TransportLink& link) const {
+        if (link.state != TransportLinkState::kClosing) sayLastWord(link.socket);
+    }
     void sayLastWord(boost::asio::ip::tcp::socket& socket) const {
         const auto& [type, payload] = limits_.lastWord;
         if (!payload) return;

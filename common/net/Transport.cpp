@@ -202,8 +202,8 @@ struct Transport::Impl {
     TimePoint makeRoom() {
         const LinkPtr oldest = strangers.givesWay(now());
         if (!oldest) return strangers.due();
-        strangers.sayLastWord(oldest->socket);
-        finish(oldest, "others want in, and it has said nothing");
+        strangers.sayLastWord(*oldest);
+        finish(oldest, oldest->closeReason.empty() ? "others want in, and it has said nothing" : oldest->closeReason);
         return now();
     }
 
@@ -398,7 +398,7 @@ struct Transport::Impl {
     void beginClose(const LinkPtr& link, std::string reason) {
         if (link->state == TransportLinkState::kConnecting) return finish(link, std::move(reason));
         if (link->state != TransportLinkState::kOpen) return;
-        strangers.forget(*link);
+        if (link->target.empty()) strangers.add(link, now());  // what it keeps may be wanted by another
         link->state = TransportLinkState::kClosing;
         link->closeReason = std::move(reason);
         if (table.resting(link->id)) {  // its end is read, whatever has not been taken

@@ -59,9 +59,9 @@ struct LinkEvent {
 
 struct TransportLimits {
     std::size_t maxLinks = 1024;
-    /// Accepted connections from which no whole message has come yet. Where one comes above this limit or `maxLinks`,
-    /// or no descriptor is left for it, the oldest of them gives way. Each has `patience` to speak: until it is over,
-    /// those who come wait in the backlog.
+    /// Accepted connections from which no whole message has come yet, or that we have closed and their peers have not.
+    /// Where one comes above this limit or `maxLinks`, or no descriptor is left for it, the oldest of them gives way.
+    /// Each has `patience` to speak, or to go: until it is over, those who come wait in the backlog.
     std::size_t maxStrangers = 256;
     std::chrono::milliseconds patience{100};
     /// A connection that gives way or finds no room is sent this message, in epoch 0, as far as that takes no time.

@@ -41,13 +41,13 @@ struct TransportLink {
         SharedChain payload;
     };
     std::optional<KeepAlive> keepAlive;
-    /// Accepted, and no message has come yet: since when, and where it stands among those.
+    /// Accepted, and no message has come yet, or it is being closed: since when, and where it stands among those.
     struct Stranger {
         TimePoint since;
         std::list<std::shared_ptr<TransportLink>>::iterator place;
     };
     std::optional<Stranger> stranger;
-    std::string target;  ///< what it connects to
+    std::string target;  ///< what it connects to; empty: it was accepted
     std::string closeReason;
 };
 

@@ -22,9 +22,10 @@ struct Door::Impl {
     void accept() {
         acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
             if (error == boost::asio::error::operation_aborted) return;
-            // No descriptors are left: those who wait go on waiting.
-            if (error) return later(std::chrono::steady_clock::now() + 50ms, [this] { accept(); });
-            admit(std::move(socket));
+            if (!error) return admit(std::move(socket));
+            // Where no descriptor is left, whoever came waits in the backlog for one of somebody silent.
+            const bool crowded = error == boost::asio::error::no_descriptors && !context.silent.empty();
+            later(crowded ? makeRoom() : std::chrono::steady_clock::now() + 50ms, [this] { accept(); });
         });
     }
     /// Whoever means it says so at once: of too many the one that has been silent for longest goes.

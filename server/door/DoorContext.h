@@ -12,6 +12,7 @@
 #include <string>
 
 #include "common/base/Clock.h"
+#include "common/base/Descriptors.h"
 #include "server/door/Door.h"
 #include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
@@ -20,8 +21,8 @@
 namespace tessera {
 
 struct DoorLimits {
-    std::size_t maxConnections = 256;  ///< at once, all kinds together
-    std::size_t maxSockets = 64;
+    std::size_t maxConnections = withinDescriptors(256, 4);  ///< at once, all kinds together
+    std::size_t maxSockets = withinDescriptors(64, 8);       ///< each has two descriptors more, of its link
     std::size_t maxHeadBytes = std::size_t{16} << 10;
     std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
     std::size_t maxBinaryBytes = std::size_t{64} << 20;     ///< of a binary frame

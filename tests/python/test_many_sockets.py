@@ -1,4 +1,5 @@
-"""10,000 sockets that say nothing, at both ports of a server, in a network namespace of the test's own."""
+"""Sockets that say nothing, at both ports of a server, in a network namespace of the test's own: 10,000; and more than the server has
+descriptors for."""
 import http.client
 import json
 import os
@@ -27,16 +28,41 @@ def namespace():
 
 class ManySockets(unittest.TestCase):
     def test_hold_up_nobody(self):
+        self.apart("test_hold_up_nobody", self.many)
+
+    def test_hold_up_nobody_who_has_few_descriptors(self):
+        self.apart("test_hold_up_nobody_who_has_few_descriptors", self.few)
+
+    def apart(self, name, test):
         if os.environ.get(INSIDE):
-            return self.inside()
+            return test()
         apart = namespace()
         if apart is None:
             self.skipTest("nobody may make a network namespace here (unshare -n)")
-        done = subprocess.run([*apart, sys.executable, __file__], env={**os.environ, INSIDE: "1", "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True, timeout=300, check=False)
+        done = subprocess.run([*apart, sys.executable, __file__, f"ManySockets.{name}"], env={**os.environ, INSIDE: "1", "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
-    def inside(self):
+    def few(self):
         from live import BIN, Live  # noqa: PLC0415: the processes of this namespace alone
+        bring_up_loopback()
+        before = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200 if before[1] == resource.RLIM_INFINITY else before[1]))
+        with Live() as live:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (min(1500, before[1]), before[1]))
+            resource.prlimit(live.server.pid, resource.RLIMIT_NOFILE, (200, 200))
+            door, token = console(live)
+            for ports in ([door], [int(live.address.split(":")[1])], [door, int(live.address.split(":")[1])]):
+                silent = [knock(port) for port in ports for _ in range(600)]
+                for _ in range(5):
+                    began = time.monotonic()
+                    self.assertEqual(figures(door, token), 200)
+                    subprocess.run([BIN / "tessera-ctl", "--server", live.address, "whoami"], capture_output=True, check=True)
+                    self.assertLess(time.monotonic() - began, 5, f"600 at each of {len(ports)} ports")
+                for one in silent:
+                    one.close()
+
+    def many(self):
+        from live import BIN, Live  # noqa: PLC0415
         bring_up_loopback()
         hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
         wanted = 2 * SOCKETS + 200
@@ -44,26 +70,15 @@ class ManySockets(unittest.TestCase):
             self.skipTest(f"this process may have {hard} descriptors, and {wanted} are needed")
         with Live(surface="none") as live:
             resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-            link = subprocess.run([BIN / "tessera-ctl", "--server", live.address, "link"], capture_output=True, text=True, check=True).stdout
-            door = int(link.split(":")[2].split("/")[0])
-            token = link.strip().split("token=")[1]
+            door, token = console(live)
             before = frame(live)
             silent = []
             for port in (live.address, f"127.0.0.1:{door}"):
-                host, number = port.split(":")
-                for _ in range(SOCKETS):
-                    one = socket.socket()
-                    one.setblocking(False)
-                    one.connect_ex((host, int(number)))
-                    silent.append(one)
+                silent += [knock(int(port.split(":")[1])) for _ in range(SOCKETS)]
             began = time.monotonic()
             asked = 0
             while time.monotonic() < began + 5:
-                connection = http.client.HTTPConnection("127.0.0.1", door, timeout=20)
-                connection.request("GET", "/metrics", headers={"Authorization": f"Bearer {token}"})
-                answer = connection.getresponse()
-                self.assertEqual(answer.status, 200, answer.read())
-                connection.close()
+                self.assertEqual(figures(door, token), 200)
                 subprocess.run([BIN / "tessera-ctl", "--server", live.address, "status"], capture_output=True, check=True)
                 asked += 1
             self.assertGreater(asked, 0)
@@ -90,6 +105,29 @@ class ManySockets(unittest.TestCase):
             self.assertLess(memory, 1 << 30)
             for one in silent:
                 one.close()
+
+
+def console(live):
+    """Its port, and its token."""
+    link = live.link()
+    return int(link.split(":")[2].split("/")[0]), link.split("token=")[1]
+
+
+def knock(port):
+    one = socket.socket()
+    one.setblocking(False)
+    one.connect_ex(("127.0.0.1", port))
+    return one
+
+
+def figures(door, token):
+    """The status with which the console answers."""
+    connection = http.client.HTTPConnection("127.0.0.1", door, timeout=20)
+    connection.request("GET", "/metrics", headers={"Authorization": f"Bearer {token}"})
+    answer = connection.getresponse()
+    answer.read()
+    connection.close()
+    return answer.status
 
 
 def frame(live):

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "common/base/Descriptors.h"
 #include "common/base/ThreadPriority.h"
 #include "common/codec/MessageCodec.h"
 #include "common/codec/WallCodec.h"
@@ -39,7 +40,10 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
           };
           return std::move(config);
       }()),
-      transport_({.lastWord = noRoom(), .maxUntakenBytes = kMaxUnhandledBytes, .maxPayload = maxPayloadBytesFromPeer},
+      transport_({.maxStrangers = withinDescriptors(TransportLimits().maxStrangers, 8),
+                  .lastWord = noRoom(),
+                  .maxUntakenBytes = kMaxUnhandledBytes,
+                  .maxPayload = maxPayloadBytesFromPeer},
                  std::move(deliver)) {}
 
 ServerActions Peers::handle(const LinkEvent& event) {

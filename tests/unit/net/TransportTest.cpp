@@ -431,6 +431,24 @@ TEST(Transport, OfManyThatSayNothingTheOldestGivesWayOnceItHasHadItsTime) {
     EXPECT_EQ(server.next<Received>().payload, pattern(9));
 }
 
+/// They have had their answer, and hold on to what they were refused.
+TEST(Transport, WhoWasRefusedAndStaysGivesWay) {
+    TransportLimits limits;
+    limits.maxLinks = 3;
+    limits.patience = 50ms;
+    Peer server(std::move(limits));
+    const std::uint16_t port = server.listen();
+    std::vector<BareSocket> refused;
+    for (int i = 0; i < 20; ++i) {
+        refused.emplace_back(port).say(frameBytes(1, pattern(3)));
+        server->close(server.next<Received>().link, "refused");
+        refused.back().say(frameBytes(1, pattern(3)));  // what it goes on saying does not help it
+    }
+    BareSocket good(port);
+    good.say(frameBytes(2, pattern(9)));
+    EXPECT_EQ(server.next<Received>().payload, pattern(9));
+}
+
 TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
     if (kSanitized)
         GTEST_SKIP() << "to look at a type the sanitizer opens a pipe, and takes it for a fault that it cannot";
