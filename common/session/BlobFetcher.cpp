@@ -21,7 +21,7 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
             held_.insert(blob.id);
             continue;
         }
-        if (Blob found = lookElsewhere(blob); !found.empty()) {
+        if (Blob found = lookElsewhere(blob, sceneKnown_); !found.empty()) {
             held_.insert(blob.id);
             complete.push_back(std::move(found));
             continue;
@@ -30,6 +30,7 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
         if (auto part = parts_.extract(blob.id); part && part.mapped().sizeBytes == blob.sizeBytes)
             fetch = std::move(part.mapped());
         fetch.sizeBytes = blob.sizeBytes;
+        fetch.late = sceneKnown_;
         order_.push_back(blob.id);
     }
     if (limits_.elsewhere) {
@@ -47,8 +48,9 @@ Expected<std::vector<Blob>> BlobFetcher::wantScene(const BlobInfo& blob) {
     return complete;
 }
 
-Blob BlobFetcher::lookElsewhere(const BlobInfo& blob) const {
-    return limits_.elsewhere ? limits_.elsewhere(blob) : Blob();
+Blob BlobFetcher::lookElsewhere(const BlobInfo& blob, bool late) const {
+    if (!limits_.elsewhere || (late && blob.sizeBytes > limits_.maxLateElsewhereBytes)) return {};
+    return limits_.elsewhere(blob);
 }
 
 std::vector<message::BlobRequest> BlobFetcher::requests() {
@@ -56,7 +58,7 @@ std::vector<message::BlobRequest> BlobFetcher::requests() {
     while (!order_.empty() && inFlight_.size() < limits_.chunksInFlight) {
         Fetch& fetch = fetches_.at(order_.front());
         if (fetch.asked == 0) {
-            if (Blob found = lookElsewhere({order_.front(), fetch.sizeBytes}); !found.empty()) {
+            if (Blob found = lookElsewhere({order_.front(), fetch.sizeBytes}, fetch.late); !found.empty()) {
                 held_.insert(order_.front());
                 fetches_.erase(order_.front());
                 order_.pop_front();

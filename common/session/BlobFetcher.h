@@ -29,6 +29,9 @@ struct FetchLimits {
     double firstShare = 0;
     /// Of pieces that earlier connections have brought and the last one has not wanted: beyond it the oldest go.
     std::size_t maxUnwantedBytes = std::size_t{256} << 20;
+    /// Larger blobs that come once the whole scene is known are not looked for elsewhere: to prove what is found takes as
+    /// long as to hash it, and who asks draws by then. Who enters may take that time.
+    std::uint64_t maxLateElsewhereBytes = std::uint64_t{8} << 20;
 };
 
 /// Pure state machine. Memory grows with what has arrived, not with what was announced.
@@ -65,6 +68,7 @@ public:
         std::unique_ptr<BlobMaker> made = {};  ///< null: nothing has come
         std::uint64_t end = 0;                 ///< behind all that has come: as much memory as it may take
         bool scene = false;                    ///< it holds a whole scene
+        bool late = false;                     ///< wanted once the whole scene was known
         std::uint32_t unwanted = 0;            ///< connections that have ended since the last that wanted it
     };
     /// Blobs of which a part is here.
@@ -77,7 +81,7 @@ public:
     void forgetParts() { parts_.clear(); }
 
 private:
-    [[nodiscard]] Blob lookElsewhere(const BlobInfo& blob) const;
+    [[nodiscard]] Blob lookElsewhere(const BlobInfo& blob, bool late) const;
 
     FetchLimits limits_;
     std::unordered_set<BlobId> held_;

@@ -276,6 +276,29 @@ class Dropped(unittest.TestCase):
                 self.assertEqual(len(threads()), before)
             self.assertEqual(len(os.listdir("/proc/self/fd")), files)
 
+    def test_an_iterator_that_nothing_holds_ends_and_lets_go_of_its_wall(self):
+        with Live() as live:
+            def threads():
+                return [each for each in threading.enumerate() if each.name.startswith("tessera ")]
+            before, files = len(threads()), len(os.listdir("/proc/self/fd"))
+            for what in ("frames", "contacts", "changes"):
+                wall = live.connect()
+                kept = wall.frames()
+                iterator = wall.follow(what)
+                next(kept)
+                del iterator
+                gc.collect()
+                next(kept)
+                self.assertTrue(wall.connected)
+                self.assertEqual(len(wall._subscriptions._listening()), 1)
+                del wall, kept
+                gc.collect()
+                deadline = time.monotonic() + PATIENCE  # the thread that reads may have been at one of them
+                while len(threads()) > before and time.monotonic() < deadline:
+                    time.sleep(0.01)
+                self.assertEqual(len(threads()), before, what)
+            self.assertEqual(len(os.listdir("/proc/self/fd")), files)
+
     def test_after_a_fork_the_wall_is_the_parents(self):
         with Live() as live, live.connect() as wall:
             child = os.fork()

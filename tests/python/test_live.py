@@ -167,7 +167,7 @@ class Arrays(OnAWall):
                 self.assertEqual((back.dtype, back.shape), (np.float32, (count, 3)))
                 self.assertTrue(np.array_equal(back, points))
         node.positions = np.zeros((0, 3), np.float32)
-        self.assertIsNone(node.fields()["positions"] or None)
+        self.assertEqual(node.fields()["positions"], 0)
 
     def test_several_arrays_go_with_one_edit(self):
         points = np.random.default_rng(1).random((30_000, 3), np.float32)
@@ -281,6 +281,58 @@ class Refusals(OnAWall):
             self.wall.follow("frame")
         with self.assertRaisesRegex(tessera.BadInput, "roughness"):
             self.wall["/carriage/body"].core.material.roughness = 9
+
+    def test_what_nobody_would_give_is_refused_in_words(self):
+        wall, huge = self.wall, 2 ** 64 - 1
+        switch = wall.create("/odd", "Switch")
+        ball = wall.create("/odd/ball", "Geometry", positions=np.eye(3), indices=np.arange(3, dtype=np.uint32))
+        odd = [
+            lambda: setattr(switch, "choice", huge), lambda: setattr(switch, "choice", 2 ** 70), lambda: setattr(switch, "choice", np.uint64(huge)),
+            lambda: setattr(ball, "material", -5), lambda: setattr(ball, "material", 1 << 63), lambda: setattr(ball, "material", 1.5),
+            lambda: setattr(ball, "name", "half \ud800"), lambda: setattr(ball, "name", b"bytes"), lambda: setattr(switch, "layers", 2 ** 64),
+            lambda: wall["/half \ud800"], lambda: "/half \ud800" in wall, lambda: wall.find("/\udfff*"), lambda: wall.load("/half \ud800"), lambda: wall.load(None),
+            lambda: wall.create(None), lambda: wall.create("/odd/half \ud800"), lambda: wall.create("/odd/b", 5), lambda: wall.create("/odd/b", ["Group"]),
+            lambda: wall.ask(None), lambda: wall.ask("GetObjects"[:3]), lambda: wall.ask("GetObjects", names=5), lambda: wall.ask("GetObjects", names="/odd"),
+            lambda: wall.ask("GetObjects", names=[None]), lambda: wall.ask("GetTree", node=2 ** 64), lambda: wall.ask("GetTree", node=1.5),
+            lambda: wall.ask("GetTree", node=None, levels=np.array([1, 2])), lambda: wall.ask("PickAt", x_px=10 ** 400, y_px=0), lambda: wall.ask("PickAt", x_px=np.bool_(True), y_px=0),
+            lambda: wall.ask("SetView", position=5), lambda: wall.ask("GetTree", node=1, after=5), lambda: wall.ask("GetTree", node=1, after=[5]),
+            lambda: wall.nodes(None), lambda: wall.nodes([1, 2]), lambda: wall.nodes([switch, 3.5]), lambda: wall.nodes([ball.core]),
+            lambda: wall.follow(None), lambda: wall.follow(["frames"]), lambda: wall.object(None), lambda: wall.object("Material", nothing=1),
+            lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root), lambda: wall.edit().place(switch, None),
+        ]
+        for index in (-1, 2 ** 32, 1.5, None, True, "0"):
+            odd += [lambda index=index: wall.edit().create("/odd/b", index=index), lambda index=index: wall.edit().place(ball, wall.root, index)]
+        before = [child.path for child in switch.children]
+        for at, each in enumerate(odd):
+            with self.assertRaises(tessera.TesseraError, msg=f"number {at}") as refused:
+                each()
+            self.assertNotIn("placeholder", str(refused.exception), f"number {at}")
+        self.assertEqual([child.path for child in switch.children], before)
+        wall.ask("GetObjects", names=["/odd"], paths=np.bool_(True))
+        switch.remove()
+
+    def test_what_is_refused_within_an_edit_leaves_nothing_of_itself(self):
+        wall = self.wall
+        with wall.edit() as edit:
+            node = wall.create("/whole")
+            for wrong in (lambda: wall.create("/whole/a", "Geometry", positions=[[1, 2]]), lambda: wall.create("/whole/b", "Geometry", colour=1),
+                          lambda: wall.create("/whole/c", "Transform", translation=(0, 0, 0), scale="big"), lambda: wall.object("Material", roughness="rough"),
+                          lambda: wall["/row"].set(translation=(9, 9, 9), scale="big"), lambda: node.set(translation=(1, 2, 3), rotation=5),
+                          lambda: wall.nodes(["/row"]).set(translations=np.ones((1, 3)), scales=np.ones(5)), lambda: wall.create("/whole/d", index=-1),
+                          lambda: wall.create("/whole/e", "Geometry", positions=np.ones((50_000, 3)), indices="none")):
+                with self.assertRaises(tessera.BadInput):
+                    wrong()
+            wall.create("/whole/b")
+        self.assertEqual(len(edit.committed.ids), 4, "two nodes, two cores")
+        self.assertEqual([child.name for child in node.children], ["b"])
+        self.assertEqual(node.translation, (0, 0, 0))
+        self.assertNotEqual(wall["/row"].translation, (9, 9, 9))
+        self.assertFalse(edit._arrays.by_name, "nothing goes with it")
+        with wall.edit() as edit:
+            with self.assertRaises(tessera.BadInput):
+                wall["/row"].set(scale=(1, 1, 1), translation="far")
+        self.assertIsNone(edit.committed, "nothing is left to be sent")
+        node.remove()
 
     def test_every_request_that_is_described_is_answered_as_described(self):
         answered = 0

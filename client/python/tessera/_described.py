@@ -6,7 +6,7 @@ from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
-from ._types import DType
+from ._types import DType, as_array, items_of, utf8
 from . import _wire
 from ._schema import Said, nearest
 from .errors import BadInput, TesseraError, UnknownField, Unsupported
@@ -88,8 +88,8 @@ def _whole(value: Any, field: Mapping[str, Any], where: str) -> int:
             raise BadInput(f"{where}: \"{value}\" is none of {', '.join(words)}")
         return int(words.index(value))
     try:
-        number = int(value.__index__())
-    except AttributeError:
+        number = int(value) if isinstance(value, np.bool_) else int(value.__index__())
+    except (AttributeError, TypeError):
         raise BadInput(f"{where}: {value!r} is no whole number") from None
     if number < 0 or number >= 1 << 64:
         raise BadInput(f"{where}: {number} is not from 0 to 2^64 - 1")
@@ -97,20 +97,24 @@ def _whole(value: Any, field: Mapping[str, Any], where: str) -> int:
 
 
 def _real(value: Any, where: str) -> float:
-    if isinstance(value, (str, bytes, bool)):
+    if isinstance(value, (str, bytes, bool, np.bool_)):
         raise BadInput(f"{where}: {value!r} is no number")
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise BadInput(f"{where}: {value!r} is no number") from None
 
 
 def _text(value: Any, where: str) -> bytes:
-    if isinstance(value, str):
-        return value.encode()
-    if isinstance(value, (bytes, bytearray)):
-        return bytes(value)
-    raise BadInput(f"{where}: {value!r} is no text")
+    return bytes(value) if isinstance(value, (bytes, bytearray)) else utf8(value, where)
+
+
+def _members_of(value: Any, where: str) -> Mapping[str, Any]:
+    if isinstance(value, Told):
+        return value.as_dict()
+    if not isinstance(value, Mapping):
+        raise BadInput(f"{where}: {value!r} has no members; write {{\"name\": value, …}}")
+    return value
 
 
 def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wire.Part], where: str, always: bool) -> None:
@@ -124,8 +128,9 @@ def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wir
         if bits or always:
             _wire.put_fixed(head, number, bits)
     elif kind == "fixed64":
-        if value or always:
-            _wire.put_fixed(head, number, _whole(value, field, where))
+        whole = _whole(value, field, where)
+        if whole or always:
+            _wire.put_fixed(head, number, whole)
     elif kind in VECTORS:
         numbers = np.asarray(value, dtype=object).reshape(-1)
         if len(numbers) != VECTORS[kind]:
@@ -138,7 +143,7 @@ def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wir
         _wire.put_bytes(head, number, inner)
     elif "fields" in field:
         inner = bytearray()
-        put_members(field["fields"], value if isinstance(value, Mapping) else value.as_dict(), inner, parts, where)
+        put_members(field["fields"], _members_of(value, where), inner, parts, where)
         _wire.put_bytes(head, number, inner)
     else:
         whole = _whole(value, field, where)
@@ -146,7 +151,8 @@ def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wir
             _wire.put_varint(head, number, whole)
 
 
-def _put_many(field: Mapping[str, Any], values: Sequence[Any], head: bytearray, parts: list[_wire.Part], where: str) -> None:
+def _put_many(field: Mapping[str, Any], said: Any, head: bytearray, parts: list[_wire.Part], where: str) -> None:
+    values = items_of(said, where)
     if field["type"] == "text" or "fields" in field:
         for value in values:
             _put(field, value, head, parts, where, True)
@@ -166,25 +172,25 @@ def _put_part(field: Mapping[str, Any], value: Any, parts: list[_wire.Part], whe
     elif field["type"] == "bytes":
         parts.append(value if value is not None else b"")
     elif "fields" not in field:
-        numbers = np.ascontiguousarray(value if value is not None else (), _dtype_of_field(field))
-        parts.append(_wire.view_of(numbers))
+        numbers = as_array(value if value is not None else (), where, _dtype_of_field(field))
+        parts.append(_wire.view_of(np.ascontiguousarray(numbers)))
     else:
         layout = record_of(field)
         if isinstance(value, (np.ndarray, np.void)):
-            records, texts = np.ascontiguousarray(value, layout).reshape(-1), b""
+            records, texts = np.ascontiguousarray(as_array(value, where, layout)).reshape(-1), b""
         else:
-            rows = [] if value is None else [value] if field.get("optional") else list(value)
+            rows = [] if value is None else [value] if field.get("optional") else items_of(value, where)
             records, texts = np.zeros(len(rows), layout), b""
             for at, row in enumerate(rows):
-                for name in row:
+                for name in _members_of(row, where):
                     if name not in (layout.names or ()):
                         raise UnknownField(f"{where} has no \"{name}\"{nearest(name, layout.names or ())}")
                     if isinstance(row[name], str):
-                        text = row[name].encode()
+                        text = utf8(row[name], f"{where}.{name}")
                         texts += text
                         records[at][name] = len(text)
                     else:
-                        records[at][name] = row[name]
+                        records[at][name] = as_array(row[name], f"{where}.{name}", layout[name].base)
         parts.append(_wire.view_of(records))
         if _has_text(field):
             parts.append(texts)

@@ -1,11 +1,12 @@
 """Edits: what is collected and then granted or refused as one."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Union
+import contextlib
+from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Optional, Union
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, whole
 from . import _changes, _values, _wire
 from ._described import Told
 from ._schema import REF, REFS, BLOB, TEXT, Field, Type
@@ -14,6 +15,19 @@ from .objects import Node, Nodes, Object
 
 if TYPE_CHECKING:
     from ._wall import Wall
+
+
+def _index(said: Any) -> int:
+    """Of a child among its siblings."""
+    return whole(said, _changes.LAST, "index is the place among the children")
+
+
+def _restore(known: dict[Any, Any], before: Mapping[Any, Any]) -> None:
+    for key, value in before.items():
+        if value is None:
+            known.pop(key, None)
+        else:
+            known[key] = value
 
 
 class _Column:
@@ -52,6 +66,7 @@ class Edit:
         self._paths: dict[str, Node] = {}
         self._parents: dict[str, Node] = {}  # that were there before
         self._since: Optional[int] = None  # the generation of the oldest handle in it
+        self._back: Optional[list[Callable[[], Any]]] = None  # steps that take back what is under way
         self.committed: Optional[Told] = None  #: what the server answered: sequence, ids, stopped
 
     def __enter__(self) -> "Edit":
@@ -74,34 +89,42 @@ class Edit:
         given = dict(fields)
         if field is not None:
             given[field] = value
-        for name, each in given.items():
-            target._put(self, name, each)
+        if not isinstance(target, (Object, Nodes)):
+            raise BadInput(f"{target!r} is neither an object nor nodes; wall[\"/path\"] is one")
+        with self._all_or_nothing():
+            for name, each in given.items():
+                target._put(self, name, each)
 
     def create(self, path: str, type: Optional[str] = "Transform", index: int = _changes.LAST, **fields: Any) -> Node:
         """A new node at a path, whose last part is its name, with a new core of that type (None: with none) and these fields."""
-        parent_path, slash, name = path.rstrip("/").rpartition("/")
+        parent_path, slash, name = path.rstrip("/").rpartition("/") if isinstance(path, str) else ("", "", "")
         if not slash or not name:
-            raise BadInput(f"\"{path}\" is no path of a new node; write \"/hall/crane\"")
+            raise BadInput(f"{path!r} is no path of a new node; write \"/hall/crane\"")
         parent = self._paths.get(parent_path) or self._parents.get(parent_path)
         if parent is None:  # asked for once: each answer takes its way
             parent = self._parents[parent_path] = self._wall._node(parent_path or "/")
-        self._names(parent)
-        core = self.object(type, **fields) if type is not None else None
-        if core is not None and not core._type.is_core:
-            raise BadInput(f"a {type} cannot be the core of a node; make it with wall.object and refer to it")
-        if core is None and fields:
+        if type is None and fields:
             raise BadInput(f"a node without a core has no field \"{next(iter(fields))}\"")
-        return self._new_node(parent, name, path, core, index)
+        if type is not None and not self._wall.schema.type(type).is_core:
+            raise BadInput(f"a {type} cannot be the core of a node; make it with wall.object and refer to it")
+        with self._all_or_nothing():
+            self._names(parent)
+            core = self.object(type, **fields) if type is not None else None
+            return self._new_node(parent, name, path, core, index)
 
     def _new_node(self, parent: Node, name: str, path: str, core: Optional[Object], index: int = _changes.LAST) -> Node:
         kind = self._wall.schema.type("Node")
         node = Node(self._wall, self._placeholder(kind), kind, self._wall._link.generation, path, core._id if core else 0, core._type if core else None)
         self._made[node._id] = node
+        before = self._paths.get(path)
         self._paths[path] = node
+        self._or_back(lambda: self._made.pop(node._id))
+        self._or_back(lambda: _restore(self._paths, {path: before}))
         self._put(kind, kind.field("name"), node._id, name)
         if core is not None:
             self._put(kind, kind.field("core"), node._id, core)
-        self._placements.append((node._id, parent._id, index))
+        self._placements.append((node._id, parent._id, _index(index)))
+        self._or_back(self._placements.pop)
         return node
 
     def object(self, type: str, **fields: Any) -> Object:
@@ -109,16 +132,22 @@ class Edit:
         kind = self._wall.schema.type(type)
         for name in fields:
             kind.field(name)
-        made = Object(self._wall, self._placeholder(kind), kind, self._wall._link.generation)
-        self._made[made._id] = made
-        for name, value in fields.items():
-            self._put(kind, kind.field(name), made._id, value)
-        return made
+        with self._all_or_nothing():
+            made = Object(self._wall, self._placeholder(kind), kind, self._wall._link.generation)
+            self._made[made._id] = made
+            self._or_back(lambda: self._made.pop(made._id))
+            for name, value in fields.items():
+                self._put(kind, kind.field(name), made._id, value)
+            return made
 
     def place(self, node: Node, under: Node, index: int = _changes.LAST) -> None:
         """Hangs a node below another; `index` among its children."""
+        for each in (node, under):
+            if not isinstance(each, Node):
+                raise BadInput(f"{each!r} is no node")
+        placement = (node._number(), under._number(), _index(index))
         self._names(node, under)
-        self._placements.append((node._number(), under._number(), index))
+        self._placements.append(placement)
 
     def write(self, target: Object, field: str, first: int, values: Any) -> None:
         """New elements of a large array, from element `first` on: only these travel. The array keeps its size."""
@@ -127,14 +156,36 @@ class Edit:
         info = owner.field(field)
         if info.kind != BLOB:
             raise BadInput(f"{info.where} is no array")
-        if isinstance(first, bool) or not isinstance(first, (int, np.integer)) or not 0 <= first < 2 ** 53:
-            raise BadInput(f"{info.where}: first is the number of an element, not {first!r}")
+        begin = whole(first, 2 ** 53 - 1, f"{info.where}: first is the number of an element")
         data = _values.array(info, values)
         each = info.each * info.element.itemsize if info.each else data.dtype.itemsize * (data.shape[-1] if data.ndim > 1 else 1)
-        self._ranges.append((number, int(first) * each, data.nbytes, owner.number, info.number, 0, 0, 0, 0))
+        self._ranges.append((number, begin * each, data.nbytes, owner.number, info.number, 0, 0, 0, 0))
         self._range_bytes.append(_wire.view_of(data))
 
     # ---- inside
+
+    @contextlib.contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """What is refused within leaves nothing of itself in the edit: whoever catches the error goes on with what was there."""
+        if self._back is not None:
+            yield
+            return
+        self._back, arrays = [], len(self._arrays.by_name)
+        try:
+            yield
+        except BaseException:
+            for step in reversed(self._back):
+                step()
+            while len(self._arrays.by_name) > arrays:
+                self._arrays.by_name.popitem()
+            raise
+        finally:
+            self._back = None
+
+    def _or_back(self, step: Callable[[], Any]) -> None:
+        """How what has just been done is taken back."""
+        if self._back is not None:
+            self._back.append(step)
 
     def _names(self, *handles: Union[Object, Nodes]) -> None:
         """Their numbers go out with this edit."""
@@ -145,6 +196,7 @@ class Edit:
     def _placeholder(self, kind: Type) -> int:
         number = _changes.FIRST_PLACEHOLDER + len(self._creations)
         self._creations.append((number, kind.number))
+        self._or_back(self._creations.pop)
         return number
 
     def _resolve(self, value: Any, field: Field) -> int:
@@ -160,19 +212,26 @@ class Edit:
         key = (kind.number, field.number)
         if key not in self._columns:
             self._columns[key] = (kind, field, _Column())
+            self._or_back(lambda: self._columns.pop(key))
         return self._columns[key][2]
 
     def _put(self, kind: Type, field: Field, number: int, value: Any) -> None:
         row = _values.row(field, value, self._resolve, self._arrays)
-        self._column(kind, field).single[number] = row
+        single = self._column(kind, field).single
+        before = single.get(number)
+        single[number] = row
+        self._or_back(lambda: _restore(single, {number: before}))
 
     def _put_many(self, kind: Type, field: Field, ids: Array, values: Any) -> None:
         rows = _values.many(field, values, len(ids), self._resolve, self._arrays)
         column = self._column(kind, field)
         if column.single:  # a later word counts
+            before = {number: column.single.get(number) for number in ids.tolist()}
             column.single.update(zip(ids.tolist(), rows))
+            self._or_back(lambda: _restore(column.single, before))
         else:
             column.arrays.append((ids, rows))
+            self._or_back(column.arrays.pop)
 
     def commit(self, timeout: Optional[float] = None) -> Optional[Told]:
         """Sends it, and returns when it is granted. Raises Refused and others: nothing has changed then."""

@@ -20,8 +20,10 @@ SCALARS: dict[int, Any] = {FLOAT: np.dtype("<f4"), DOUBLE: np.dtype("<f8"), INT:
                            MATRIX: np.dtype("<f8")}
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: Any, known: Iterable[str]) -> str:
     """Behind the message about a name that does not exist."""
+    if not isinstance(name, str):
+        return ""
     close = difflib.get_close_matches(name, list(known), 3, 0.5)
     return f"; is it {' or '.join(close)}?" if close else ""
 
@@ -63,7 +65,7 @@ class Type:
         self.by_number = {field.number: field for field in self.fields.values()}
 
     def field(self, name: str) -> Field:
-        found = self.fields.get(name)
+        found = self.fields.get(name) if isinstance(name, str) else None
         if found is None:
             raise UnknownField(f"a {self.name} has no field \"{name}\"{nearest(name, self.fields)}")
         return found
@@ -98,13 +100,13 @@ class Schema:
         self.subscriptions = self._subscriptions()
 
     def request(self, name: str) -> Said:
-        found = self.requests.get(name)
+        found = self.requests.get(name) if isinstance(name, str) else None
         if found is None:
             raise UnknownField(f"there is no request \"{name}\"{nearest(name, self.requests)}")
         return found
 
     def type(self, name: str) -> Type:
-        found = self.types.get(name)
+        found = self.types.get(name) if isinstance(name, str) else None
         if found is None:
             raise UnknownField(f"there is no type \"{name}\"{nearest(name, self.types)}")
         return found

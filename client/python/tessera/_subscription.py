@@ -5,7 +5,7 @@ import collections
 import threading
 import time
 import weakref
-from typing import TYPE_CHECKING, Any, Deque, Iterator, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Callable, Deque, Iterator, Mapping, Optional
 
 from . import _changes
 from ._described import decode, encode
@@ -104,17 +104,17 @@ class Subscriptions:
         self._weak = weakref.ref(wall)
         self._schema = wall.schema
         self._lock = threading.Lock()
-        self._open: list[_News] = []
+        self._open: list[weakref.ref[_News]] = []  # weak: one that nobody holds ends, and with it its hold on the wall
 
     def open(self, what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> Subscription:
         schema = self._schema
-        if what not in schema.subscriptions:
+        if not isinstance(what, str) or what not in schema.subscriptions:
             known = [*schema.subscriptions, "changes"]
             raise UnknownField(f"nothing of \"{what}\" is told; there is {', '.join(known)}{nearest(what, known)}")
         news = _News(self, what, timeout, most, options)
         encode(schema.request("SubscribeNews"), news.wishes)  # refuses unknown options before anything is changed
         with self._lock:
-            self._open.append(news)
+            self._open.append(weakref.ref(news))
         try:
             self.wall().ask("SubscribeNews", **self._wishes())
         except BaseException:
@@ -124,9 +124,10 @@ class Subscriptions:
 
     def forget(self, news: _News, say: bool = True) -> None:
         with self._lock:
-            if news not in self._open:
+            known = next((each for each in self._open if each() is news), None)
+            if known is None:
                 return
-            self._open.remove(news)
+            self._open.remove(known)
         if say and news._wall.connected:
             try:
                 news._wall.ask("SubscribeNews", **self._wishes())
@@ -138,9 +139,17 @@ class Subscriptions:
         assert wall is not None, "whoever calls this holds it"
         return wall
 
-    def _wishes(self) -> dict[str, bool]:
+    def _listening(self) -> list[_News]:
         with self._lock:
-            return {name: True for news in self._open for name, wanted in news.wishes.items() if wanted}
+            return [news for news in (each() for each in self._open) if news is not None]
+
+    def _wishes(self) -> dict[str, bool]:
+        return {name: True for news in self._listening() for name, wanted in news.wishes.items() if wanted}
+
+    def _say_wishes(self) -> None:
+        wall = self._weak()
+        if wall is not None:
+            wall._link.say("Request", {"id": 0, "body": encode(self._schema.request("SubscribeNews"), self._wishes())})
 
     # ---- of the thread that reads
 
@@ -149,26 +158,34 @@ class Subscriptions:
             return
         schema = self._schema
         told = decode(schema.notices, said["body"])
+        listening = self._listening()
+        for news in listening:
+            if schema.subscriptions[news.what] == told._said:
+                news._put(told)
         with self._lock:
-            wanted = [news for news in self._open if schema.subscriptions[news.what] == told._said]
-        for news in wanted:
-            news._put(told)
+            dropped = len(self._open)
+            self._open = [each for each in self._open if each() is not None]
+            dropped -= len(self._open)
+        if dropped:
+            self._say_wishes()
 
     def back(self) -> None:
         """The connection broke and is there again: what was subscribed to is subscribed to."""
-        wishes = self._wishes()
-        with self._lock:
-            for news in self._open:
-                news.gaps += 1
-        wall = self._weak()
-        if wishes and wall is not None:
-            wall._link.say("Request", {"id": 0, "body": encode(self._schema.request("SubscribeNews"), wishes)})
+        listening = self._listening()
+        for news in listening:
+            news.gaps += 1
+        if listening:
+            self._say_wishes()
 
     def ended(self, why: Optional[TesseraError]) -> None:
-        with self._lock:
-            news = list(self._open)
-        for each in news:
-            each._end(why)
+        for news in self._listening():
+            news._end(why)
+
+
+def _of(weak: "weakref.ref[ChangesSubscription]", tell: Callable[["ChangesSubscription"], None]) -> None:
+    alive = weak()
+    if alive is not None:
+        tell(alive)
 
 
 class ChangesSubscription(Subscription):
@@ -179,8 +196,11 @@ class ChangesSubscription(Subscription):
         self._schema = wall.schema
         self._begun = threading.Event()
         self._link: Optional[Link] = None
+        weak = weakref.ref(self)  # the thread that reads holds nobody: an iterator that nobody holds ends
         self._link = Link(wall.schema, wall._link.way, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
-                          on_message=self._told_of, on_back=self._back, on_end=self._over)
+                          on_message=lambda name, said: _of(weak, lambda alive: alive._told_of(name, said)),
+                          on_back=lambda: _of(weak, lambda alive: alive._back()), on_end=lambda why: _of(weak, lambda alive: alive._over(why)))
+        weakref.finalize(self, self._link.close).atexit = False
         if not self._begun.wait(wall.timeout):
             self.close()
             raise Timeout(f"the server at {wall.address} did not hand out its scene within {wall.timeout:g} s")

@@ -11,6 +11,33 @@ Array: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
 DType: TypeAlias = "np.dtype[Any]"
 
 
+def utf8(value: Any, where: str) -> bytes:
+    """A text as it travels. BadInput: it is none, or half of a surrogate pair is in it, which UTF-8 has no place for."""
+    if not isinstance(value, str):
+        raise BadInput(f"{where}: {value!r} is no text")
+    try:
+        return value.encode()
+    except UnicodeEncodeError:
+        raise BadInput(f"{where}: {value!r} has a letter that is none in Unicode") from None
+
+
+def whole(value: Any, most: int, what: str) -> int:
+    """A whole number from 0 to `most`; `what` says what it is."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not 0 <= value <= most:
+        raise BadInput(f"{what}, from 0 to {most}, and not {value!r}")
+    return int(value)
+
+
+def items_of(value: Any, where: str) -> list[Any]:
+    """Of a list, a tuple, an array; a text is none of them."""
+    if isinstance(value, (str, bytes, bytearray)):
+        raise BadInput(f"{where}: {value!r} is no list")
+    try:
+        return list(value)
+    except TypeError:
+        raise BadInput(f"{where}: {value!r} is no list") from None
+
+
 def as_array(value: Any, where: str, dtype: Any = None) -> Array:
     """Without a copy where it is one. BadInput: rows of different lengths, or what is no number where numbers are wanted."""
     try:

@@ -5,7 +5,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from ._types import Array, as_array
+from ._types import Array, as_array, items_of, utf8
 from . import _wire
 from ._changes import pack_refs, pack_texts
 from ._hash import array_id
@@ -48,15 +48,19 @@ def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
         raise BadInput(f"{field.where}: {value!r} is not finite" if given.size < 20 else f"{field.where}: not all numbers are finite")
     if field.kind == INT and given.dtype.kind == "f":
         raise BadInput(f"{field.where}: {value!r} is no whole number")
+    if field.kind == INT and given.dtype.kind == "u" and given.size and int(given.max()) > np.iinfo(dtype).max:
+        raise BadInput(f"{field.where}: {value!r} is more than a whole number may be" if given.size < 20 else f"{field.where}: not all numbers are in its range")
     if field.kind == BOOL and given.dtype.kind != "b" and not np.isin(given, (0, 1)).all():
         raise BadInput(f"{field.where}: {value!r} is neither true nor false")
     return np.ascontiguousarray(given.reshape(wanted), dtype)
 
 
 def _of_words(field: Field, value: Any) -> int:
-    words = [word.strip() for word in value.split(",")] if isinstance(value, str) else list(value)
+    words = [word.strip() for word in value.split(",")] if isinstance(value, str) else items_of(value, field.where)
     found = 0
     for word in words:
+        if not isinstance(word, str):
+            raise BadInput(f"{field.where}: {word!r} is no word")
         if word == "none" and field.flags:
             continue
         if word not in field.words or (len(words) > 1 and not field.flags):
@@ -112,11 +116,9 @@ def row(field: Field, value: Any, resolve: Resolve, arrays: Arrays) -> Any:
     if field.kind == REF:
         return np.array([resolve(value, field)], "<u8")
     if field.kind == REFS:
-        return np.array([resolve(each, field) for each in value or ()], "<u8")
+        return np.array([resolve(each, field) for each in (() if value is None else items_of(value, field.where))], "<u8")
     if field.kind == TEXT:
-        if not isinstance(value, str):
-            raise BadInput(f"{field.where}: {value!r} is no text")
-        return value.encode()
+        return utf8(value, field.where)
     if field.kind == BLOB:
         return arrays.name_of(array(field, value))
     return numbers(field, value)
@@ -137,13 +139,16 @@ def many(field: Field, values: Any, rows: int, resolve: Resolve, arrays: Arrays)
     """A whole column at once: an array for numbers, else a list of rows."""
     if field.kind in (FLOAT, DOUBLE, MATRIX, BOOL) or (field.kind == INT and not isinstance(values, str) and not _holds_words(values)):
         return numbers(field, values, rows)
-    if isinstance(values, str) or len(values) != rows:
-        raise BadInput(f"{field.where}: {1 if isinstance(values, str) else len(values)} values for {rows} objects")
-    return [row(field, each, resolve, arrays) for each in values]
+    if isinstance(values, str) or values is None:
+        raise BadInput(f"{field.where}: one value for {rows} objects")
+    given = items_of(values, field.where)
+    if len(given) != rows:
+        raise BadInput(f"{field.where}: {len(given)} values for {rows} objects")
+    return [row(field, each, resolve, arrays) for each in given]
 
 
 def _holds_words(values: Any) -> bool:
-    return not isinstance(values, np.ndarray) and any(isinstance(each, str) for each in values)
+    return isinstance(values, (list, tuple)) and any(isinstance(each, str) for each in values)
 
 
 def to_python(field: Field, value: Any) -> Any:
@@ -168,8 +173,10 @@ def default(field: Field) -> Any:
     """What a fresh object has, as `to_python` tells it."""
     if field.kind == MATRIX:
         return np.asarray(field.default, float).reshape(4, 4).T
-    if field.kind == BLOB or field.kind == REF:
+    if field.kind == REF:
         return None
+    if field.kind == BLOB:  # without bytes
+        return np.zeros((0, field.each) if field.each > 1 else 0, field.element)
     if field.kind == REFS:
         return []
     return field.default if field.kind == TEXT else to_python(field, field.default)

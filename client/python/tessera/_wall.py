@@ -8,7 +8,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, items_of
 from . import _changes, _door, _values, _wire
 from ._arrays import Fetcher, uploads_of
 from ._channel import ByPort, Way
@@ -149,9 +149,13 @@ class Wall:
         """Many at once: of an expression, of paths, or of nodes. Their cores are of one type."""
         if isinstance(which, str):
             return many(self, self.find(which))
-        paths = [each for each in which if isinstance(each, str)]
+        given = list(which) if isinstance(which, Nodes) else items_of(which, "nodes")
+        for each in given:
+            if not isinstance(each, (str, Node)):
+                raise BadInput(f"nodes: {each!r} is neither a node nor the path of one")
+        paths = [each for each in given if isinstance(each, str)]
         told = dict(zip(paths, self._nodes(paths)))
-        return many(self, [told[each] if isinstance(each, str) else each for each in which])
+        return many(self, [told[each] if isinstance(each, str) else each for each in given])
 
     def edit(self, undo: Optional[str] = None) -> Edit:
         """`with wall.edit(): …` : all that this thread assigns and creates within is granted or refused as one. Edits in a row with the
@@ -184,6 +188,8 @@ class Wall:
         parent = self[under] if isinstance(under, str) else under
         where = {"parent": parent._number() if parent else 0, **placing}
         since = parent._generation if parent else None
+        if not isinstance(path, str):
+            raise BadInput(f"{path!r} is no path of a file")
         if path.startswith("asset://"):
             loaded = self._ask("LoadAsset", since, {"name": path[8:], **where}, timeout)
         else:
@@ -384,7 +390,7 @@ class Wall:
             return value._core
         if isinstance(value, Object):
             return value._number()
-        if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+        if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and 0 <= value < _changes.FIRST_PLACEHOLDER:
             return int(value)
         raise BadInput(f"{field.where}: {value!r} is no object")
 
@@ -428,7 +434,7 @@ class Wall:
         return _values.default(field)
 
     def _read_all(self, owner: Type, number: int, since: int) -> dict[str, Any]:
-        values = {field.name: _values.default(field) for field in owner.fields.values()}
+        values = {field.name: 0 if field.kind == BLOB else _values.default(field) for field in owner.fields.values()}
         (content,), generation = self._content([number], since)
         for column in content.columns:
             if column.type is owner and number in column.ids:

@@ -488,6 +488,24 @@ TEST(BlobFetcher, AsksForNothingThatIsFoundElsewhere) {
     EXPECT_TRUE(fetcher.holds(late.id()) && fetcher.holds(early.id()));
 }
 
+/// To prove that it is the blob takes as long as to hash it, on the thread that says what is shown.
+TEST(BlobFetcher, OnceTheSceneIsKnownLargeOnesAreFetchedAtOnce) {
+    const Blob small(content(45, 1)), large(content(46, 2)), first(content(46, 3));
+    std::vector<BlobId> asked;
+    BlobFetcher fetcher({.chunkBytes = 100,
+                         .elsewhere =
+                             [&](const BlobInfo& wanted) {
+                                 asked.push_back(wanted.id);
+                                 return Blob();
+                             },
+                         .maxLateElsewhereBytes = 45});
+    ASSERT_TRUE(fetcher.want({infoOf(first)}));
+    fetcher.sceneIsKnown();
+    ASSERT_TRUE(fetcher.want({infoOf(small), infoOf(large)}));
+    EXPECT_EQ(fetcher.requests().size(), 3u);
+    EXPECT_EQ(asked, (std::vector{first.id(), small.id(), first.id(), small.id()}));
+}
+
 TEST(BlobFetcher, ThoseWhoFindEachOthersBlobsBeginAtDifferentPlaces) {
     std::vector<BlobInfo> wanted;
     for (int i = 0; i < 8; ++i) wanted.push_back(infoOf(Blob(content(45, static_cast<unsigned>(i)))));
