@@ -93,11 +93,16 @@ Expected<void> checkPlaces(const Geometry& g) {
     return checkMesh(places);
 }
 
+Expected<void> checkWhole(const Blob& numbers, std::string_view name) {
+    if (numbers.sizeBytes() % sizeof(std::uint32_t) == 0) return {};
+    return fail(ErrorCode::kBadInput, fmt::format("the {} have {} bytes, not a whole number of elements of 4 bytes", name,
+                                                  numbers.sizeBytes()));
+}
+
 AssembledIndices assembledAnew(const Geometry& g, const PrimitiveRuns& runs) {
     const std::pair<const Blob*, std::string_view> numbers[] = {{&g.indices, "indices"}, {&g.lengths, "lengths"}};
     for (const auto& [blob, name] : numbers)
-        if (blob->sizeBytes() % sizeof(std::uint32_t) != 0)
-            return wrongIndices({ErrorCode::kBadInput, fmt::format("the {} have {} bytes, not a whole number of elements of 4 bytes", name, blob->sizeBytes())});
+        if (const Expected<void> whole = checkWhole(*blob, name); !whole) return wrongIndices(whole.error());
     // Of strips and fans the name says nothing of places, so no more may be said here than how many there are.
     if (g.positions.sizeBytes() % (3 * sizeof(float)) != 0)
         return wrongIndices({ErrorCode::kBadInput, fmt::format("the positions have {} bytes, not a whole number of elements of 12 bytes", g.positions.sizeBytes())});
@@ -173,7 +178,8 @@ MeshArrays arraysOf(const Geometry& g) {
 
 Expected<void> checkPrimitives(const Geometry& g) {
     const std::optional<RunKind> kind = runKindOf(g);
-    if (!kind || holdNothing(g)) return {};
+    if (!kind) return checkWhole(g.lengths, "lengths");  // which count for nothing yet
+    if (holdNothing(g)) return {};
     if (!areHere(g)) return fail(ErrorCode::kBadInput, "the positions, indices or lengths are not here: their blobs have to be fetched first");
     const std::shared_ptr<const AssembledIndices> assembled = assembledOf(g, *kind);
     if (!assembled->sound) return tl::unexpected(assembled->wrong);

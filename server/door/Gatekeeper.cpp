@@ -7,22 +7,33 @@
 #include "common/net/Transport.h"
 
 namespace tessera {
+namespace {
+
+/// Of what has no case: names of hosts and of schemes (RFC 9110, 4.2.3 and 11.1).
+std::string inLowerCase(std::string_view text) {
+    std::string low(text);
+    for (char& c : low)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return low;
+}
+
+}  // namespace
 
 std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) const {
-    if (!isHere(request.host))
+    if (!isHere(inLowerCase(request.host)))
         return errorAnswer(421, "refused",
                            "the door is asked by another name than this machine's own: its link has the right one");
     constexpr std::string_view kScheme = "http://";
-    if (request.origin.empty() ||
-        (request.origin.starts_with(kScheme) && isHere(std::string_view(request.origin).substr(kScheme.size()))))
+    const std::string origin = inLowerCase(request.origin);
+    if (origin.empty() || (origin.starts_with(kScheme) && isHere(std::string_view(origin).substr(kScheme.size()))))
         return std::nullopt;
     return errorAnswer(403, "refused", "a page from elsewhere may not ask this door");
 }
 
 tl::expected<Role, HttpAnswer> Gatekeeper::roleOf(const HttpRequest& request, const HttpTarget& target) const {
     if (std::optional<HttpAnswer> stranger = strangers(request)) return tl::unexpected(std::move(*stranger));
-    constexpr std::string_view kBearer = "Bearer ";
-    if (request.authorization.starts_with(kBearer))
+    constexpr std::string_view kBearer = "bearer ";
+    if (inLowerCase(std::string_view(request.authorization).substr(0, kBearer.size())) == kBearer)
         if (const auto role = tokens_.roleOf(std::string_view(request.authorization).substr(kBearer.size())))
             return *role;
     const auto said = target.query.find("token");

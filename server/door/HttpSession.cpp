@@ -47,14 +47,24 @@ private:
         parser_.emplace();
         parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
         parser_->body_limit(context_.limits.maxTextBytes);
-        // The first head comes soon; a connection that is kept may rest.
-        stream_.expires_after(served_ == 0 ? context_.limits.headWait : context_.limits.idle);
+        // The first head comes soon, or its sender is told so; a connection that is kept may rest.
+        stream_.expires_after(context_.limits.idle);
+        if (served_ == 0) {
+            patience_.expires_after(context_.limits.headWait);
+            patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
+                if (stopped) return;
+                self->tooSlow_ = true;
+                self->stream_.cancel();
+            });
+        }
         http::async_read_header(
             stream_, buffer_, *parser_,
             [self = shared_from_this()](beast::error_code error, std::size_t) { self->onHead(error); });
     }
 
     void onHead(beast::error_code error) {
+        patience_.cancel();
+        if (tooSlow_) return refuse(errorAnswer(408, "network", "the head of a request has not come in time"));
         if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
         if (error == http::error::body_limit) return refuse(tooLong());
         if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
@@ -63,6 +73,10 @@ private:
         if (error) return;
         const auto& head = parser_->get();
         const auto field = [&](http::field name) { return std::string(head[name]); };
+        // Of two, others on the way may have looked at the other one.
+        for (const http::field once : {http::field::host, http::field::origin, http::field::authorization})
+            if (const auto twice = head.equal_range(once); std::distance(twice.first, twice.second) > 1)
+                return refuse(errorAnswer(400, "bad_input", std::string(http::to_string(once)) + " is said twice"));
         request_ = {.method = std::string(head.method_string()),
                     .target = std::string(head.target()),
                     .host = field(http::field::host),
@@ -188,6 +202,7 @@ private:
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
     std::size_t served_ = 0;
+    bool tooSlow_ = false;
     boost::asio::steady_timer patience_;      ///< for an answer
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
     std::vector<char> rest_;

@@ -182,6 +182,9 @@ TEST_F(Console, AnswersRubbishInWordsAndGoesOn) {
     // Of a trailer of 100 kB the server died, without a token.
     const std::string trailer = "0\r\nX: " + std::string(100'000, 'x') + "\r\n\r\n";
     EXPECT_TRUE(sayRaw(port_, "GET /style.css HTTP/1.1\r\n" + inChunks + trailer).starts_with("HTTP/1.1 411"));
+    const std::string asked = "GET /api HTTP/1.1\r\n" + host + bearer_;
+    for (const std::string& twice : {host, bearer_, std::string("Origin: http://evil.example\r\nOrigin: null\r\n")})
+        EXPECT_TRUE(sayRaw(port_, asked + twice + "\r\n").starts_with("HTTP/1.1 400")) << twice;
     // A handshake that is none is refused as everything else is.
     const std::string upgrade =
         "GET /socket HTTP/1.1\r\n" + host + bearer_ + "Connection: Upgrade\r\nUpgrade: websocket\r\n";
@@ -212,6 +215,10 @@ TEST_F(Console, AnswersRubbishInWordsAndGoesOn) {
     EXPECT_TRUE(another.next().is_null());
     EXPECT_EQ(another.closeCode(), 1009);
     EXPECT_EQ(get("/api").status, 200);
+}
+
+TEST_F(Console, AHeadThatDoesNotComeIsAnsweredInWords) {
+    EXPECT_TRUE(sayRaw(port_, "GET /api HTTP/1.1\r\nHost: ").starts_with("HTTP/1.1 408"));
 }
 
 TEST_F(Console, TooMuchAtOnceIsRefusedInWordsAndNoFrameIsLate) {

@@ -40,7 +40,7 @@ std::string hostLine(std::uint16_t port, const std::string& head) {
 }  // namespace
 
 std::string sayRaw(std::uint16_t port, const std::string& bytes) {
-    const int socket = dial(port, 5);
+    const int socket = dial(port, 20);
     if (socket < 0) return {};
     std::string all;
     (void)writeAll(socket, bytes);

@@ -27,6 +27,11 @@ TEST(Gatekeeper, LetsInThisMachinesPagesWithTheToken) {
         EXPECT_EQ(verdict({.target = "/api", .host = host, .origin = "http://" + host, .authorization = bearer}), 200)
             << host;
     }
+    // Names of hosts and of schemes have no case.
+    EXPECT_EQ(verdict({.target = "/api", .host = "LocalHost:7001", .authorization = bearer}), 200);
+    EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .authorization = "bEARER secret"}), 200);
+    EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .origin = "HTTP://LOCALHOST:7001", .authorization = bearer}),
+              200);
     EXPECT_EQ(verdict({.target = "/?token=secret", .host = "localhost:7001"}), 200);
     EXPECT_EQ(verdict({.target = "/socket?changes=1&token=secret", .host = "localhost:7001"}), 200);
 }
@@ -53,7 +58,7 @@ TEST(Gatekeeper, KeepsOutEverybodyElse) {
         EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .origin = origin, .authorization = bearer}), 403)
             << origin;
     for (const std::string wrong :
-         {"", "Bearer", "Bearer ", "Bearer secre", "Bearer secrets", "bearer secret", "Basic secret", "secret"})
+         {"", "Bearer", "Bearer ", "Bearer secre", "Bearer secrets", "Bearer SECRET", "Basic secret", "secret"})
         EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .authorization = wrong}), 401) << wrong;
     // In the query it counts for page and socket alone: other links may be kept by whoever they pass.
     for (const std::string target :

@@ -79,6 +79,8 @@ TEST(PrimitiveDrawable, SaysWhatIsWrong) {
     EXPECT_TRUE(drawableOf(g).arrays().indices.empty()) << "and nothing is made of it";
     g.lengths = Blob(Bytes(7));
     EXPECT_EQ(refusalOf(g), "the lengths have 7 bytes, not a whole number of elements of 4 bytes");
+    g.primitive = Geometry::kTriangles;
+    EXPECT_EQ(refusalOf(g), "the lengths have 7 bytes, not a whole number of elements of 4 bytes");
     g = twoPolygons();
     g.positions = placesOf({0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 4, -1, 0, 6, 0, 0, 4, std::numeric_limits<float>::quiet_NaN(), 0});
     EXPECT_EQ(refusalOf(g), "the positions of vertex 6 are not finite");
