@@ -37,7 +37,7 @@ DoorWire::~DoorWire() {
 }
 
 void DoorWire::serve(const std::shared_ptr<DoorLink>& link) {
-    links_.emplace(link.get(), link);
+    links_.insert_or_assign(link.get(), link);  // one that is gone may have lain at the same address
     wakeBy(link->nextDeadline());
 }
 
