@@ -40,9 +40,13 @@ constexpr bool kSanitized = false;
 constexpr bool kSanitized = false;
 #endif
 
+/// Whoever started this may have set a tighter limit, which stands: to raise it is not for everybody.
 bool limitResource(int resource, rlim_t soft, rlim_t hard) {
-    const rlimit limit{soft, hard};
-    return ::setrlimit(static_cast<decltype(RLIMIT_AS)>(resource), &limit) == 0;
+    const auto which = static_cast<decltype(RLIMIT_AS)>(resource);
+    rlimit now{};
+    if (::getrlimit(which, &now) != 0) return false;
+    const rlimit limit{std::min({soft, hard, now.rlim_max}), std::min(hard, now.rlim_max)};
+    return ::setrlimit(which, &limit) == 0;
 }
 
 /// What there is to grant, of this process.

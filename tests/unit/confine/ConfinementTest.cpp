@@ -115,6 +115,26 @@ TEST_P(Confinement, LeavesNothingThatHarms) {
     }
 }
 
+/// `ulimit -v`, `ulimit -n` of whoever started the server.
+TEST_P(Confinement, LeavesTighterLimitsAsTheyAre) {
+    if (kSanitized) GTEST_SKIP() << "shadow memory is terabytes of address space";
+    for (const int resource : {RLIMIT_AS, RLIMIT_NOFILE, RLIMIT_CPU}) {
+        const auto which = static_cast<decltype(RLIMIT_AS)>(resource);
+        const rlim_t tight = resource == RLIMIT_AS ? GetParam().memoryBytes / 2
+                             : resource == RLIMIT_NOFILE ? GetParam().openFiles - 1
+                                                         : 1;
+        const int status = inFork([&] {
+            const rlimit before{tight, tight};
+            rlimit after{};
+            if (::setrlimit(which, &before) != 0 || !boundResources(GetParam(), ::getppid()) ||
+                !boundFurtherTime(std::chrono::seconds(1)))
+                return kNotConfined;
+            return ::getrlimit(which, &after) == 0 && after.rlim_max <= tight ? 0 : 1;
+        });
+        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << resource << ": " << status;
+    }
+}
+
 TEST_P(Confinement, EndsWhatNeverEnds) {
     const int status = confined(GetParam(), own(), [] {
         for (volatile bool forever = true; forever;) {
