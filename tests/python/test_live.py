@@ -167,7 +167,7 @@ class Arrays(OnAWall):
                 self.assertEqual((back.dtype, back.shape), (np.float32, (count, 3)))
                 self.assertTrue(np.array_equal(back, points))
         node.positions = np.zeros((0, 3), np.float32)
-        self.assertEqual(node.fields()["positions"], 0)
+        self.assertEqual((node.fields()["positions"], node.positions.shape, node.colors.dtype), (0, (0, 3), np.dtype("uint8")))
 
     def test_several_arrays_go_with_one_edit(self):
         points = np.random.default_rng(1).random((30_000, 3), np.float32)
@@ -218,6 +218,38 @@ class Arrays(OnAWall):
         self.assertEqual(node.indices.tolist(), [1, 2, 0])
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: its elements are uint32, not float32"):
             node.indices = memoryview(np.zeros(3, np.float32))
+
+    def test_arrays_of_every_core_come_back_as_they_went(self):
+        numbers = np.random.default_rng(7)
+        cube = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+        some, turned = numbers.random((5, 3), np.float32), np.tile(np.eye(3, 4, dtype=np.float32).reshape(-1), (2, 1))
+        triangle = {"positions": np.eye(3, dtype=np.float32), "normals": np.eye(3, dtype=np.float32), "colors": numbers.integers(0, 255, (3, 4), np.uint8),
+                    "texcoords": numbers.random((3, 2), np.float32), "texcoords1": numbers.random((3, 2), np.float32), "indices": np.array([2, 0, 1], np.uint32)}
+        cores = {
+            "Geometry": triangle,
+            "SubdivisionSurface": {"points": cube, "faceSizes": np.full(6, 4, np.uint32), "faceVertices": np.array([0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3], np.uint32),
+                                   "creases": np.array([[0, 1], [1, 3]], np.uint32), "creaseSharpness": np.array([2, 3], np.float32),
+                                   "corners": np.array([7], np.uint32), "cornerSharpness": np.ones(1, np.float32), "holes": np.array([5], np.uint32)},
+            "NurbsSurface": {"degreeU": 1, "degreeV": 1, "knotsU": np.array([0., 0, 1, 1]), "knotsV": np.array([0., 0, 1, 1]),
+                             "points": np.array([(0., 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1 / 3)]), "weights": np.array([1, 1, 1, 2 / 3])},
+            "Skin": {**triangle, "jointIndices": np.array([[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]], np.uint16), "jointWeights": np.tile(np.array([0.5, 0.5, 0, 0], np.float32), (3, 1)),
+                     "inverseBinds": turned, "joints": ["/bones/left", "/bones/right"]},
+            "Particles": {"positions": some, "tails": some + 1, "colors": numbers.integers(0, 255, (5, 4), np.uint8), "sizes": some[:, 0].copy(), "ages": some[:, 1].copy(), "turns": some[:, 2].copy()},
+            "DistanceLOD": {"ranges": np.array([1., 2, 3])},
+            "Volume": {"slices": np.array([[0., 0, 1, 0.5]]), "clipPlanes": np.array([[1., 0, 0, 0.25]])},
+            "ApplicationData": {"data": np.frombuffer(b"anything", np.uint8)},
+        }
+        for bone in ("/bones", "/bones/left", "/bones/right"):
+            self.wall.create(bone)
+        for at, (core, fields) in enumerate(cores.items()):
+            with self.subTest(core):
+                node = self.wall.create(f"/core{at}", core, **fields)
+                for name, value in fields.items():
+                    if isinstance(value, np.ndarray):
+                        back = getattr(node, name)
+                        self.assertEqual((name, back.dtype, back.shape), (name, value.dtype, value.shape))
+                        self.assertTrue(np.array_equal(back, value), name)
+                node.remove()
 
     def test_a_part_of_an_array_is_written(self):
         points = np.zeros((100_000, 3), np.float32)
