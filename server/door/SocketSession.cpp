@@ -1,10 +1,12 @@
 #include "server/door/SocketSession.h"
 
 #include <fmt/format.h>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 
 #include <deque>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/request/ApplicationLimits.h"
@@ -17,6 +19,19 @@ namespace {
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
+/// Whether any byte has gone either way, in the midst of a long message too. In the shape of Beast's RatePolicy.
+struct Progress {
+    bool moved = false;
+
+private:
+    friend class beast::rate_policy_access;
+    static constexpr std::size_t available_read_bytes() { return std::numeric_limits<std::size_t>::max(); }
+    static constexpr std::size_t available_write_bytes() { return std::numeric_limits<std::size_t>::max(); }
+    void transfer_read_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
+    void transfer_write_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
+    void on_timer() const {}
+};
+
 /// What a request without an answer counts as: the largest piece of an array.
 constexpr std::size_t kAnswerBytes = ApplicationLimits().maxPieceBytes;
 
@@ -25,6 +40,7 @@ public:
     SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, Role role, DoorContext& context)
         : Guest(context),
           stream_(std::move(socket)),
+          clock_(context.io),
           context_(context),
           role_(role),
           rate_(context.limits.socketPerSecond, 2 * context.limits.socketPerSecond) {
@@ -44,8 +60,7 @@ public:
     void accept(const beast::http::request<beast::http::string_body>& upgrade) {
         websocket::stream_base::timeout patience{};
         patience.handshake_timeout = context_.limits.headWait;
-        patience.idle_timeout = context_.limits.idle;  // two pings in it
-        patience.keep_alive_pings = true;
+        patience.idle_timeout = websocket::stream_base::none();  // `look` knows of what it takes, too
         stream_.set_option(patience);
         stream_.read_message_max(0);  // onRead looks at it
         stream_.auto_fragment(false);  // else each 4 KiB would be a frame, and a write, of its own
@@ -78,6 +93,28 @@ private:
                        self.finish(websocket::close_code::going_away, error.message);
                    })});
         read();
+        lookLater();
+    }
+
+    // ---- whether it lives
+
+    /// A ping waits behind what has been said: one who reads slowly answers it late, and lives.
+    void lookLater() {
+        clock_.expires_after(context_.limits.idle / kLooks);
+        clock_.async_wait([weak = Weak(shared_from_this())](beast::error_code stopped) {
+            const std::shared_ptr<SocketSession> self = stopped ? nullptr : weak.lock();
+            if (self && !self->closed_) self->look();
+        });
+    }
+    void look() {
+        const bool waitsForUs = !reading_ && link_->open() > 0;
+        quiet_ = std::exchange(beast::get_lowest_layer(stream_).rate_policy().moved, false) || waitsForUs ? 0 : quiet_ + 1;
+        if (quiet_ == kLooks) return leave();
+        if (quiet_ == kLooks / 2)
+            stream_.async_ping({}, [self = shared_from_this()](beast::error_code) {
+                beast::get_lowest_layer(self->stream_).rate_policy().moved = false;  // that was the ping
+            });
+        lookLater();
     }
 
     // ---- what comes
@@ -231,12 +268,17 @@ public:
     void leave() override {
         const std::shared_ptr<SocketSession> self = std::move(alive_);
         closing_ = closed_ = true;
+        clock_.cancel();
         beast::error_code ignored;
         beast::get_lowest_layer(stream_).socket().close(ignored);
     }
 
 private:
-    websocket::stream<beast::tcp_stream> stream_;
+    static constexpr int kLooks = 4;  ///< within `DoorLimits::idle`
+
+    websocket::stream<beast::basic_stream<boost::asio::ip::tcp, boost::asio::any_io_executor, Progress>> stream_;
+    boost::asio::steady_timer clock_;
+    int quiet_ = 0;  ///< so often it has neither said nor taken anything
     DoorContext& context_;
     const Role role_;
     RateLimit rate_;

@@ -1,11 +1,15 @@
 """The console's figures, read by the parser of those who made the format; and by others than the server's user."""
 import importlib.util
+import os
 import pathlib
+import socket
 import time
 import unittest
 import urllib.error
 import urllib.parse
 import urllib.request
+
+import numpy as np
 
 from live import PATIENCE, Live
 from console_socket import WebSocket, array_name
@@ -45,8 +49,6 @@ class Console(unittest.TestCase):
             self.assertEqual(ask(link, "/style.css", token=False).status, 200)
 
     def test_sockets_cost_no_threads_and_what_is_asked_at_once_comes(self):
-        import numpy as np
-
         piece, pieces = 256 << 10, 400
         points = np.arange(3 * 170_000, dtype=np.float32).reshape(-1, 3)
         with Live(surface="none") as live, live.connect() as wall:
@@ -77,6 +79,30 @@ class Console(unittest.TestCase):
                     self.assertEqual(one.read(), raw[begin:begin + piece].tobytes())
                 for other in others:
                     other.close()
+
+    def test_one_that_reads_slowly_lives_and_one_that_stops_does_not(self):
+        piece, pieces = 256 << 10, 60
+        with Live(surface="none") as live, live.connect() as wall:
+            data = os.urandom(piece)
+            wall.create("/bytes", "ApplicationData", data=data)
+            door, _, token = live.link().removeprefix("http://").partition("/?token=")
+            slow, still, silent = (WebSocket(door, token) for _ in range(3))
+            for each in (slow, still):
+                each.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+                each.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array_name(np.frombuffer(data, np.uint8)), length=piece) for at in range(pieces)))
+            began = time.monotonic()
+            for _ in range(pieces):  # each takes a second and a quarter: the ping that waits behind them is not answered in time
+                self.assertIn("answer", slow.read())
+                self.assertEqual(slow.read(), data)
+                time.sleep(1.25)
+            self.assertGreater(time.monotonic() - began, 65)
+            slow.ask(pieces, "GetStatus")
+            self.assertEqual(slow.read()["id"], pieces)
+            with self.assertRaises(ConnectionError):
+                while True:
+                    still.read()
+            with self.assertRaises(ConnectionError):  # it has answered no ping
+                silent.read()
 
 
 def figure(process, name):
