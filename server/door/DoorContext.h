@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <list>
@@ -22,15 +23,20 @@ namespace tessera {
 
 struct DoorLimits {
     std::size_t maxConnections = withinDescriptors(256, 4);  ///< at once, all kinds together
-    std::size_t maxSockets = withinDescriptors(64, 8);       ///< each has two descriptors more, of its link
+    /// Each is an application at the server, which takes 64: others keep some. Each has two descriptors more, of its link.
+    std::size_t maxSockets = withinDescriptors(48, 8);
     std::size_t maxHeadBytes = std::size_t{16} << 10;
     std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
     std::size_t maxBinaryBytes = std::size_t{64} << 20;     ///< of a binary frame
     std::size_t maxBinariesBytes = std::size_t{256} << 20;  ///< of one request together
     /// Of a socket: what it has not taken, a piece for each request without an answer. Above it, it is not read.
     std::size_t maxHeldBytes = std::size_t{16} << 20;
-    /// Of all sockets: above it only those are read for whom nothing is held.
+    /// Of all sockets: above it only those are read for whom nothing is held, and one for whom much waits, and that has
+    /// taken nothing for `stalledAfter`, is sent away.
     std::size_t maxHeldOfAllBytes = std::size_t{64} << 20;
+    std::chrono::seconds stalledAfter{2};
+    /// Binaries of all sockets, until their requests are answered: whoever brings more is sent away.
+    std::size_t maxBroughtBytes = std::size_t{512} << 20;
     std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
     double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket, of all others together
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
@@ -51,6 +57,8 @@ public:
     virtual void leave() = 0;
     /// It has not shown a token yet, and others want in: it is told so, as far as that takes no time, and closed.
     virtual void giveWay() { leave(); }
+    /// Bytes that wait for it while it takes none.
+    [[nodiscard]] virtual std::size_t stalled(TimePoint) const { return 0; }
     /// Whether it has said something that has not been read yet.
     [[nodiscard]] virtual bool waitsToBeRead() { return false; }
     TimePoint since = std::chrono::steady_clock::now();  ///< it is among the silent
@@ -72,6 +80,7 @@ struct DoorContext {
     std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
     std::size_t sockets = 0;   ///< of the guests
     std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
+    std::size_t brought = 0;   ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
 
     /// The link by which requests over HTTP of a role go; dialled when it is first needed, and again when it has ended.
     [[nodiscard]] DoorLink& sharedLink(Role role) {
@@ -89,6 +98,16 @@ struct DoorContext {
 
     DoorWire wire{io};
     WallPictures pictures{io};
+
+    /// Where too much is held, those go for whom most of it waits in vain.
+    void relieve() {
+        const TimePoint now = std::chrono::steady_clock::now();
+        while (held > limits.maxHeldOfAllBytes) {
+            const auto worst = std::ranges::max_element(guests, {}, [&](const Guest* guest) { return guest->stalled(now); });
+            if (worst == guests.end() || (*worst)->stalled(now) == 0) return;
+            (*worst)->leave();
+        }
+    }
 
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {

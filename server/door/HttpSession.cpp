@@ -44,19 +44,31 @@ public:
 
 private:
     void readHead() {
+        // A connection that is kept may rest; a head that has begun comes soon, or its sender is told so.
+        if (served_ > 0 && buffer_.size() == 0) {
+            patience_.expires_after(context_.limits.idle);
+            patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
+                if (!stopped) self->leave();
+            });
+            return stream_.socket().async_wait(boost::asio::ip::tcp::socket::wait_read,
+                                               [self = shared_from_this()](beast::error_code error) {
+                                                   self->patience_.cancel();
+                                                   if (!error) self->beginHead();
+                                               });
+        }
+        beginHead();
+    }
+    void beginHead() {
         parser_.emplace();
         parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
         parser_->body_limit(context_.limits.maxTextBytes);
-        // The first head comes soon, or its sender is told so; a connection that is kept may rest.
         stream_.expires_after(context_.limits.idle);
-        if (served_ == 0) {
-            patience_.expires_after(context_.limits.headWait);
-            patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
-                if (stopped) return;
-                self->tooSlow_ = true;
-                self->stream_.cancel();
-            });
-        }
+        patience_.expires_after(context_.limits.headWait);
+        patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
+            if (stopped) return;
+            self->tooSlow_ = true;
+            self->stream_.cancel();
+        });
         http::async_read_header(
             stream_, buffer_, *parser_,
             [self = shared_from_this()](beast::error_code error, std::size_t) { self->onHead(error); });

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/request/ApplicationLimits.h"
+#include "common/request/Catalogue.h"
+#include "common/request/Check.h"
 #include "server/door/AskInJson.h"
 #include "server/door/Envelope.h"
 
@@ -22,13 +24,18 @@ namespace websocket = beast::websocket;
 /// Whether any byte has gone either way, in the midst of a long message too. In the shape of Beast's RatePolicy.
 struct Progress {
     bool moved = false;
+    TimePoint took = {};  ///< when its reader last took some
 
 private:
     friend class beast::rate_policy_access;
     static constexpr std::size_t available_read_bytes() { return std::numeric_limits<std::size_t>::max(); }
     static constexpr std::size_t available_write_bytes() { return std::numeric_limits<std::size_t>::max(); }
     void transfer_read_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
-    void transfer_write_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
+    void transfer_write_bytes(std::size_t bytes) {
+        if (bytes == 0) return;
+        moved = true;
+        took = std::chrono::steady_clock::now();
+    }
     void on_timer() const {}
 };
 
@@ -54,6 +61,7 @@ public:
     ~SocketSession() override {
         --context_.sockets;
         context_.held -= held_;
+        context_.brought -= collected_ + underWay_;
         if (link_) link_->close();
     }
 
@@ -136,6 +144,8 @@ private:
         // Looked at here, and not by the library: it would close at once, and with unread bytes the word would be lost.
         if (buffer_.size() > (stream_.got_text() ? context_.limits.maxTextBytes : context_.limits.maxBinaryBytes))
             return finish(websocket::close_code::too_big, "a message is too long");
+        if (discards_ > 0 && !stream_.got_text()) buffer_.clear();
+        if (!collect(binariesBytes_ + (awaited_ ? buffer_.size() : 0))) return;
         if (!stream_.is_message_done()) return read();
         // An answer that comes at once reads on: the buffer is free before anything is done.
         const bool isText = stream_.got_text();
@@ -151,18 +161,27 @@ private:
         read();
     }
     void onText(std::string_view text) {
-        if (awaited_)
+        if (awaited_ || discards_ > 0)
             return finish(websocket::close_code::protocol_error, "binary frames were announced, and a text came");
         std::string id;
         ApiExpected<Envelope> envelope = readEnvelope(text, id);
         if (!envelope) return say(errorText(id, envelope.error()), {});
         tooMany_ = !rate_.take(std::chrono::steady_clock::now());
+        // What nobody will look at is not kept until it is whole.
+        if (envelope->binaries > 0) {
+            const auto all = allRequests();
+            const auto known = std::ranges::find(all, envelope->request, [](const RequestText& each) { return each.info.name; });
+            if (known == all.end() || role_ < known->info.role) discards_ = std::exchange(envelope->binaries, 0);
+            if (known != all.end() && role_ < known->info.role)
+                return say(errorText(id, {ErrorCode::kRefused, roleRefusal(known->info, role_).message}), {});
+        }
         awaited_ = std::move(*envelope);
         binaries_.clear();
         binariesBytes_ = 0;
         askWhenWhole();
     }
     void onBinary(Bytes bytes) {
+        if (discards_ > 0) return void(--discards_);
         if (!awaited_)
             return finish(websocket::close_code::protocol_error, "a binary frame that no text has announced");
         binariesBytes_ += bytes.size();
@@ -179,10 +198,18 @@ private:
                                                                               context_.limits.socketPerSecond)}),
                        {});
         hold(kAnswerBytes);
-        askInJson(*link_, envelope.request, envelope.fields, std::exchange(binaries_, {}),
-                  [weak = Weak(shared_from_this()), id = envelope.id](const ApiExpected<ApplicationAnswer>& answer) {
-                      if (const std::shared_ptr<SocketSession> self = weak.lock()) self->answered(id, answer);
-                  });
+        const std::size_t brings = std::exchange(collected_, 0);
+        underWay_ += brings;
+        binariesBytes_ = 0;
+        const auto answer = [weak = Weak(shared_from_this()), id = envelope.id,
+                             brings](const ApiExpected<ApplicationAnswer>& said) {
+            const std::shared_ptr<SocketSession> self = weak.lock();
+            if (!self) return;
+            self->underWay_ -= brings;
+            self->context_.brought -= brings;
+            self->answered(id, said);
+        };
+        askInJson(*link_, envelope.request, envelope.fields, std::exchange(binaries_, {}), answer);
     }
     void answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
         letGo(kAnswerBytes);
@@ -198,6 +225,15 @@ private:
         read();
     }
 
+    /// False: it has brought too much, and goes.
+    bool collect(std::size_t bytes) {
+        context_.brought += bytes - collected_;
+        collected_ = bytes;
+        if (context_.brought <= context_.limits.maxBroughtBytes || bytes == 0) return true;
+        finish(websocket::close_code::try_again_later, "too many arrays come at once");
+        return false;
+    }
+
     // ---- what goes
 
     struct Frame {
@@ -208,11 +244,12 @@ private:
     };
     void say(std::string text, Binaries binaries) {
         if (closing_) return;
-        enqueue({std::move(text), {}, true});
-        for (ByteSlice& binary : binaries) enqueue({{}, std::move(binary), false});
         if (unsent_ > context_.limits.maxUnsentBytes)
             return leave();  // it does not read: what it would be told would wait as well
+        enqueue({std::move(text), {}, true});
+        for (ByteSlice& binary : binaries) enqueue({{}, std::move(binary), false});
         write();
+        context_.relieve();
     }
     void enqueue(Frame frame) {
         unsent_ += frame.size();
@@ -224,12 +261,14 @@ private:
         context_.held += bytes;
     }
     void letGo(std::size_t bytes) {
+        bytes = std::min(bytes, held_);  // one that was sent away has let go of all
         held_ -= bytes;
         context_.held -= bytes;
     }
     void write() {
         if (writing_ || unsentFrames_.empty()) return;
         writing_ = true;
+        writesSince_ = std::chrono::steady_clock::now();
         const Frame& frame = unsentFrames_.front();
         stream_.text(frame.isText);
         const auto done = [self = shared_from_this()](beast::error_code error, std::size_t) { self->onWritten(error); };
@@ -265,10 +304,17 @@ private:
     }
 
 public:
+    [[nodiscard]] std::size_t stalled(TimePoint now) const override {
+        const TimePoint took = std::max(writesSince_, beast::get_lowest_layer(stream_).rate_policy().took);
+        return writing_ && !closed_ && took + context_.limits.stalledAfter < now ? unsent_ : 0;
+    }
     void leave() override {
         const std::shared_ptr<SocketSession> self = std::move(alive_);
         closing_ = closed_ = true;
         clock_.cancel();
+        letGo(held_);
+        // The first one may be on its way.
+        if (unsentFrames_.size() > 1) unsentFrames_.resize(1);
         beast::error_code ignored;
         beast::get_lowest_layer(stream_).socket().close(ignored);
     }
@@ -292,11 +338,13 @@ private:
     bool reading_ = false, tooMany_ = false;
     std::optional<Envelope> awaited_;  ///< its binaries are on their way
     std::vector<ByteSlice> binaries_;
-    std::size_t binariesBytes_ = 0;
+    std::size_t binariesBytes_ = 0, discards_ = 0;
+    std::size_t collected_ = 0, underWay_ = 0;  ///< bytes of `DoorContext::brought`: of the request that comes, of open ones
 
     std::deque<Frame> unsentFrames_;
     std::size_t unsent_ = 0;  ///< bytes
     std::size_t held_ = 0;    ///< `DoorLimits::maxHeldBytes`
+    TimePoint writesSince_ = {};
     bool writing_ = false, closing_ = false, closed_ = false;
     websocket::close_reason reason_;
 };

@@ -234,7 +234,7 @@ TEST_F(Console, TooMuchAtOnceIsRefusedInWordsAndNoFrameIsLate) {
     // More sockets than may be open.
     std::vector<std::unique_ptr<DoorSocket>> sockets;
     for (int i = 0; i < 70; ++i) sockets.push_back(std::make_unique<DoorSocket>(port_, socketTarget()));
-    EXPECT_EQ(std::ranges::count_if(sockets, [](const auto& socket) { return socket->open(); }), 64);
+    EXPECT_EQ(std::ranges::count_if(sockets, [](const auto& socket) { return socket->open(); }), 48);
     EXPECT_NE(sockets.back()->refused().find("as many sockets are open as may be"), std::string::npos)
         << sockets.back()->refused();
     sockets.clear();
