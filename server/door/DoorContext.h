@@ -14,6 +14,7 @@
 
 #include "common/base/Clock.h"
 #include "common/base/Descriptors.h"
+#include "server/door/AnswerLanes.h"
 #include "server/door/Door.h"
 #include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
@@ -23,7 +24,7 @@ namespace tessera {
 
 struct DoorLimits {
     std::size_t maxConnections = withinDescriptors(256, 4);  ///< at once, all kinds together
-    /// Each is an application at the server, which takes 64: others keep some. Each has two descriptors more, of its link.
+    /// Each is an application at the server, which takes 64 of them. Each has two descriptors more, of its link.
     std::size_t maxSockets = withinDescriptors(48, 8);
     std::size_t maxHeadBytes = std::size_t{16} << 10;
     std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
@@ -70,6 +71,7 @@ private:
 struct DoorContext {
     DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port) {}
 
+    AnswerLanes lanes{io};  // outlives what is left in `io`
     boost::asio::io_context io{1};
     DoorOptions options;
     DoorLimits limits;
@@ -103,7 +105,8 @@ struct DoorContext {
     void relieve() {
         const TimePoint now = std::chrono::steady_clock::now();
         while (held > limits.maxHeldOfAllBytes) {
-            const auto worst = std::ranges::max_element(guests, {}, [&](const Guest* guest) { return guest->stalled(now); });
+            const auto waits = [&](const Guest* guest) { return guest->stalled(now); };
+            const auto worst = std::ranges::max_element(guests, {}, waits);
             if (worst == guests.end() || (*worst)->stalled(now) == 0) return;
             (*worst)->leave();
         }
@@ -111,6 +114,7 @@ struct DoorContext {
 
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {
+        lanes.close();
         for (const auto& [role, link] : shared_) link->close();
         shared_.clear();
         pictures.forget();

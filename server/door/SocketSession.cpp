@@ -42,6 +42,13 @@ private:
 /// What a request without an answer counts as: the largest piece of an array.
 constexpr std::size_t kAnswerBytes = ApplicationLimits().maxPieceBytes;
 
+/// Null: there is none of that name.
+const RequestInfo* requestOf(std::string_view name) {
+    const auto all = allRequests();
+    const auto known = std::ranges::find(all, name, [](const RequestText& each) { return each.info.name; });
+    return known == all.end() ? nullptr : &known->info;
+}
+
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
     SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, Role role, DoorContext& context)
@@ -116,7 +123,8 @@ private:
     }
     void look() {
         const bool waitsForUs = !reading_ && link_->open() > 0;
-        quiet_ = std::exchange(beast::get_lowest_layer(stream_).rate_policy().moved, false) || waitsForUs ? 0 : quiet_ + 1;
+        const bool moved = std::exchange(beast::get_lowest_layer(stream_).rate_policy().moved, false);
+        quiet_ = moved || waitsForUs ? 0 : quiet_ + 1;
         if (quiet_ == kLooks) return leave();
         if (quiet_ == kLooks / 2)
             stream_.async_ping({}, [self = shared_from_this()](beast::error_code) {
@@ -169,11 +177,10 @@ private:
         tooMany_ = !rate_.take(std::chrono::steady_clock::now());
         // What nobody will look at is not kept until it is whole.
         if (envelope->binaries > 0) {
-            const auto all = allRequests();
-            const auto known = std::ranges::find(all, envelope->request, [](const RequestText& each) { return each.info.name; });
-            if (known == all.end() || role_ < known->info.role) discards_ = std::exchange(envelope->binaries, 0);
-            if (known != all.end() && role_ < known->info.role)
-                return say(errorText(id, {ErrorCode::kRefused, roleRefusal(known->info, role_).message}), {});
+            const RequestInfo* const known = requestOf(envelope->request);
+            if (!known || role_ < known->role) discards_ = std::exchange(envelope->binaries, 0);
+            if (known && role_ < known->role)
+                return say(errorText(id, {ErrorCode::kRefused, roleRefusal(*known, role_).message}), {});
         }
         awaited_ = std::move(*envelope);
         binaries_.clear();
@@ -201,18 +208,27 @@ private:
         const std::size_t brings = std::exchange(collected_, 0);
         underWay_ += brings;
         binariesBytes_ = 0;
-        const auto answer = [weak = Weak(shared_from_this()), id = envelope.id,
-                             brings](const ApiExpected<ApplicationAnswer>& said) {
+        using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
+        const auto ask = [weak = Weak(shared_from_this()), envelope, brings,
+                          binaries = std::exchange(binaries_, {})](const Ticket& ticket) {
             const std::shared_ptr<SocketSession> self = weak.lock();
-            if (!self) return;
-            self->underWay_ -= brings;
-            self->context_.brought -= brings;
-            self->answered(id, said);
+            if (!self || self->closed_) return;
+            askInJson(*self->link_, envelope.request, envelope.fields, binaries,
+                      [weak, id = envelope.id, brings, ticket](const ApiExpected<ApplicationAnswer>& said) {
+                          const std::shared_ptr<SocketSession> alive = weak.lock();
+                          if (!alive) return;
+                          alive->underWay_ -= brings;
+                          alive->context_.brought -= brings;
+                          ticket->answered(alive->answered(id, said));
+                      });
         };
-        askInJson(*link_, envelope.request, envelope.fields, std::exchange(binaries_, {}), answer);
+        // Names that are none are refused at once, and not kept.
+        context_.lanes.enter(requestOf(envelope.request) ? envelope.request : std::string(), ask);
     }
-    void answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
+    /// How many bytes that is.
+    std::size_t answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
         letGo(kAnswerBytes);
+        std::size_t bytes = 0;
         if (!answer) {
             say(errorText(id, answer.error()), {});
         } else {
@@ -220,9 +236,12 @@ private:
             const SaidJson said = answerJson(*answer, binaries);
             // Apart: which argument is made first is not said.
             const std::string text = answerText(id, said.name, said.fields, binaries.size());
+            bytes = text.size();
+            for (const ByteSlice& binary : binaries) bytes += binary.size();
             say(text, std::move(binaries));
         }
         read();
+        return bytes;
     }
 
     /// False: it has brought too much, and goes.
@@ -339,7 +358,8 @@ private:
     std::optional<Envelope> awaited_;  ///< its binaries are on their way
     std::vector<ByteSlice> binaries_;
     std::size_t binariesBytes_ = 0, discards_ = 0;
-    std::size_t collected_ = 0, underWay_ = 0;  ///< bytes of `DoorContext::brought`: of the request that comes, of open ones
+    /// Bytes of `DoorContext::brought`: of the request that comes, of open ones.
+    std::size_t collected_ = 0, underWay_ = 0;
 
     std::deque<Frame> unsentFrames_;
     std::size_t unsent_ = 0;  ///< bytes
