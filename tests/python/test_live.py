@@ -330,6 +330,12 @@ class Refusals(OnAWall):
             lambda: wall.ask("SetView", position=5), lambda: wall.ask("GetTree", node=1, after=5), lambda: wall.ask("GetTree", node=1, after=[5]),
             lambda: wall.nodes(None), lambda: wall.nodes([1, 2]), lambda: wall.nodes([switch, 3.5]), lambda: wall.nodes([ball.core]),
             lambda: wall.follow(None), lambda: wall.follow(["frames"]), lambda: wall.object(None), lambda: wall.object("Material", nothing=1),
+            lambda: wall.follow("frames", most=0), lambda: wall.follow("changes", most=-1), lambda: wall.follow("frames", most="x"), lambda: wall.follow("frames", timeout="x"),
+            lambda: setattr(ball, "core", "/odd"), lambda: setattr(ball, "core", 5), lambda: wall.edit().write("/odd", "positions", 0, b""), lambda: wall.edit().write(ball, [], 0, b""),
+            lambda: wall.respond("x", "stop"), lambda: wall.respond(float("nan"), "stop"), lambda: wall.respond(None, "stop"), lambda: wall.find("/odd", below=5),
+            lambda: wall.load("asset://x", under=5), lambda: ball.clone(under=5), lambda: wall.show(np.eye(3), 5), lambda: wall.edit(undo="\ud800"), lambda: ball.move((0, 0, 0), undo=5),
+            lambda: wall.ask("GetStatus", timeout="x"), lambda: wall.ask("GetStatus", timeout=10 ** 400), lambda: tessera.connect(5), lambda: tessera.connect(self.live.address, name=5),
+            lambda: tessera.connect(self.live.address, token_file=5), lambda: tessera.connect(self.live.address, timeout="x"), lambda: wall.nodes(memoryview(np.eye(3))),
             lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root), lambda: wall.edit().place(switch, None),
         ]
         for index in (-1, 2 ** 32, 1.5, None, True, "0"):
@@ -351,6 +357,7 @@ class Refusals(OnAWall):
                           lambda: wall.create("/whole/c", "Transform", translation=(0, 0, 0), scale="big"), lambda: wall.object("Material", roughness="rough"),
                           lambda: wall["/row"].set(translation=(9, 9, 9), scale="big"), lambda: node.set(translation=(1, 2, 3), rotation=5),
                           lambda: wall.nodes(["/row"]).set(translations=np.ones((1, 3)), scales=np.ones(5)), lambda: wall.create("/whole/d", index=-1),
+                          lambda: wall.show(np.eye(3), "/whole/shown", radius="x"),
                           lambda: wall.create("/whole/e", "Geometry", positions=np.ones((50_000, 3)), indices="none")):
                 with self.assertRaises(tessera.BadInput):
                     wrong()
@@ -448,6 +455,13 @@ class Told(OnAWall):
     def test_nothing_in_time(self):
         with self.wall.follow("questions", timeout=0.05) as questions, self.assertRaisesRegex(tessera.Timeout, '"questions" came within 0.05 s'):
             next(questions)
+
+    def test_changes_end_with_the_wall_that_they_are_asked_of(self):
+        wall = self.live.connect()
+        changes = wall.follow("changes")
+        wall.close()
+        for _ in changes:  # what has come already is told
+            pass
 
     def test_a_subscription_ends_with_the_wall(self):
         wall = self.live.connect()

@@ -88,6 +88,8 @@ class Edit:
         """`set(node, translation=(1, 2, 3))`, or of many `set(nodes, "translation", array)`: a row for each."""
         given = dict(fields)
         if field is not None:
+            if not isinstance(field, str):
+                raise BadInput(f"{field!r} is no name of a field")
             given[field] = value
         if not isinstance(target, (Object, Nodes)):
             raise BadInput(f"{target!r} is neither an object nor nodes; wall[\"/path\"] is one")
@@ -151,6 +153,8 @@ class Edit:
 
     def write(self, target: Object, field: str, first: int, values: Any) -> None:
         """New elements of a large array, from element `first` on: only these travel. The array keeps its size."""
+        if not isinstance(target, Object):
+            raise BadInput(f"{target!r} is no object; wall[\"/path\"] is one")
         owner, number = target._owner(field)
         self._names(target)
         info = owner.field(field)

@@ -11,7 +11,8 @@ from . import _changes
 from ._described import decode, encode
 from ._link import Link
 from ._schema import nearest
-from .errors import NetworkError, TesseraError, Timeout, UnknownField
+from ._types import seconds
+from .errors import BadInput, NetworkError, TesseraError, Timeout, UnknownField
 
 if TYPE_CHECKING:
     from ._wall import Wall
@@ -21,6 +22,9 @@ class Subscription:
     """An iterator; any number of threads may take from it. Close it, or use `with`, when nothing more is wanted."""
 
     def __init__(self, what: str, timeout: Optional[float], most: int) -> None:
+        if not isinstance(most, int) or isinstance(most, bool) or most < 1:
+            raise BadInput(f"most: so many wait unread, 1 or more, and not {most!r}")
+        seconds(timeout, "timeout")
         self.what = what
         self.missed = 0  #: so many went unread because `most` waited already
         self.gaps = 0  #: so often the connection broke and came back: what happened meanwhile was not told
@@ -39,6 +43,7 @@ class Subscription:
 
     def get(self, timeout: Optional[float] = None) -> Any:
         """The next one. Timeout: none came; StopIteration: the wall is over, or this was closed."""
+        seconds(timeout, "timeout")
         deadline = None if timeout is None else time.monotonic() + timeout
         with self._changed:
             while not self._told:
@@ -104,6 +109,7 @@ class Subscriptions:
         self._weak = weakref.ref(wall)
         self._schema = wall.schema
         self._lock = threading.Lock()
+        self._apart: "weakref.WeakSet[Subscription]" = weakref.WeakSet()  # with connections of their own
         self._open: list[weakref.ref[_News]] = []  # weak: one that nobody holds ends, and with it its hold on the wall
 
     def open(self, what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> Subscription:
@@ -121,6 +127,16 @@ class Subscriptions:
             self.forget(news, False)
             raise
         return news
+
+    def apart(self, subscription: Subscription) -> None:
+        with self._lock:
+            self._apart.add(subscription)
+
+    def close_apart(self) -> None:
+        with self._lock:
+            subscriptions = list(self._apart)
+        for each in subscriptions:
+            each.close()
 
     def forget(self, news: _News, say: bool = True) -> None:
         with self._lock:
@@ -201,6 +217,7 @@ class ChangesSubscription(Subscription):
                           on_message=lambda name, said: _of(weak, lambda alive: alive._told_of(name, said)),
                           on_back=lambda: _of(weak, lambda alive: alive._back()), on_end=lambda why: _of(weak, lambda alive: alive._over(why)))
         weakref.finalize(self, self._link.close).atexit = False
+        wall._subscriptions.apart(self)
         if not self._begun.wait(wall.timeout):
             self.close()
             raise Timeout(f"the server at {wall.address} did not hand out its scene within {wall.timeout:g} s")

@@ -28,13 +28,19 @@ def whole(value: Any, most: int, what: str) -> int:
     return int(value)
 
 
+def seconds(value: Any, what: str) -> None:
+    """How long somebody waits; None: however long."""
+    if value is not None and (isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value < 1e9):
+        raise BadInput(f"{what}: a number of seconds below 10^9, and not {value!r}")
+
+
 def items_of(value: Any, where: str) -> list[Any]:
     """Of a list, a tuple, an array; a text is none of them."""
     if isinstance(value, (str, bytes, bytearray)):
         raise BadInput(f"{where}: {value!r} is no list")
     try:
         return list(value)
-    except TypeError:
+    except (TypeError, NotImplementedError):
         raise BadInput(f"{where}: {value!r} is no list") from None
 
 

@@ -1,6 +1,7 @@
 """A running wall, as a program sees it."""
 from __future__ import annotations
 
+import os
 import threading
 import time
 import weakref
@@ -8,7 +9,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._types import Array, items_of
+from ._types import Array, items_of, seconds, utf8
 from . import _changes, _door, _values, _wire
 from ._arrays import Fetcher, uploads_of
 from ._channel import ByPort, Way
@@ -51,6 +52,14 @@ class Wall:
     def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
                  redial: float = 60.0) -> None:
         self.schema = schema()
+        for what, given in (("timeout", timeout), ("redial", redial)):
+            if given is None:
+                raise BadInput(f"{what}: a number of seconds, and not None")
+            seconds(given, what)
+        utf8(name, "name")
+        for what, said in (("address", address), ("token_file", token_file)):
+            if said is not None and not isinstance(said, (str, os.PathLike)):
+                raise BadInput(f"{what}: {said!r} is no text")
         way = _way_to(_door.address_of(address), token_file)
         self.address = way.address
         self.timeout = timeout
@@ -73,6 +82,7 @@ class Wall:
         """Subscriptions end, and whoever waits is told."""
         self._dropped()
         self._subscriptions.ended(None)
+        self._subscriptions.close_apart()
 
     def __enter__(self) -> "Wall":
         return self
@@ -136,8 +146,10 @@ class Wall:
         """The nodes that an expression names: "/hall/**/wheel*"; with `type` only those with such a core."""
         found: list[Node] = []
         after: Any = ()
-        number = self.schema.type(type).number if type else 0
-        top, since = (below._number(), below._generation) if below else (1, None)
+        number = self.schema.type(type).number if type is not None else 0
+        if below is not None and not isinstance(below, Node):
+            raise BadInput(f"below: {below!r} is no node")
+        top, since = (below._number(), below._generation) if below is not None else (1, None)
         while True:
             page = self._ask("FindNodes", since, {"expression": expression, "node": top, "core_type": number, "page_size": 256, "after": after})
             found.extend(self._node_of(info, page._generation) for info in page.nodes)
@@ -186,6 +198,8 @@ class Wall:
     def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT, **placing: Any) -> Node:
         """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands."""
         parent = self[under] if isinstance(under, str) else under
+        if parent is not None and not isinstance(parent, Node):
+            raise BadInput(f"under: {under!r} is neither a node nor the path of one")
         where = {"parent": parent._number() if parent else 0, **placing}
         since = parent._generation if parent else None
         if not isinstance(path, str):
@@ -253,10 +267,10 @@ class Wall:
 
     def respond(self, question: Any, decision: str, **pose: Any) -> None:
         """Decides a question (its record, or its number): "stop", "pass", or "move" with `translation`, `rotation`, `scale`."""
-        if decision == "move":
+        if isinstance(decision, str) and decision == "move":
             pose = {"translation": (0, 0, 0), "rotation": (1, 0, 0, 0), "scale": (1, 1, 1), **pose}
         number = question["id"] if isinstance(question, np.void) else question
-        self.ask("AnswerQuestion", question=int(number), decision=decision, **pose)
+        self.ask("AnswerQuestion", question=number, decision=decision, **pose)
 
     # ---- what happens
 
@@ -288,7 +302,7 @@ class Wall:
         return current
 
     def _gesture(self, undo: Optional[str]) -> int:
-        return hash64(f"{undo}\0{id(self)}".encode()) | 1 if undo else 0
+        return hash64(utf8(undo, "undo") + f"\0{id(self)}".encode()) | 1 if undo is not None and undo != "" else 0
 
     # What goes out with numbers of objects says of which generation they are: checked when it is sent, it cannot mean others.
 
@@ -297,6 +311,7 @@ class Wall:
         return self._send(encode(self.schema.request(request), members), (), timeout, since)
 
     def _send(self, body: _wire.Chain, uploads: Sequence[_wire.Chain], timeout: Optional[float], since: Optional[int]) -> Told:
+        seconds(timeout, "timeout")
         while True:
             try:
                 return self._told(self._link.answer(self._link.request(body, uploads, timeout, since), timeout))

@@ -141,9 +141,14 @@ class Node(Object):
 
     @core.setter
     def core(self, value: Optional[Object]) -> None:
-        self.set(core=value)
-        object.__setattr__(self, "_core", value._id if value else 0)
-        object.__setattr__(self, "_core_type", value._type if value else None)
+        if value is not None and not isinstance(value, Object):
+            raise BadInput(f"Node.core: {value!r} is no object; wall[\"/path\"].core is one")
+        core = value.core if isinstance(value, Node) else value
+        if core is None and value is not None:
+            raise BadInput(f"Node.core: {value!r} has no core")
+        self.set(core=core)
+        object.__setattr__(self, "_core", core._id if core else 0)
+        object.__setattr__(self, "_core_type", core._type if core else None)
 
     def __repr__(self) -> str:
         return f"<Node {self._path} #{self._id} ({self._core_type.name if self._core_type else 'no core'})>"
@@ -181,6 +186,8 @@ class Node(Object):
 
     def clone(self, name: str = "", under: Optional["Node"] = None, deep: bool = False) -> "Node":
         """Once more with everything below it. `deep`: cores are copied, too, and not shared."""
+        if under is not None and not isinstance(under, Node):
+            raise BadInput(f"under: {under!r} is no node")
         since = min(self._generation, under._generation) if under else self._generation
         copied = self._wall._edits("CloneNode", since, node=self._number(), under=under._number() if under else 0, name=name, deep=deep)
         return self._wall._node(f"#{int(copied.ids['id'][0])}", copied._generation)
@@ -202,6 +209,8 @@ class Node(Object):
         self.set(time=seconds)
 
     def _owner(self, name: str) -> tuple[Type, int]:
+        if not isinstance(name, str):
+            raise UnknownField(f"{name!r} is no name of a field")
         if name in self._type.fields:
             return self._type, self._number()
         if self._core_type is None:

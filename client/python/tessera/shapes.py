@@ -177,24 +177,26 @@ class Shown:
             look["unlit"] = unlit
         if path is None:
             path = self._free_path(type(x).__name__)
-        elif not all(path.split("/")[1:]) or not path.startswith("/"):
-            raise BadInput(f"\"{path}\" is no path to show anything at; say one like \"/cloud\"")
+        elif not isinstance(path, str) or not all(path.split("/")[1:]) or not path.startswith("/"):
+            raise BadInput(f"{path!r} is no path to show anything at; say one like \"/cloud\"")
         found = self._find(path)
         current = self._wall._current()
         edit = current or self._wall.edit(undo)
-        if found:
-            node, geometry, material = found
-            edit.set(geometry, **fields)
-            edit.set(node, **pose)
-            edit.set(material, **look)
-        else:
-            fresh: dict[str, Any] = {"doubleSided": shape.primitive not in ("points", "lines")}
-            if shape.colours is not None:
-                fresh["baseColor"] = (1.0, 1.0, 1.0, 1.0)
-            material = edit.object("Material", **{**fresh, **look})
-            node = edit.create(path, "Transform", **pose)
-            inner = edit.create(f"{path}/shape", "Geometry", material=material, **{name: value for name, value in fields.items() if value is not None})
-            geometry = edit._made[inner._core]
+        with edit._all_or_nothing():
+            if found:
+                node, geometry, material = found
+                edit.set(geometry, **fields)
+                edit.set(node, **pose)
+                edit.set(material, **look)
+            else:
+                fresh: dict[str, Any] = {"doubleSided": shape.primitive not in ("points", "lines")}
+                if shape.colours is not None:
+                    fresh["baseColor"] = (1.0, 1.0, 1.0, 1.0)
+                material = edit.object("Material", **{**fresh, **look})
+                node = edit.create(path, "Transform", **pose)
+                given = {name: value for name, value in fields.items() if value is not None}
+                inner = edit.create(f"{path}/shape", "Geometry", material=material, **given)
+                geometry = edit._made[inner._core]
         if not current:
             edit.commit()
         self._known[path] = (node, geometry, material)
