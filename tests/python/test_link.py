@@ -258,7 +258,7 @@ class Return(unittest.TestCase):
 
 class Dropped(unittest.TestCase):
     def test_a_wall_that_nothing_holds_is_closed(self):
-        with Live() as live:
+        with Live(surface="none") as live:
             def threads():
                 return [each for each in threading.enumerate() if each.name.startswith("tessera ")]
             before, files = len(threads()), len(os.listdir("/proc/self/fd"))
@@ -277,7 +277,7 @@ class Dropped(unittest.TestCase):
             self.assertEqual(len(os.listdir("/proc/self/fd")), files)
 
     def test_an_iterator_that_nothing_holds_ends_and_lets_go_of_its_wall(self):
-        with Live() as live:
+        with Live(surface="none") as live:
             def threads():
                 return [each for each in threading.enumerate() if each.name.startswith("tessera ")]
             before, files = len(threads()), len(os.listdir("/proc/self/fd"))
@@ -296,6 +296,7 @@ class Dropped(unittest.TestCase):
                 deadline = time.monotonic() + PATIENCE  # the thread that reads may have been at one of them
                 while len(threads()) > before and time.monotonic() < deadline:
                     time.sleep(0.01)
+                    gc.collect()
                 self.assertEqual(len(threads()), before, what)
             self.assertEqual(len(os.listdir("/proc/self/fd")), files)
 
