@@ -36,6 +36,10 @@ class WebSocket:
         size = bytes([0x80 | len(text)]) if len(text) < 126 else bytes([0xFE]) + len(text).to_bytes(2, "big")
         return b"\x81" + size + b"\0\0\0\0" + text.encode()
 
+    def send_binary(self, data):
+        """Of 65,536 bytes and more: shorter ones say their length otherwise."""
+        self.socket.sendall(b"\x82\xff" + len(data).to_bytes(8, "big") + b"\0\0\0\0" + data)
+
     @staticmethod
     def question(number, request, **fields):
         return WebSocket.frame(json.dumps({"id": number, "request": request, "fields": fields}))

@@ -80,6 +80,32 @@ class Console(unittest.TestCase):
                 for other in others:
                     other.close()
 
+    def test_what_a_viewer_may_not_bring_is_not_kept(self):
+        with Live() as live:
+            door, _, token = live.link(role="viewer").removeprefix("http://").partition("/?token=")
+            with WebSocket(door, token) as one:
+                one.ask(0, "GetStatus")
+                one.read()
+                memory, frame = figure(live.server, "VmRSS"), bytes(48 << 20)
+                one.socket.sendall(WebSocket.frame('{"id":1,"request":"ProposeChanges","binaries":4}'))
+                self.assertEqual(one.read()["error"]["code"], "refused")
+                for _ in range(3):
+                    one.send_binary(frame)
+                self.assertLess(figure(live.server, "VmRSS") - memory, 40_000, "kB of 144 MiB")
+                one.send_binary(bytes(1 << 16))
+                one.ask(2, "GetStatus")
+                self.assertEqual(one.read()["id"], 2)
+
+    def test_a_second_head_that_stops_half_way_is_answered(self):
+        with Live() as live:
+            host, _, port = live.link().removeprefix("http://").partition("/")[0].partition(":")
+            with socket.create_connection((host, int(port)), PATIENCE) as one:
+                ask_for = f"GET /style.css HTTP/1.1\r\nHost: {host}:{port}\r\n"
+                one.sendall(f"{ask_for}\r\n".encode())
+                self.assertTrue(one.recv(1 << 16).startswith(b"HTTP/1.1 200"))
+                one.sendall(ask_for.encode())
+                self.assertTrue(one.recv(1 << 16).startswith(b"HTTP/1.1 408"))
+
     def test_one_that_reads_slowly_lives_and_one_that_stops_does_not(self):
         piece, pieces = 256 << 10, 60
         with Live(surface="none") as live, live.connect() as wall:
