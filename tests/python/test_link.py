@@ -8,6 +8,7 @@ import tempfile
 import threading
 import time
 import unittest
+import weakref
 from unittest import mock
 
 import numpy as np
@@ -265,7 +266,7 @@ class Dropped(unittest.TestCase):
             for _ in range(5):
                 wall = live.connect()
                 frames = wall.frames()
-                self.assertTrue(wall.root.id)
+                wall.show(np.eye(3), "/shown")
                 self.assertEqual(len(threads()), before + 1)
                 del wall
                 gc.collect()
@@ -275,6 +276,25 @@ class Dropped(unittest.TestCase):
                 gc.collect()
                 self.assertEqual(len(threads()), before)
             self.assertEqual(len(os.listdir("/proc/self/fd")), files)
+
+    def test_a_wall_that_has_shown_something_goes_without_the_collector(self):
+        with Live(surface="none") as live:
+            gc.collect()
+            gc.disable()
+            try:
+                wall = live.connect()
+                wall.show(np.eye(3), "/shown")
+                wall.show(np.eye(3), "/shown")
+                with wall.edit():
+                    wall.show(np.eye(3), "/other")
+                gone = weakref.ref(wall)
+                del wall
+                deadline = time.monotonic() + PATIENCE  # the thread that reads may hold it for a moment
+                while gone() is not None and time.monotonic() < deadline:
+                    time.sleep(0.01)
+                self.assertIsNone(gone())
+            finally:
+                gc.enable()
 
     def test_an_iterator_that_nothing_holds_ends_and_lets_go_of_its_wall(self):
         with Live(surface="none") as live:

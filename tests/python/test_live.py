@@ -271,8 +271,15 @@ class Arrays(OnAWall):
             node.colors = np.full((3, 4), 256)
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: 4 numbers are no elements of 3"):
             node.positions = np.zeros(4, np.float32)
-        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: not all numbers are finite"):
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: .* is not finite"):
             node.positions = np.full((1, 3), np.inf)
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: not all numbers are finite"):
+            node.positions = np.full((10, 3), np.nan)
+        with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: .* is more than a float32 holds"):
+            node.positions = np.full((1, 3), 1e300)
+        data.data = np.arange(3, dtype=np.uint8)
+        data.data = []
+        self.assertEqual(data.data.size, 0)
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: object is no type of numbers"):
             node.positions = [None]
 
@@ -313,6 +320,12 @@ class Refusals(OnAWall):
             self.wall.follow("frame")
         with self.assertRaisesRegex(tessera.BadInput, "roughness"):
             self.wall["/carriage/body"].core.material.roughness = 9
+        with self.assertRaisesRegex(tessera.BadInput, "Material.roughness: .* is more than a float32 holds"):
+            self.wall["/carriage/body"].core.material.roughness = 1e300
+        with self.assertRaisesRegex(tessera.NotFound, 'Geometry.material: node "/nowhere": there is no "nowhere"'):
+            self.wall["/carriage/body"].material = "/nowhere"
+        with self.assertRaisesRegex(tessera.UnknownField, 'show has no look "colour"; is it color'):
+            self.wall.show(np.eye(3), colour=1)
 
     def test_what_nobody_would_give_is_refused_in_words(self):
         wall, huge = self.wall, 2 ** 64 - 1
@@ -337,6 +350,10 @@ class Refusals(OnAWall):
             lambda: wall.ask("GetStatus", timeout="x"), lambda: wall.ask("GetStatus", timeout=10 ** 400), lambda: tessera.connect(5), lambda: tessera.connect(self.live.address, name=5),
             lambda: tessera.connect(self.live.address, token_file=5), lambda: tessera.connect(self.live.address, timeout="x"), lambda: wall.nodes(memoryview(np.eye(3))),
             lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root), lambda: wall.edit().place(switch, None),
+            lambda: wall.follow(np.arange(3)), lambda: wall.edit(undo=np.arange(3)), lambda: wall.respond(1, np.arange(3)), lambda: wall.find("/odd", np.arange(3)),
+            lambda: wall.find("/odd", below=np.arange(3)), lambda: wall.create("/odd/b", np.arange(3)), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=np.arange(3)),
+            lambda: wall.show(np.eye(3), color=5), lambda: wall.show(np.eye(3), scalars="abc"), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=[]),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=5), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, "x")), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, 2, 3)),
         ]
         for index in (-1, 2 ** 32, 1.5, None, True, "0"):
             odd += [lambda index=index: wall.edit().create("/odd/b", index=index), lambda index=index: wall.edit().place(ball, wall.root, index)]

@@ -87,7 +87,7 @@ class Shapes(unittest.TestCase):
     def test_what_makes_no_sense_is_named(self):
         for x, what in ((5, "a int has neither vertices and faces nor points"), (np.zeros((3, 2)), r"points: an array of shape \(3, 2\)"),
                         ((VERTICES, [[0, 1, 9]]), "a face names vertex 9, and there are 4"), ((VERTICES, [[0, -1, 2]]), "a face names vertex -1"),
-                        ((VERTICES, [[0.5, 1, 2]]), "faces of float64"), (np.full((2, 3), np.nan), "not all places are finite"),
+                        ((VERTICES, [[0.5, 1, 2]]), "faces of float64"), (np.full((2, 3), np.nan), "is not finite"),
                         (PyvistaPolyData([3, 0, 1]), "packed faces end in the middle"), (np.array([["a", "b", "c"]]), "places are N × 3 numbers"),
                         ([[0, 0, 0], [1, 1]], "points: .*inhomogeneous"), ((VERTICES, [[0, 1, 2], [0, 1]]), "faces: .*inhomogeneous"),
                         (([[0, 0, 0], [1]], TRIANGLES), "vertices: .*inhomogeneous")):
@@ -178,6 +178,22 @@ class OnTheWall(unittest.TestCase):
         for path in ("//x", "", "/", "cloud", "/a//b"):
             with self.subTest(path=path), self.assertRaisesRegex(tessera.BadInput, "no path to show anything at"):
                 self.wall.show(VERTICES, path)
+        with self.assertRaises(tessera.BadInput):
+            self.wall.show(VERTICES, "/often", color="#ff0000", at=5)
+        for _ in range(2):  # somebody removes it; an edit that shows it is refused
+            shown = self.wall.show(VERTICES, "/often")
+            self.assertTrue(np.array_equal((shown / "shape").positions, VERTICES.astype(np.float32)))
+            self.wall.remove("/often")
+            with self.assertRaises(tessera.Refused), self.wall.edit():
+                self.wall.show(VERTICES, "/often")
+                self.wall.remove("/row")
+        with self.wall.edit():
+            self.wall.show(VERTICES, "/often")
+            twice = self.wall.show(VERTICES + 1, "/often", color="#00ff00")
+        self.assertTrue(np.array_equal((twice / "shape").positions, VERTICES.astype(np.float32) + 1))
+        twice.children[0].material = None
+        again = self.wall.show(VERTICES + 2, "/often", color="#0000ff")
+        self.assertEqual((again.id, (again / "shape").material.baseColor), (twice.id, (0.0, 0.0, 1.0, 1.0)))
         with self.assertRaisesRegex(tessera.BadInput, "something that show has not made|holds"):
             self.wall.create("/taken", "PointLight")
             self.wall.create("/taken/shape", "Geometry")

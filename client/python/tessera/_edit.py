@@ -10,7 +10,7 @@ from ._types import Array, whole
 from . import _changes, _values, _wire
 from ._described import Told
 from ._schema import REF, REFS, BLOB, TEXT, Field, Type
-from .errors import BadInput, LimitExceeded, Refused
+from .errors import BadInput, LimitExceeded, NotFound, Refused
 from .objects import Node, Nodes, Object
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ class Edit:
         self._made: dict[int, Object] = {}
         self._paths: dict[str, Node] = {}
         self._parents: dict[str, Node] = {}  # that were there before
+        self._shown: dict[str, tuple[Node, Object, Optional[Object]]] = {}  # by Wall.show
         self._since: Optional[int] = None  # the generation of the oldest handle in it
         self._back: Optional[list[Callable[[], Any]]] = None  # steps that take back what is under way
         self.committed: Optional[Told] = None  #: what the server answered: sequence, ids, stopped
@@ -207,7 +208,10 @@ class Edit:
         if isinstance(value, str) and value in self._paths:
             value = self._paths[value]
         elif isinstance(value, str):
-            value = self._wall._node(value)
+            try:
+                value = self._wall._node(value)
+            except (BadInput, NotFound) as error:
+                raise type(error)(f"{field.where}: {error}") from None
         if isinstance(value, Object):
             self._names(value)
         return self._wall._reference(value, field)

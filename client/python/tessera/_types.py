@@ -51,3 +51,13 @@ def as_array(value: Any, where: str, dtype: Any = None) -> Array:
     except (ValueError, TypeError, OverflowError) as error:
         raise BadInput(f"{where}: {error}") from None
     return given
+
+
+def finite(given: Array, dtype: Any, where: str) -> Array:
+    """Numbers as they lie on the wire, without a copy where they do. BadInput: one is not finite, or more than that type holds."""
+    with np.errstate(over="ignore"):
+        cast = np.ascontiguousarray(given, dtype)
+    if not np.isfinite(cast).all():
+        wrong = f"more than a {cast.dtype} holds" if np.isfinite(given).all() else "not finite"
+        raise BadInput(f"{where}: {given!r} is {wrong}" if given.size < 20 else f"{where}: not all numbers are finite, as a {cast.dtype}")
+    return cast

@@ -5,7 +5,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from ._types import Array, as_array, items_of, utf8
+from ._types import Array, as_array, finite, items_of, utf8
 from . import _wire
 from ._changes import pack_refs, pack_texts
 from ._hash import array_id
@@ -44,8 +44,8 @@ def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
     if given.size != np.prod(wanted, dtype=int) or (rows is not None and (given.ndim == 0 or len(given) != rows)):
         shape = field.width if rows is None else f"{rows} × {field.width}"
         raise BadInput(f"{field.where}: an array of {' × '.join(map(str, given.shape)) or 1} numbers instead of {shape}")
-    if field.kind in (FLOAT, DOUBLE, MATRIX) and not np.isfinite(given).all():
-        raise BadInput(f"{field.where}: {value!r} is not finite" if given.size < 20 else f"{field.where}: not all numbers are finite")
+    if field.kind in (FLOAT, DOUBLE, MATRIX):
+        return finite(given.reshape(wanted), dtype, field.where)
     if field.kind == INT and given.dtype.kind == "f":
         raise BadInput(f"{field.where}: {value!r} is no whole number")
     if field.kind == INT and given.dtype.kind == "u" and given.size and int(given.max()) > np.iinfo(dtype).max:
@@ -100,9 +100,9 @@ def array(field: Field, value: Any) -> Array:
             raise BadInput(f"{field.where}: {given.size} numbers are no elements of {field.each}")
         if field.element.kind == "u":
             return _whole(field, given)
-        if given.dtype.kind == "f" and not np.isfinite(given).all():
-            raise BadInput(f"{field.where}: not all numbers are finite")
-        return np.ascontiguousarray(given, field.element)
+        return finite(given, field.element, field.where)
+    if not given.size:
+        return np.zeros(0, np.uint8)
     if given.dtype.itemsize == 8 or (given.dtype.kind == "i" and given.dtype.itemsize > 1):
         raise BadInput(f"{field.where}: elements of {given.dtype} could mean two things; "
                        "say which you mean, as .astype(\"uint32\")")

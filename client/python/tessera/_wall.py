@@ -68,7 +68,7 @@ class Wall:
         self._subscriptions = Subscriptions(self)
         self._keeps: dict[int, bool] = {}
         self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
-        self._shown = Shown(self)
+        self._shown = Shown()
         self._link = Link(self.schema, way, name=name, timeout=timeout, redial=redial, follows=False,
                           on_message=self._subscriptions.told, on_back=self._subscriptions.back,
                           on_end=self._subscriptions.ended)
@@ -243,7 +243,7 @@ class Wall:
     def show(self, x: Any, path: Optional[str] = None, **look: Any) -> Node:
         """Anything with vertices and faces, or points, on the wall (shapes.Shown.show says what it takes and which looks there are).
         The same path again replaces what is there."""
-        return self._shown.show(x, path, **look)
+        return self._shown.show(self, x, path, **look)
 
     def view(self, **wish: Any) -> None:
         """`position`, `orientation`, `world_units_per_metre` of the wall; `user` and `head`; `reset`."""
@@ -279,7 +279,7 @@ class Wall:
         on, too), "distances", "questions", "picks", "poses", or "changes" of the scene. It waits for the next one, at most `timeout`
         seconds (Timeout; None: however long), and ends when the wall does. Of `most` that wait unread the oldest go; `missed` counts them,
         `gaps` how often the connection broke and came back."""
-        if what == "changes":
+        if isinstance(what, str) and what == "changes":
             return ChangesSubscription(self, timeout, most)
         return self._subscriptions.open(what, timeout, most, options)
 
@@ -302,7 +302,8 @@ class Wall:
         return current
 
     def _gesture(self, undo: Optional[str]) -> int:
-        return hash64(utf8(undo, "undo") + f"\0{id(self)}".encode()) | 1 if undo is not None and undo != "" else 0
+        word = utf8(undo, "undo") if undo is not None else b""
+        return hash64(word + f"\0{id(self)}".encode()) | 1 if word else 0
 
     # What goes out with numbers of objects says of which generation they are: checked when it is sent, it cannot mean others.
 

@@ -19,7 +19,7 @@ NAMES = tuple(_MAPS)
 
 
 def _table(name: str) -> Array:
-    if name not in _MAPS:
+    if not isinstance(name, str) or name not in _MAPS:
         raise BadInput(f"there is no colour map \"{name}\"; there is {', '.join(_MAPS)}{nearest(name, _MAPS)}")
     stops = np.array([[colour >> 16, colour >> 8 & 255, colour & 255] for colour in _MAPS[name]], float)
     at = np.linspace(0, len(stops) - 1, 256)
@@ -30,7 +30,13 @@ def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, 
     """N × 4 (uint8, sRGB and alpha). `clim`: what the first and last colour stand for; None: the least and greatest. NaN is grey."""
     values = as_array(scalars, "scalars", float).reshape(-1)
     good = np.isfinite(values)
-    low, high = clim if clim is not None else (values[good].min(), values[good].max()) if good.any() else (0.0, 1.0)
+    if clim is not None:
+        ends = as_array(clim, "clim", float).reshape(-1)
+        if len(ends) != 2 or not np.isfinite(ends).all():
+            raise BadInput(f"clim: {clim!r} is no pair of numbers")
+        low, high = ends.tolist()
+    else:
+        low, high = (values[good].min(), values[good].max()) if good.any() else (0.0, 1.0)
     place = (values - low) / (high - low) if high > low else np.zeros_like(values)
     colours = np.full((len(values), 4), 255, np.uint8)
     colours[:, :3] = 128

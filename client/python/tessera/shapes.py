@@ -2,17 +2,20 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, Optional
+import inspect
+from typing import TYPE_CHECKING, Any, Mapping, Optional
 
 import numpy as np
 
-from ._types import Array, as_array
+from ._types import Array, as_array, finite
 from . import colours
-from .errors import BadInput, NotFound
+from ._schema import nearest
+from .errors import BadInput, NotFound, Refused, UnknownField
+from .objects import Node, Object
 
 if TYPE_CHECKING:
+    from ._edit import Edit
     from ._wall import Wall
-    from .objects import Node, Object
 
 
 @dataclasses.dataclass
@@ -31,9 +34,7 @@ def _places(value: Any, where: str) -> Array:
     given = as_array(value, where)
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "fiu":
         raise BadInput(f"{where}: an array of shape {given.shape} and type {given.dtype}; places are N × 3 numbers")
-    if given.dtype.kind == "f" and not np.isfinite(given).all():
-        raise BadInput(f"{where}: not all places are finite")
-    return np.ascontiguousarray(given, np.float32)
+    return finite(given, np.float32, where)
 
 
 def _corners(value: Any, vertices: int, where: str) -> Array:
@@ -138,21 +139,26 @@ def shape_of(x: Any) -> Shape:
     return shape
 
 
+Parts = tuple[Node, Object, Optional[Object]]  # of what is shown: its node, geometry and material
+
+
 class Shown:
-    """What `wall.show` has put on the wall, by its path."""
+    """What `wall.show` has put on the wall, by its path: numbers, as handles would hold the wall."""
 
-    def __init__(self, wall: "Wall") -> None:
-        self._wall = wall
+    def __init__(self) -> None:
         self._count = 0
-        self._known: dict[str, tuple["Node", "Object", "Object"]] = {}
+        self._known: dict[str, tuple[int, int, int, int, int]] = {}  # the generation of the link; node, its core, geometry, material
 
-    def show(self, x: Any, path: Optional[str] = None, *, scalars: Any = None, cmap: str = "viridis", clim: Optional[tuple[float, float]] = None,
-             colors: Any = None, color: Any = None, radius: Optional[float] = None, line: bool = False,
-             line_width: Optional[float] = None, at: Any = None, rotation: Any = None, scale: Any = None, unlit: Optional[bool] = None,
-             undo: Optional[str] = None) -> "Node":
+    def show(self, wall: "Wall", x: Any, path: Optional[str] = None, *, scalars: Any = None, cmap: str = "viridis",
+             clim: Optional[tuple[float, float]] = None, colors: Any = None, color: Any = None, radius: Optional[float] = None,
+             line: bool = False, line_width: Optional[float] = None, at: Any = None, rotation: Any = None, scale: Any = None,
+             unlit: Optional[bool] = None, undo: Optional[str] = None, **unknown: Any) -> "Node":
         """`scalars`: a number for each vertex, coloured by `cmap` ("viridis", "grey", "blue-red") from `clim[0]` to `clim[1]`. `colors`: a
         colour for each; `color`: one for all. `radius`: of points, world units. `line`: points are corners of one line, `line_width` pixels
         wide. `at`, `rotation`, `scale`: where it stands. Returns its node, a Transform: move it as you like; shown again, it stays there."""
+        for name in unknown:
+            known_looks = [each.name for each in inspect.signature(self.show).parameters.values() if each.kind == each.KEYWORD_ONLY]
+            raise UnknownField(f"show has no look \"{name}\"{nearest(name, known_looks)}; there is {', '.join(known_looks)}")
         shape = shape_of(x)
         if line:
             shape.primitive = "line-strips"
@@ -176,48 +182,78 @@ class Shown:
         if unlit is not None:
             look["unlit"] = unlit
         if path is None:
-            path = self._free_path(type(x).__name__)
+            path = self._free_path(wall, type(x).__name__)
         elif not isinstance(path, str) or not all(path.split("/")[1:]) or not path.startswith("/"):
             raise BadInput(f"{path!r} is no path to show anything at; say one like \"/cloud\"")
-        found = self._find(path)
-        current = self._wall._current()
-        edit = current or self._wall.edit(undo)
+        doubled = shape.primitive not in ("points", "lines")
+        current = wall._current()
+        if current:
+            return self._put(current, path, self._find(wall, current, path), fields, pose, look, doubled)
+        remembered = self._remembered(wall, path)
+        if remembered is not None:
+            try:
+                return self._put_alone(wall.edit(undo), path, remembered, fields, pose, look, doubled)
+            except (NotFound, Refused):
+                self._known.pop(path, None)  # perhaps somebody has removed it since
+        edit = wall.edit(undo)
+        return self._put_alone(edit, path, self._find(wall, edit, path), fields, pose, look, doubled)
+
+    def _put_alone(self, edit: "Edit", path: str, *what: Any) -> "Node":
+        node = self._put(edit, path, *what)
+        told = edit.commit()
+        if told is not None:
+            _, geometry, material = edit._shown[path]
+            self._known[path] = (told._generation, node._id, node._core, geometry._id, material._id if material else 0)
+        return node
+
+    @staticmethod
+    def _put(edit: "Edit", path: str, found: Optional[Parts], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
+             doubled: bool) -> "Node":
         with edit._all_or_nothing():
             if found:
                 node, geometry, material = found
                 edit.set(geometry, **fields)
                 edit.set(node, **pose)
-                edit.set(material, **look)
+                if material:
+                    edit.set(material, **look)
+                elif look:
+                    material = edit.object("Material", **look)
+                    edit.set(geometry, material=material)
             else:
-                fresh: dict[str, Any] = {"doubleSided": shape.primitive not in ("points", "lines")}
-                if shape.colours is not None:
+                fresh: dict[str, Any] = {"doubleSided": doubled}
+                if fields["colors"] is not None:
                     fresh["baseColor"] = (1.0, 1.0, 1.0, 1.0)
                 material = edit.object("Material", **{**fresh, **look})
                 node = edit.create(path, "Transform", **pose)
                 given = {name: value for name, value in fields.items() if value is not None}
-                inner = edit.create(f"{path}/shape", "Geometry", material=material, **given)
-                geometry = edit._made[inner._core]
-        if not current:
-            edit.commit()
-        self._known[path] = (node, geometry, material)
+                geometry = edit._made[edit.create(f"{path}/shape", "Geometry", material=material, **given)._core]
+        edit._shown[path] = (node, geometry, material)
         return node
 
-    def _free_path(self, name: str) -> str:
+    def _free_path(self, wall: "Wall", name: str) -> str:
         while True:
             self._count += 1
             path = f"/{name.lower()}-{self._count}"
-            if path not in self._wall:
+            if path not in wall:
                 return path
 
-    def _find(self, path: str) -> Optional[tuple["Node", "Object", "Object"]]:
-        known = self._known.get(path)
-        if known is not None and known[0]._generation == self._wall._link.generation:
-            return known
+    def _remembered(self, wall: "Wall", path: str) -> Optional[Parts]:
+        generation, node, core, geometry, material = self._known.get(path, (None, 0, 0, 0, 0))
+        if generation is None or generation != wall._link.generation:
+            return None
+        types = wall.schema.type
+        return (Node(wall, node, types("Node"), generation, path, core, types("Transform")), Object(wall, geometry, types("Geometry"), generation),
+                Object(wall, material, types("Material"), generation) if material else None)
+
+    @staticmethod
+    def _find(wall: "Wall", edit: "Edit", path: str) -> Optional[Parts]:
+        if path in edit._shown:
+            return edit._shown[path]
         try:
-            inner = self._wall._node(f"{path}/shape")
+            inner = wall._node(f"{path}/shape")
         except NotFound:
             return None
-        node, geometry = self._wall._node(path), inner.core
+        node, geometry = wall._node(path), inner.core
         if geometry is None or geometry.type != "Geometry" or node.core is None or node.core.type != "Transform":
             raise BadInput(f"{path} holds something that show has not made; say another path")
         return node, geometry, geometry.material
