@@ -7,7 +7,7 @@
 namespace tessera {
 namespace {
 
-using AnsweredInJson = std::function<void(const ApiExpected<ApplicationAnswer>&)>;
+using AnsweredAsItCame = std::function<void(const ApiExpected<ByteSlice>&)>;
 
 struct Asking {
     std::weak_ptr<DoorLink> link;
@@ -15,12 +15,11 @@ struct Asking {
     std::shared_ptr<const Json> fields;
     std::vector<ByteSlice> binaries;
     ObjectNames names;
-    AnsweredInJson answered;
+    AnsweredAsItCame answered;
 };
 
-ApiExpected<ApplicationAnswer> withoutField(const Expected<ApplicationAnswer>& answer) {
-    if (answer) return *answer;
-    return tl::unexpected(ApiError{answer.error().code, answer.error().message});
+tl::unexpected<ApiError> withoutField(const Error& error) {
+    return tl::unexpected(ApiError{error.code, error.message});
 }
 
 void ask(const std::shared_ptr<Asking>& asking);
@@ -32,8 +31,9 @@ void lookUp(DoorLink& link, const std::shared_ptr<Asking>& asking) {
     link.ask(ObjectsQuestion{{.names = names, .paths = false}}, {},
              [asking, names](const Expected<ApplicationAnswer>& answer) {
                  const auto* objects = answer ? std::get_if<answer::Objects>(&*answer) : nullptr;
+                 if (!answer) return asking->answered(withoutField(answer.error()));
                  if (objects == nullptr || objects->objects.size() != names.size())
-                     return asking->answered(withoutField(answer));
+                     return asking->answered(withoutField({ErrorCode::kFailed, "objects were asked for; none came"}));
                  for (std::size_t i = 0; i < names.size(); ++i) {
                      const ObjectInfo& object = objects->objects[i];
                      if (!object.id)
@@ -52,14 +52,15 @@ void ask(const std::shared_ptr<Asking>& asking) {
         readRequest(asking->request, asking->fields ? *asking->fields : nothing, asking->binaries, asking->names);
     if (!read) return asking->answered(tl::unexpected(read.error()));
     if (!asking->names.wanted().empty()) return lookUp(*link, asking);
-    link->ask(read->request, read->arrays,
-              [asking](const Expected<ApplicationAnswer>& answer) { asking->answered(withoutField(answer)); });
+    link->askAsItComes(read->request, read->arrays, [asking](const Expected<ByteSlice>& answer) {
+        asking->answered(answer ? ApiExpected<ByteSlice>(*answer) : withoutField(answer.error()));
+    });
 }
 
 }  // namespace
 
 void askInJson(DoorLink& link, const std::string& request, std::shared_ptr<const Json> fields,
-               std::vector<ByteSlice> binaries, AnsweredInJson answered) {
+               std::vector<ByteSlice> binaries, AnsweredAsItCame answered) {
     auto asking = std::make_shared<Asking>();
     asking->link = link.weak_from_this();
     asking->request = request;

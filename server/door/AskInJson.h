@@ -11,9 +11,12 @@
 
 namespace tessera {
 
+/// An answer of more than that many bytes, as it comes, is taken apart and written beside the door's thread.
+inline constexpr std::size_t kMostAtOnce = std::size_t{64} << 10;
+
 /// Reads `fields` as that request and asks it of the server; paths in it are looked up there first. Exactly one call of
-/// `answered`, unless the link is closed.
+/// `answered`, with the answer as it came (codec ApplicationCodec), unless the link is closed.
 void askInJson(DoorLink& link, const std::string& request, std::shared_ptr<const Json> fields,
-               std::vector<ByteSlice> binaries, std::function<void(const ApiExpected<ApplicationAnswer>&)> answered);
+               std::vector<ByteSlice> binaries, std::function<void(const ApiExpected<ByteSlice>&)> answered);
 
 }  // namespace tessera

@@ -118,6 +118,7 @@ Door::~Door() {
     });
     impl_->thread.join();
     impl_->context.pictures.finish();
+    impl_->context.beside.finish();
     impl_->context.io.restart();
     impl_->context.io.poll();
 }

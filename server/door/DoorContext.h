@@ -15,6 +15,7 @@
 #include "common/base/Clock.h"
 #include "common/base/Descriptors.h"
 #include "server/door/AnswerLanes.h"
+#include "server/door/Beside.h"
 #include "server/door/Door.h"
 #include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
@@ -100,6 +101,7 @@ struct DoorContext {
 
     DoorWire wire{io};
     WallPictures pictures{io};
+    Beside beside{io};  ///< large answers
 
     /// Where too much is held, those go for whom most of it waits in vain.
     void relieve() {

@@ -15,6 +15,13 @@ std::shared_ptr<DoorLink> DoorLink::dial(ApplicationSessionOptions options, Door
 DoorLink::~DoorLink() = default;
 
 void DoorLink::ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered) {
+    askAsItComes(request, arrays, [answered = std::move(answered)](const Expected<ByteSlice>& body) {
+        answered(body ? decodeAnswer(*body) : tl::unexpected(body.error()));
+    });
+}
+
+void DoorLink::askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays,
+                            AnsweredAsItCame answered) {
     if (over_) return answered(tl::unexpected(*over_));
     const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle
     const std::uint64_t id = ++lastRequest_;
@@ -48,12 +55,12 @@ void DoorLink::take(const Incoming& incoming) {
     if (const auto* reply = std::get_if<incoming::Reply>(&incoming)) {
         const auto open = open_.find(reply->reply.id);
         if (open == open_.end()) return;
-        const Answered answered = std::move(open->second);
+        const AnsweredAsItCame answered = std::move(open->second);
         open_.erase(open);
         if (!reply->reply.error.empty())
             answered(fail(reply->reply.code, reply->reply.error));
         else
-            answered(decodeAnswer(reply->reply.body));
+            answered(reply->reply.body);
     } else if (const auto* notice = std::get_if<incoming::Notice>(&incoming)) {
         if (callbacks_.notice) callbacks_.notice(notice->notice);
     } else if (const auto* list = std::get_if<incoming::List>(&incoming)) {
@@ -68,7 +75,7 @@ void DoorLink::take(const Incoming& incoming) {
 void DoorLink::end(const Error& error) {
     if (over_) return;
     over_ = error;
-    const std::map<std::uint64_t, Answered> open = std::exchange(open_, {});
+    const std::map<std::uint64_t, AnsweredAsItCame> open = std::exchange(open_, {});
     for (const auto& [id, answered] : open) answered(tl::unexpected(error));
     if (callbacks_.ended) callbacks_.ended(error);
 }

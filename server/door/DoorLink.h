@@ -23,6 +23,7 @@ public:
         std::function<void(const Error&)> ended;  ///< once; nothing follows
     };
     using Answered = std::function<void(const Expected<ApplicationAnswer>&)>;
+    using AnsweredAsItCame = std::function<void(const Expected<ByteSlice>&)>;  ///< encoded (codec ApplicationCodec)
 
     [[nodiscard]] static std::shared_ptr<DoorLink> dial(ApplicationSessionOptions options, DoorWire& wire);
     ~DoorLink();
@@ -30,6 +31,7 @@ public:
     void on(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
     /// Exactly one call of `answered`, unless `close` comes first. `arrays` go before it.
     void ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered);
+    void askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays, AnsweredAsItCame answered);
     /// The wall as its configuration says (codec WallCodec); empty until the server has let this one in.
     [[nodiscard]] const ByteSlice& wall() const { return wall_; }
     /// Requests without an answer.
@@ -54,7 +56,7 @@ private:
 
     std::unique_ptr<ApplicationSession> session_;
     Callbacks callbacks_;
-    std::map<std::uint64_t, Answered> open_;
+    std::map<std::uint64_t, AnsweredAsItCame> open_;
     std::uint64_t lastRequest_ = 0;
     ByteSlice wall_;
     std::optional<Error> over_;

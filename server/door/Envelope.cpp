@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/codec/ApplicationCodec.h"
 #include "common/json/ChangeJson.h"
 
 namespace tessera {
@@ -55,6 +56,19 @@ std::string closed(const Json& fields, std::size_t binaries) {
 
 std::string answerText(const std::string& id, std::string_view name, const Json& fields, std::size_t binaries) {
     return fmt::format("{}\"answer\":\"{}\",{}", opened(id), name, closed(fields, binaries));
+}
+SaidAnswer sayAnswer(const std::string& id, const ByteSlice& answer) {
+    const Expected<ApplicationAnswer> read = decodeAnswer(answer);
+    if (!read) return {errorText(id, {read.error().code, read.error().message}), {}};
+    SaidAnswer said;
+    const SaidJson json = answerJson(*read, said.binaries);
+    said.text = answerText(id, json.name, json.fields, said.binaries.size());
+    return said;
+}
+std::size_t SaidAnswer::size() const {
+    std::size_t bytes = text.size();
+    for (const ByteSlice& binary : binaries) bytes += binary.size();
+    return bytes;
 }
 std::string errorText(const std::string& id, const ApiError& error) {
     return opened(id) + "\"error\":" + jsonText(errorJson(error)) + "}";

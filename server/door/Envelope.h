@@ -26,6 +26,13 @@ struct Envelope {
 /// Texts that are sent; `id` as an envelope has it.
 [[nodiscard]] std::string answerText(const std::string& id, std::string_view name, const Json& fields,
                                      std::size_t binaries);
+/// The texts of an answer as it came (codec ApplicationCodec), and its binaries.
+struct SaidAnswer {
+    std::string text;
+    Binaries binaries;
+    [[nodiscard]] std::size_t size() const;
+};
+[[nodiscard]] SaidAnswer sayAnswer(const std::string& id, const ByteSlice& answer);
 [[nodiscard]] std::string errorText(const std::string& id, const ApiError& error);
 [[nodiscard]] std::string noticeText(std::string_view name, const Json& fields, std::size_t binaries);
 /// `{"changes":{"sequence":N,"list":{…}}}`; `whole`: the scene stands there, and all of it is to be asked for anew; so

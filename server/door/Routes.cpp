@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/codec/ApplicationCodec.h"
 #include "common/json/ApiJson.h"
 #include "common/json/RequestJson.h"
 #include "common/request/Catalogue.h"
@@ -58,6 +59,19 @@ int httpStatus(ErrorCode code) {
 HttpAnswer apiErrorAnswer(const ApiError& error) {
     return {.status = httpStatus(error.code), .body = jsonText({{"error", errorJson(error)}}) + "\n"};
 }
+
+namespace {
+
+HttpAnswer httpAnswerOf(const ByteSlice& came) {
+    const Expected<ApplicationAnswer> read = decodeAnswer(came);
+    if (!read) return apiErrorAnswer({read.error().code, read.error().message});
+    Binaries binaries;
+    const SaidJson json = answerJson(*read, binaries);
+    if (!binaries.empty()) return errorAnswer(406, "refused", "this answer brings binaries: ask it at /socket");
+    return jsonAnswer({{"answer", json.name}, {"fields", json.fields}});
+}
+
+}  // namespace
 
 std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     const std::optional<HttpTarget> target = readTarget(request.target);
@@ -131,13 +145,10 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
         fields = std::make_shared<const Json>(std::move(*json));
     }
     askInJson(context_.sharedLink(role_), name, std::move(fields), {},
-              [answer](const ApiExpected<ApplicationAnswer>& said) {
-                  if (!said) return answer(apiErrorAnswer(said.error()));
-                  Binaries binaries;
-                  const SaidJson json = answerJson(*said, binaries);
-                  if (!binaries.empty())
-                      return answer(errorAnswer(406, "refused", "this answer brings binaries: ask it at /socket"));
-                  answer(jsonAnswer({{"answer", json.name}, {"fields", json.fields}}));
+              [answer, &beside = context_.beside](const ApiExpected<ByteSlice>& came) {
+                  if (!came) return answer(apiErrorAnswer(came.error()));
+                  if (came->size() <= kMostAtOnce) return answer(httpAnswerOf(*came));
+                  beside.run([came = *came] { return httpAnswerOf(came); }, answer);
               });
 }
 

@@ -5,8 +5,9 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include <deque>
+#include <iterator>
 #include <limits>
+#include <list>
 #include <nlohmann/json.hpp>
 
 #include "common/request/ApplicationLimits.h"
@@ -86,6 +87,7 @@ public:
 
 private:
     using Weak = std::weak_ptr<SocketSession>;
+    using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
 
     void begin() {
         alive_ = shared_from_this();
@@ -208,40 +210,40 @@ private:
         const std::size_t brings = std::exchange(collected_, 0);
         underWay_ += brings;
         binariesBytes_ = 0;
-        using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
         const auto ask = [weak = Weak(shared_from_this()), envelope, brings,
                           binaries = std::exchange(binaries_, {})](const Ticket& ticket) {
             const std::shared_ptr<SocketSession> self = weak.lock();
             if (!self || self->closed_) return;
             askInJson(*self->link_, envelope.request, envelope.fields, binaries,
-                      [weak, id = envelope.id, brings, ticket](const ApiExpected<ApplicationAnswer>& said) {
+                      [weak, id = envelope.id, brings, ticket](const ApiExpected<ByteSlice>& answer) {
                           const std::shared_ptr<SocketSession> alive = weak.lock();
                           if (!alive) return;
                           alive->underWay_ -= brings;
                           alive->context_.brought -= brings;
-                          ticket->answered(alive->answered(id, said));
+                          alive->answered(id, answer, ticket);
                       });
         };
         // Names that are none are refused at once, and not kept.
         context_.lanes.enter(requestOf(envelope.request) ? envelope.request : std::string(), ask);
     }
-    /// How many bytes that is.
-    std::size_t answered(const std::string& id, const ApiExpected<ApplicationAnswer>& answer) {
+    void answered(const std::string& id, const ApiExpected<ByteSlice>& answer, const Ticket& ticket) {
+        if (answer && answer->size() > kMostAtOnce) return answerBeside(id, *answer, ticket);
         letGo(kAnswerBytes);
-        std::size_t bytes = 0;
-        if (!answer) {
-            say(errorText(id, answer.error()), {});
-        } else {
-            Binaries binaries;
-            const SaidJson said = answerJson(*answer, binaries);
-            // Apart: which argument is made first is not said.
-            const std::string text = answerText(id, said.name, said.fields, binaries.size());
-            bytes = text.size();
-            for (const ByteSlice& binary : binaries) bytes += binary.size();
-            say(text, std::move(binaries));
-        }
+        SaidAnswer said = answer ? sayAnswer(id, *answer) : SaidAnswer{errorText(id, answer.error()), {}};
+        ticket->answered(said.size());
+        say(std::move(said.text), std::move(said.binaries));
         read();
-        return bytes;
+    }
+    /// What is said after it waits behind it, as it came.
+    void answerBeside(const std::string& id, const ByteSlice& answer, const Ticket& ticket) {
+        if (!mayEnqueue()) return;
+        const Unsent::iterator place = unsentFrames_.insert(unsentFrames_.end(), Frame{.isMade = false});
+        context_.beside.run([id, answer] { return sayAnswer(id, answer); },
+                            [weak = Weak(shared_from_this()), place, ticket](SaidAnswer said) {
+                                ticket->answered(said.size());
+                                if (const std::shared_ptr<SocketSession> self = weak.lock())
+                                    self->fill(place, std::move(said));
+                            });
     }
 
     /// False: it has brought too much, and goes.
@@ -250,30 +252,48 @@ private:
         collected_ = bytes;
         if (context_.brought <= context_.limits.maxBroughtBytes || bytes == 0) return true;
         finish(websocket::close_code::try_again_later, "too many arrays come at once");
+        // Now: nobody else is to go for what this one has brought, however long it takes to close.
+        binaries_ = {};
+        buffer_ = {};
+        context_.brought -= std::exchange(collected_, 0);
         return false;
     }
 
     // ---- what goes
 
     struct Frame {
-        std::string text;
-        ByteSlice binary;
-        bool isText = false;
+        std::string text = {};
+        ByteSlice binary = {};
+        bool isText = true;
+        bool isMade = true;  ///< false: nothing behind it is written before it
         [[nodiscard]] std::size_t size() const { return isText ? text.size() : binary.size(); }
     };
+    using Unsent = std::list<Frame>;
     void say(std::string text, Binaries binaries) {
-        if (closing_) return;
-        if (unsent_ > context_.limits.maxUnsentBytes)
-            return leave();  // it does not read: what it would be told would wait as well
-        enqueue({std::move(text), {}, true});
-        for (ByteSlice& binary : binaries) enqueue({{}, std::move(binary), false});
+        if (!mayEnqueue()) return;
+        fill(unsentFrames_.insert(unsentFrames_.end(), Frame{}), {std::move(text), std::move(binaries)});
+    }
+    bool mayEnqueue() {
+        if (closing_) return false;
+        if (unsent_ <= context_.limits.maxUnsentBytes) return true;
+        leave();  // it does not read: what it would be told would wait as well
+        return false;
+    }
+    /// Of a socket that is closed, `place` is none any more.
+    void fill(Unsent::iterator place, SaidAnswer said) {
+        if (closed_) return;
+        unsent_ += said.size();
+        hold(said.size());
+        place->text = std::move(said.text);
+        if (!std::exchange(place->isMade, true)) {
+            letGo(kAnswerBytes);
+            read();
+        }
+        const Unsent::iterator next = std::next(place);
+        for (ByteSlice& binary : said.binaries)
+            unsentFrames_.insert(next, {.binary = std::move(binary), .isText = false});
         write();
         context_.relieve();
-    }
-    void enqueue(Frame frame) {
-        unsent_ += frame.size();
-        hold(frame.size());
-        unsentFrames_.push_back(std::move(frame));
     }
     void hold(std::size_t bytes) {
         held_ += bytes;
@@ -285,7 +305,7 @@ private:
         context_.held -= bytes;
     }
     void write() {
-        if (writing_ || unsentFrames_.empty()) return;
+        if (writing_ || unsentFrames_.empty() || !unsentFrames_.front().isMade) return;
         writing_ = true;
         writesSince_ = std::chrono::steady_clock::now();
         const Frame& frame = unsentFrames_.front();
@@ -361,7 +381,7 @@ private:
     /// Bytes of `DoorContext::brought`: of the request that comes, of open ones.
     std::size_t collected_ = 0, underWay_ = 0;
 
-    std::deque<Frame> unsentFrames_;
+    Unsent unsentFrames_;
     std::size_t unsent_ = 0;  ///< bytes
     std::size_t held_ = 0;    ///< `DoorLimits::maxHeldBytes`
     TimePoint writesSince_ = {};

@@ -1,7 +1,6 @@
 #include "server/door/WallPictures.h"
 
 #include <fmt/format.h>
-#include <boost/asio/post.hpp>
 
 #include <algorithm>
 
@@ -59,16 +58,17 @@ void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
     images(link, [this, held, answer = std::move(answer)](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
         if (jpegOf_ == *images) return answer({.type = "image/jpeg", .body = *jpeg_});
-        boost::asio::post(maker_, [this, images = *images, wall = held->wall(), answer] {
+        const auto make = [images = *images, wall = held->wall()]() -> Expected<std::string> {
             const Expected<Wall> read = decodeWall(wall);
-            const Expected<Mosaic> mosaic =
-                read ? stitch(*read, *images) : Expected<Mosaic>(tl::unexpected(read.error()));
-            if (!mosaic) return boost::asio::post(io_, [answer, error = mosaic.error()] { answer(failed(error)); });
-            auto jpeg = std::make_shared<const std::string>(textOf(encodeJpeg(mosaic->picture, kQuality)));
-            boost::asio::post(io_, [this, images, jpeg, answer] {
-                jpegOf_ = images, jpeg_ = jpeg;
-                answer({.type = "image/jpeg", .body = *jpeg});
-            });
+            if (!read) return tl::unexpected(read.error());
+            const Expected<Mosaic> mosaic = stitch(*read, *images);
+            if (!mosaic) return tl::unexpected(mosaic.error());
+            return textOf(encodeJpeg(mosaic->picture, kQuality));
+        };
+        maker_.run(make, [this, images = *images, answer](const Expected<std::string>& jpeg) {
+            if (!jpeg) return answer(failed(jpeg.error()));
+            jpegOf_ = images, jpeg_ = std::make_shared<const std::string>(*jpeg);
+            answer({.type = "image/jpeg", .body = *jpeg});
         });
     });
 }

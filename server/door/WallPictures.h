@@ -2,7 +2,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/thread_pool.hpp>
 
 #include <chrono>
 #include <memory>
@@ -11,8 +10,9 @@
 #include <vector>
 
 #include "common/wall/Wall.h"
-#include "server/door/HttpMessage.h"
+#include "server/door/Beside.h"
 #include "server/door/DoorLink.h"
+#include "server/door/HttpMessage.h"
 
 namespace tessera {
 
@@ -22,13 +22,13 @@ class WallPictures {
 public:
     static constexpr std::chrono::milliseconds kFresh{100};
 
-    explicit WallPictures(boost::asio::io_context& io) : io_(io) {}
+    explicit WallPictures(boost::asio::io_context& io) : maker_(io) {}
     /// The mosaic of all screens.
     void wall(DoorLink& link, AnswerHttp answer);
     /// Who waits is told nothing.
     void forget() { waiting_.clear(); }
     /// Of what is being put together.
-    void finish() { maker_.join(); }
+    void finish() { maker_.finish(); }
     void tile(DoorLink& link, const std::string& name, AnswerHttp answer);
 
 private:
@@ -36,13 +36,12 @@ private:
     using Waiting = std::function<void(const Expected<Images>&)>;
     void images(DoorLink& link, Waiting waiting);
 
-    boost::asio::io_context& io_;
     Images newest_;
     std::chrono::steady_clock::time_point newestAt_{};
     std::vector<Waiting> waiting_;
     std::shared_ptr<const std::string> jpeg_;  ///< of `jpegOf_`
     Images jpegOf_;
-    boost::asio::thread_pool maker_{1};
+    Beside maker_;
 };
 
 }  // namespace tessera

@@ -11,7 +11,7 @@ import urllib.request
 
 import numpy as np
 
-from live import PATIENCE, Live
+from live import PATIENCE, Live, figure
 from console_socket import WebSocket, array_name
 
 
@@ -129,14 +129,6 @@ class Console(unittest.TestCase):
                     still.read()
             with self.assertRaises(ConnectionError):  # it has answered no ping
                 silent.read()
-
-
-def figure(process, name):
-    """Of what Linux says of a process."""
-    for line in pathlib.Path(f"/proc/{process.pid}/status").read_text().splitlines():
-        if line.startswith(name + ":"):
-            return int(line.split()[1])
-    raise KeyError(name)
 
 
 if __name__ == "__main__":

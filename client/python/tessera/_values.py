@@ -115,6 +115,8 @@ def row(field: Field, value: Any, resolve: Resolve, arrays: Arrays) -> Any:
         return np.array([_of_words(field, value)], "<i8")
     if field.kind == REF:
         return np.array([resolve(value, field)], "<u8")
+    if field.kind == REFS and isinstance(value, np.ndarray) and value.dtype.kind == "u":  # `ids` of Nodes
+        return np.ascontiguousarray(value.reshape(-1), "<u8")
     if field.kind == REFS:
         return np.array([resolve(each, field) for each in (() if value is None else items_of(value, field.where))], "<u8")
     if field.kind == TEXT:

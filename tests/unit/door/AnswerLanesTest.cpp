@@ -1,0 +1,114 @@
+/// Large answers of a name wait for each other, and each is asked once.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "server/door/AnswerLanes.h"
+
+namespace tessera {
+namespace {
+
+using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
+
+class Lanes : public testing::Test {
+protected:
+    /// Asks for one; its ticket stays until it is answered.
+    void enter(const std::string& name) {
+        lanes.enter(name, [this, name, number = entered++](const Ticket& ticket) {
+            asked.push_back(number);
+            open.emplace(number, ticket);
+        });
+    }
+    void answer(int number, std::size_t bytes) {
+        open.at(number)->answered(bytes);
+        open.erase(number);
+        io.restart();
+        io.poll();
+    }
+
+    boost::asio::io_context io;
+    AnswerLanes lanes{io};
+    std::map<int, Ticket> open;
+    std::vector<int> asked;
+    int entered = 0;
+};
+
+constexpr std::size_t kLarge = 2 * AnswerLanes::kLarge;
+
+TEST_F(Lanes, UntilAnAnswerHasComeAndWhereItIsLargeTwoAreOpen) {
+    for (int i = 0; i < 6; ++i) enter("GetTree");
+    EXPECT_EQ(asked, (std::vector{0, 1}));
+    answer(0, kLarge);
+    EXPECT_EQ(asked, (std::vector{0, 1, 2}));
+    answer(2, kLarge);
+    answer(1, kLarge);
+    answer(3, kLarge);
+    EXPECT_EQ(asked, (std::vector{0, 1, 2, 3, 4, 5})) << "in the order in which they came";
+}
+
+TEST_F(Lanes, SmallAnswersWaitForNothing) {
+    for (int i = 0; i < 100; ++i) enter("GetStatus");
+    answer(0, 1000);
+    EXPECT_EQ(open.size(), 99u);
+    enter("GetStatus");
+    EXPECT_EQ(open.size(), 100u);
+}
+
+TEST_F(Lanes, NamesDoNotWaitForEachOther) {
+    for (int i = 0; i < 4; ++i) enter("GetTree");
+    for (int i = 0; i < 4; ++i) enter("GetObjects");
+    EXPECT_EQ(asked, (std::vector{0, 1, 4, 5}));
+}
+
+TEST_F(Lanes, AfterSmallAnswersALaneIsWideAgain) {
+    enter("GetTree");
+    answer(0, 8 * kLarge);
+    int next = 1;
+    for (; next < 100; ++next) {
+        enter("GetTree");
+        answer(next, 10);
+    }
+    for (int i = 0; i < 10; ++i) enter("GetTree");
+    EXPECT_EQ(open.size(), 10u);
+}
+
+TEST_F(Lanes, WhatEndsWithoutAnAnswerLetsTheNextIn) {
+    for (int i = 0; i < 5; ++i) enter("GetTree");
+    for (int i = 0; i < 5; ++i) {
+        open.erase(i);
+        io.restart();
+        io.poll();
+    }
+    EXPECT_EQ(asked.size(), 5u);
+    EXPECT_TRUE(open.empty());
+}
+
+TEST_F(Lanes, EachIsAskedOnceWhateverTheOrder) {
+    std::mt19937 random(7);
+    const std::vector<std::string> names{"a", "b", "c"};
+    const int all = 3000;
+    while (entered < all || !open.empty()) {
+        if (entered < all && random() % 2 == 0) enter(names[random() % names.size()]);
+        if (open.empty()) continue;
+        const auto one = std::next(open.begin(), static_cast<std::ptrdiff_t>(random() % open.size()));
+        if (random() % 4 == 0)
+            open.erase(one);
+        else
+            answer(one->first, random() % 3 == 0 ? kLarge : 100);
+        io.restart();
+        io.poll();
+    }
+    std::ranges::sort(asked);
+    ASSERT_EQ(asked.size(), static_cast<std::size_t>(all));
+    for (int i = 0; i < all; ++i) EXPECT_EQ(asked[static_cast<std::size_t>(i)], i);
+}
+
+TEST_F(Lanes, OnceClosedNobodyIsCalled) {
+    for (int i = 0; i < 5; ++i) enter("GetTree");
+    lanes.close();
+    answer(0, 10);
+    EXPECT_EQ(asked.size(), 2u);
+}
+
+}  // namespace
+}  // namespace tessera
