@@ -30,9 +30,9 @@ using ApiExpected = tl::expected<T, ApiError>;
 /// `{"code":…,"message":…}`, with the field where there is one.
 [[nodiscard]] Json errorJson(const ApiError& error);
 
-inline constexpr std::size_t kMaxJsonDepth = 64;
-/// Any bytes. kBadInput: no JSON, no UTF-8, two values, a number beyond a double; kLimit: nested deeper than
-/// kMaxJsonDepth.
+inline constexpr std::size_t kMaxJsonDepth = 64, kMaxJsonMembers = 256;
+/// Any bytes, in time linear in their number. kBadInput: no JSON, no UTF-8, two values, a number beyond a double, a
+/// member said twice; kLimit: nested deeper than kMaxJsonDepth, an object with more than kMaxJsonMembers.
 [[nodiscard]] ApiExpected<Json> parseJson(std::string_view text);
 /// On one line. What is no UTF-8 in strangers' names becomes U+FFFD.
 [[nodiscard]] std::string jsonText(const Json& json);

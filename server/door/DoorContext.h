@@ -60,7 +60,7 @@ public:
     /// It has not shown a token yet, and others want in: it is told so, as far as that takes no time, and closed.
     virtual void giveWay() { leave(); }
     /// Bytes that wait for it while it takes none.
-    [[nodiscard]] virtual std::size_t stalled(TimePoint) const { return 0; }
+    [[nodiscard]] virtual std::size_t stalled(TimePoint) { return 0; }
     /// Whether it has said something that has not been read yet.
     [[nodiscard]] virtual bool waitsToBeRead() { return false; }
     TimePoint since = std::chrono::steady_clock::now();  ///< it is among the silent
@@ -107,7 +107,7 @@ struct DoorContext {
     void relieve() {
         const TimePoint now = std::chrono::steady_clock::now();
         while (held > limits.maxHeldOfAllBytes) {
-            const auto waits = [&](const Guest* guest) { return guest->stalled(now); };
+            const auto waits = [&](Guest* guest) { return guest->stalled(now); };
             const auto worst = std::ranges::max_element(guests, {}, waits);
             if (worst == guests.end() || (*worst)->stalled(now) == 0) return;
             (*worst)->leave();

@@ -9,7 +9,9 @@
 
 namespace tessera {
 
-ApiExpected<Envelope> readEnvelope(std::string_view text, std::string& id) {
+namespace {
+
+ApiExpected<Envelope> envelopeIn(std::string_view text, std::string& id) {
     const auto refuse = [](const std::string& message, std::string field) {
         return tl::unexpected(ApiError{ErrorCode::kBadInput, message, std::move(field)});
     };
@@ -43,8 +45,6 @@ ApiExpected<Envelope> readEnvelope(std::string_view text, std::string& id) {
     return envelope;
 }
 
-namespace {
-
 std::string opened(const std::string& id) {
     return id.empty() ? "{" : "{\"id\":" + id + ",";
 }
@@ -53,6 +53,12 @@ std::string closed(const Json& fields, std::size_t binaries) {
 }
 
 }  // namespace
+
+SaidEnvelope readEnvelope(std::string_view text) {
+    std::string id;
+    ApiExpected<Envelope> envelope = envelopeIn(text, id);
+    return {std::move(envelope), std::move(id)};
+}
 
 std::string answerText(const std::string& id, std::string_view name, const Json& fields, std::size_t binaries) {
     return fmt::format("{}\"answer\":\"{}\",{}", opened(id), name, closed(fields, binaries));

@@ -21,7 +21,11 @@ struct Envelope {
 };
 
 /// Any text. Where something is wrong but an id could be read, it stands in `id`.
-[[nodiscard]] ApiExpected<Envelope> readEnvelope(std::string_view text, std::string& id);
+struct SaidEnvelope {
+    ApiExpected<Envelope> envelope;
+    std::string id = {};
+};
+[[nodiscard]] SaidEnvelope readEnvelope(std::string_view text);
 
 /// Texts that are sent; `id` as an envelope has it.
 [[nodiscard]] std::string answerText(const std::string& id, std::string_view name, const Json& fields,

@@ -138,12 +138,21 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
         if (known.info.ownLink)
             return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
     }
-    std::shared_ptr<const Json> fields;
-    if (!body.empty()) {
-        ApiExpected<Json> json = parseJson(body);
+    if (body.empty()) return askWith(nullptr, name, answer);
+    auto read = [self = *this, name, answer](ApiExpected<Json> json,
+                                             std::shared_ptr<const AnswerLanes::Ticket> ticket) mutable {
         if (!json) return answer(apiErrorAnswer(json.error()));
-        fields = std::make_shared<const Json>(std::move(*json));
-    }
+        self.askWith(keptWith(std::move(ticket), std::make_shared<const Json>(std::move(*json))), name, answer);
+    };
+    if (body.size() <= kMostAtOnce) return read(parseJson(body), nullptr);
+    context_.lanes.enter(kLargeTexts, [body, read, &beside = context_.beside](
+                                          const std::shared_ptr<const AnswerLanes::Ticket>& ticket) {
+        beside.run([body] { return parseJson(body); },
+                   [read, ticket](ApiExpected<Json> json) mutable { read(std::move(json), ticket); });
+    });
+}
+
+void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer) {
     askInJson(context_.sharedLink(role_), name, std::move(fields), {},
               [answer, &beside = context_.beside](const ApiExpected<ByteSlice>& came) {
                   if (!came) return answer(apiErrorAnswer(came.error()));

@@ -20,6 +20,7 @@ public:
 
 private:
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
+    void askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer);
 
     DoorContext& context_;
     Role role_ = Role::kViewer;

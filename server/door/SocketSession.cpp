@@ -1,10 +1,14 @@
 #include "server/door/SocketSession.h"
 
 #include <fmt/format.h>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include <deque>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <list>
@@ -25,7 +29,7 @@ namespace websocket = beast::websocket;
 /// Whether any byte has gone either way, in the midst of a long message too. In the shape of Beast's RatePolicy.
 struct Progress {
     bool moved = false;
-    TimePoint took = {};  ///< when its reader last took some
+    std::uint64_t written = 0;  ///< bytes, to the kernel
 
 private:
     friend class beast::rate_policy_access;
@@ -33,9 +37,8 @@ private:
     static constexpr std::size_t available_write_bytes() { return std::numeric_limits<std::size_t>::max(); }
     void transfer_read_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
     void transfer_write_bytes(std::size_t bytes) {
-        if (bytes == 0) return;
-        moved = true;
-        took = std::chrono::steady_clock::now();
+        moved = moved || bytes > 0;
+        written += bytes;
     }
     void on_timer() const {}
 };
@@ -101,10 +104,10 @@ private:
                        Binaries binaries;
                        const SaidJson said = noticeJson(notice, binaries);
                        const std::string text = noticeText(said.name, said.fields, binaries.size());
-                       self.say(text, std::move(binaries));
+                       self.sayNews(text, std::move(binaries));
                    }),
                    .list = with([](SocketSession& self, const incoming::List& list) {
-                       self.say(changesText(list.committed->sequence, *list.list, list.whole), {});
+                       self.sayNews(changesText(list.committed->sequence, *list.list, list.whole), {});
                    }),
                    .ended = with([](SocketSession& self, const Error& error) {
                        self.finish(websocket::close_code::going_away, error.message);
@@ -138,7 +141,7 @@ private:
     // ---- what comes
 
     void read() {
-        if (reading_ || closing_) return;
+        if (reading_ || readsBeside_ || closing_) return;
         // Whoever asks for much waits; what is held for this one comes back here once it is gone.
         const DoorLimits& limits = context_.limits;
         if (held_ > limits.maxHeldBytes || (held_ > 0 && context_.held > limits.maxHeldOfAllBytes)) return;
@@ -165,24 +168,42 @@ private:
         buffer_.clear();
         if (buffer_.capacity() > (std::size_t{1} << 20)) buffer_.shrink_to_fit();
         if (isText)
-            onText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+            onText(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
         else
             onBinary(std::move(bytes));
         read();
     }
-    void onText(std::string_view text) {
+    void onText(std::string text) {
         if (awaited_ || discards_ > 0)
             return finish(websocket::close_code::protocol_error, "binary frames were announced, and a text came");
-        std::string id;
-        ApiExpected<Envelope> envelope = readEnvelope(text, id);
-        if (!envelope) return say(errorText(id, envelope.error()), {});
+        if (text.size() <= kMostAtOnce) return onEnvelope(readEnvelope(text));
+        readsBeside_ = true;
+        const auto readIt = [weak = Weak(shared_from_this()), text = std::move(text)](const Ticket& ticket) {
+            const std::shared_ptr<SocketSession> alive = weak.lock();
+            if (!alive || alive->closed_) return;
+            alive->context_.beside.run([text] { return readEnvelope(text); },
+                                       [weak, ticket](SaidEnvelope said) {
+                                           const std::shared_ptr<SocketSession> self = weak.lock();
+                                           if (!self || self->closed_) return;
+                                           self->readsBeside_ = false;
+                                           if (said.envelope)
+                                               said.envelope->fields = keptWith(ticket, said.envelope->fields);
+                                           self->onEnvelope(std::move(said));
+                                           self->read();
+                                       });
+        };
+        context_.lanes.enter(kLargeTexts, readIt);
+    }
+    void onEnvelope(SaidEnvelope said) {
+        ApiExpected<Envelope>& envelope = said.envelope;
+        if (!envelope) return say(errorText(said.id, envelope.error()), {});
         tooMany_ = !rate_.take(std::chrono::steady_clock::now());
         // What nobody will look at is not kept until it is whole.
         if (envelope->binaries > 0) {
             const RequestInfo* const known = requestOf(envelope->request);
             if (!known || role_ < known->role) discards_ = std::exchange(envelope->binaries, 0);
             if (known && role_ < known->role)
-                return say(errorText(id, {ErrorCode::kRefused, roleRefusal(*known, role_).message}), {});
+                return say(errorText(said.id, {ErrorCode::kRefused, roleRefusal(*known, role_).message}), {});
         }
         awaited_ = std::move(*envelope);
         binaries_.clear();
@@ -224,7 +245,16 @@ private:
                       });
         };
         // Names that are none are refused at once, and not kept.
-        context_.lanes.enter(requestOf(envelope.request) ? envelope.request : std::string(), ask);
+        waitingAsks_.push_back({ask, requestOf(envelope.request) ? envelope.request : std::string()});
+        askNext();
+    }
+    /// Of what is answered faster than it is taken the rest is asked for later.
+    void askNext() {
+        while (!waitingAsks_.empty() && unsent_ <= context_.limits.maxHeldBytes && !closed_) {
+            const WaitingAsk next = std::move(waitingAsks_.front());
+            waitingAsks_.pop_front();
+            context_.lanes.enter(next.lane, next.ask);
+        }
     }
     void answered(const std::string& id, const ApiExpected<ByteSlice>& answer, const Ticket& ticket) {
         if (answer && answer->size() > kMostAtOnce) return answerBeside(id, *answer, ticket);
@@ -236,7 +266,7 @@ private:
     }
     /// What is said after it waits behind it, as it came.
     void answerBeside(const std::string& id, const ByteSlice& answer, const Ticket& ticket) {
-        if (!mayEnqueue()) return;
+        if (closing_) return;
         const Unsent::iterator place = unsentFrames_.insert(unsentFrames_.end(), Frame{.isMade = false});
         context_.beside.run([id, answer] { return sayAnswer(id, answer); },
                             [weak = Weak(shared_from_this()), place, ticket](SaidAnswer said) {
@@ -266,24 +296,27 @@ private:
         ByteSlice binary = {};
         bool isText = true;
         bool isMade = true;  ///< false: nothing behind it is written before it
+        bool isNews = false;
         [[nodiscard]] std::size_t size() const { return isText ? text.size() : binary.size(); }
     };
     using Unsent = std::list<Frame>;
-    void say(std::string text, Binaries binaries) {
-        if (!mayEnqueue()) return;
-        fill(unsentFrames_.insert(unsentFrames_.end(), Frame{}), {std::move(text), std::move(binaries)});
+    void say(std::string text, Binaries binaries, bool isNews = false) {
+        if (!closing_)
+            fill(unsentFrames_.insert(unsentFrames_.end(), Frame{.isNews = isNews}),
+                 {std::move(text), std::move(binaries)});
     }
-    bool mayEnqueue() {
-        if (closing_) return false;
-        if (unsent_ <= context_.limits.maxUnsentBytes) return true;
-        leave();  // it does not read: what it would be told would wait as well
-        return false;
+    /// What nobody has asked for comes however slowly it is read.
+    void sayNews(std::string text, Binaries binaries) {
+        if (unsentNews_ > context_.limits.maxUnsentBytes) return leave();
+        say(std::move(text), std::move(binaries), true);
     }
     /// Of a socket that is closed, `place` is none any more.
     void fill(Unsent::iterator place, SaidAnswer said) {
         if (closed_) return;
+        if (unsent_ == 0) tookAt_ = std::chrono::steady_clock::now();
         unsent_ += said.size();
         hold(said.size());
+        if (place->isNews) unsentNews_ += said.size();
         place->text = std::move(said.text);
         if (!std::exchange(place->isMade, true)) {
             letGo(kAnswerBytes);
@@ -291,7 +324,7 @@ private:
         }
         const Unsent::iterator next = std::next(place);
         for (ByteSlice& binary : said.binaries)
-            unsentFrames_.insert(next, {.binary = std::move(binary), .isText = false});
+            unsentFrames_.insert(next, {.binary = std::move(binary), .isText = false, .isNews = place->isNews});
         write();
         context_.relieve();
     }
@@ -307,7 +340,6 @@ private:
     void write() {
         if (writing_ || unsentFrames_.empty() || !unsentFrames_.front().isMade) return;
         writing_ = true;
-        writesSince_ = std::chrono::steady_clock::now();
         const Frame& frame = unsentFrames_.front();
         stream_.text(frame.isText);
         const auto done = [self = shared_from_this()](beast::error_code error, std::size_t) { self->onWritten(error); };
@@ -319,9 +351,12 @@ private:
     void onWritten(beast::error_code error) {
         writing_ = false;
         if (error) return leave();
-        unsent_ -= unsentFrames_.front().size();
-        letGo(unsentFrames_.front().size());
+        const std::size_t bytes = unsentFrames_.front().size();
+        unsent_ -= bytes;
+        if (unsentFrames_.front().isNews) unsentNews_ -= bytes;
+        letGo(bytes);
         unsentFrames_.pop_front();
+        askNext();
         if (!unsentFrames_.empty()) return write();
         if (closing_) return close();
         read();
@@ -343,9 +378,16 @@ private:
     }
 
 public:
-    [[nodiscard]] std::size_t stalled(TimePoint now) const override {
-        const TimePoint took = std::max(writesSince_, beast::get_lowest_layer(stream_).rate_policy().took);
-        return writing_ && !closed_ && took + context_.limits.stalledAfter < now ? unsent_ : 0;
+    [[nodiscard]] std::size_t stalled(TimePoint now) override {
+        if (!writing_ || closed_) return 0;
+        auto& lowest = beast::get_lowest_layer(stream_);
+        // Of what the kernel has it asks for more only once it is rid of a good part.
+        int unacknowledged = 0;
+        (void)::ioctl(lowest.socket().native_handle(), SIOCOUTQ, &unacknowledged);
+        const std::uint64_t took = lowest.rate_policy().written - static_cast<std::uint64_t>(unacknowledged);
+        if (took != took_) tookAt_ = now;
+        took_ = took;
+        return tookAt_ + context_.limits.stalledAfter < now ? unsent_ : 0;
     }
     void leave() override {
         const std::shared_ptr<SocketSession> self = std::move(alive_);
@@ -374,17 +416,24 @@ private:
     std::shared_ptr<SocketSession> alive_;
 
     beast::flat_buffer buffer_;
-    bool reading_ = false, tooMany_ = false;
+    bool reading_ = false, readsBeside_ = false, tooMany_ = false;
     std::optional<Envelope> awaited_;  ///< its binaries are on their way
     std::vector<ByteSlice> binaries_;
     std::size_t binariesBytes_ = 0, discards_ = 0;
+    struct WaitingAsk {
+        std::function<void(const Ticket&)> ask;
+        std::string lane;
+    };
+    std::deque<WaitingAsk> waitingAsks_;
     /// Bytes of `DoorContext::brought`: of the request that comes, of open ones.
     std::size_t collected_ = 0, underWay_ = 0;
 
     Unsent unsentFrames_;
     std::size_t unsent_ = 0;  ///< bytes
     std::size_t held_ = 0;    ///< `DoorLimits::maxHeldBytes`
-    TimePoint writesSince_ = {};
+    std::size_t unsentNews_ = 0;
+    std::uint64_t took_ = 0;  ///< bytes that its reader has had, when that was looked at last
+    TimePoint tookAt_ = {};   ///< when that was less, or nothing waited
     bool writing_ = false, closing_ = false, closed_ = false;
     websocket::close_reason reason_;
 };

@@ -53,8 +53,7 @@ void run(FuzzInput in) {
     const std::vector<ByteSlice> binaries{ByteSlice(Bytes(24, std::byte{1})), ByteSlice(Bytes(which, std::byte{2}))};
     if (what % 3 == 0) return head(text);
     if (what % 3 == 1) {
-        std::string id;
-        const ApiExpected<Envelope> envelope = readEnvelope(text, id);
+        const auto [envelope, id] = readEnvelope(text);
         must(parseJson(errorText(id, {ErrorCode::kFailed, "x"})).has_value(), "an answer is JSON whatever the id was");
         const Json nothing;
         if (envelope) ask(envelope->request, envelope->fields ? *envelope->fields : nothing, binaries);

@@ -1,4 +1,6 @@
 """A program in Python and a running wall: edits, arrays, what is told, and what is refused."""
+import copy
+import pickle
 import threading
 import time
 import unittest
@@ -350,6 +352,7 @@ class Refusals(OnAWall):
             lambda: wall.ask("GetStatus", timeout="x"), lambda: wall.ask("GetStatus", timeout=10 ** 400), lambda: tessera.connect(5), lambda: tessera.connect(self.live.address, name=5),
             lambda: tessera.connect(self.live.address, token_file=5), lambda: tessera.connect(self.live.address, timeout="x"), lambda: wall.nodes(memoryview(np.eye(3))),
             lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root), lambda: wall.edit().place(switch, None),
+            lambda: wall.ask("UndoStep", timeout=1j),
             lambda: wall.follow(np.arange(3)), lambda: wall.edit(undo=np.arange(3)), lambda: wall.respond(1, np.arange(3)), lambda: wall.find("/odd", np.arange(3)),
             lambda: wall.find("/odd", below=np.arange(3)), lambda: wall.create("/odd/b", np.arange(3)), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=np.arange(3)),
             lambda: wall.show(np.eye(3), color=5), lambda: wall.show(np.eye(3), scalars="abc"), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=[]),
@@ -363,7 +366,12 @@ class Refusals(OnAWall):
                 each()
             self.assertNotIn("placeholder", str(refused.exception), f"number {at}")
         self.assertEqual([child.path for child in switch.children], before)
-        wall.ask("GetObjects", names=["/odd"], paths=np.bool_(True))
+        wall.ask("GetObjects", names=["/odd"], paths=np.bool_(True), timeout=np.float32(60))
+        self.assertIs(copy.deepcopy(switch), switch)
+        self.assertIs(copy.copy(wall.nodes("/odd")).__class__, tessera.Nodes)
+        for kept in (switch, wall.nodes("/odd")):
+            with self.assertRaisesRegex(TypeError, "keep"):
+                pickle.dumps(kept)
         switch.remove()
 
     def test_what_is_refused_within_an_edit_leaves_nothing_of_itself(self):

@@ -24,11 +24,10 @@ class Subscription:
     def __init__(self, what: str, timeout: Optional[float], most: int) -> None:
         if not isinstance(most, int) or isinstance(most, bool) or most < 1:
             raise BadInput(f"most: so many wait unread, 1 or more, and not {most!r}")
-        seconds(timeout, "timeout")
         self.what = what
         self.missed = 0  #: so many went unread because `most` waited already
         self.gaps = 0  #: so often the connection broke and came back: what happened meanwhile was not told
-        self._timeout = timeout
+        self._timeout = seconds(timeout, "timeout")
         self._told: Deque[Any] = collections.deque()
         self._most = most
         self._changed = threading.Condition()
@@ -43,7 +42,7 @@ class Subscription:
 
     def get(self, timeout: Optional[float] = None) -> Any:
         """The next one. Timeout: none came; StopIteration: the wall is over, or this was closed."""
-        seconds(timeout, "timeout")
+        timeout = seconds(timeout, "timeout")
         deadline = None if timeout is None else time.monotonic() + timeout
         with self._changed:
             while not self._told:

@@ -1,7 +1,7 @@
 """Short names for annotations, and what people give as an array."""
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, Optional, TypeAlias
 
 import numpy as np
 
@@ -28,10 +28,11 @@ def whole(value: Any, most: int, what: str) -> int:
     return int(value)
 
 
-def seconds(value: Any, what: str) -> None:
+def seconds(value: Any, what: str) -> Optional[float]:
     """How long somebody waits; None: however long."""
     if value is not None and (isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value < 1e9):
         raise BadInput(f"{what}: a number of seconds below 10^9, and not {value!r}")
+    return None if value is None else float(value)
 
 
 def items_of(value: Any, where: str) -> list[Any]:

@@ -52,24 +52,23 @@ class Wall:
     def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
                  redial: float = 60.0) -> None:
         self.schema = schema()
-        for what, given in (("timeout", timeout), ("redial", redial)):
-            if given is None:
-                raise BadInput(f"{what}: a number of seconds, and not None")
-            seconds(given, what)
+        wait, patience = seconds(timeout, "timeout"), seconds(redial, "redial")
+        if wait is None or patience is None:
+            raise BadInput("timeout, redial: numbers of seconds, and not None")
+        self.timeout: float = wait
         utf8(name, "name")
         for what, said in (("address", address), ("token_file", token_file)):
             if said is not None and not isinstance(said, (str, os.PathLike)):
                 raise BadInput(f"{what}: {said!r} is no text")
         way = _way_to(_door.address_of(address), token_file)
         self.address = way.address
-        self.timeout = timeout
         self.name = name
         self._local = threading.local()
         self._subscriptions = Subscriptions(self)
         self._keeps: dict[int, bool] = {}
         self._taken: dict[bytes, None] = {}  # arrays that the server has had from here, the oldest first
         self._shown = Shown()
-        self._link = Link(self.schema, way, name=name, timeout=timeout, redial=redial, follows=False,
+        self._link = Link(self.schema, way, name=name, timeout=self.timeout, redial=patience, follows=False,
                           on_message=self._subscriptions.told, on_back=self._subscriptions.back,
                           on_end=self._subscriptions.ended)
         self._fetcher = Fetcher(self._link)
@@ -312,7 +311,7 @@ class Wall:
         return self._send(encode(self.schema.request(request), members), (), timeout, since)
 
     def _send(self, body: _wire.Chain, uploads: Sequence[_wire.Chain], timeout: Optional[float], since: Optional[int]) -> Told:
-        seconds(timeout, "timeout")
+        timeout = seconds(timeout, "timeout")
         while True:
             try:
                 return self._told(self._link.answer(self._link.request(body, uploads, timeout, since), timeout))

@@ -12,12 +12,12 @@ from typing import Any, AsyncIterator, Callable, Optional, TypeVar
 
 import numpy as np
 
-from ._types import Array
+from ._types import Array, seconds
 from ._described import Told, encode
 from ._subscription import Subscription
 from ._wall import Wall as _Wall
-from .errors import Timeout
-from .objects import Node, Nodes
+from .errors import BadInput, Timeout
+from .objects import Node, Nodes, Object
 
 T = TypeVar("T")
 
@@ -36,7 +36,8 @@ class Wall:
     async def ask(self, request: str, *, timeout: Optional[float] = None, **members: Any) -> Told:
         wall = self.wall
         body = encode(wall.schema.request(request), members)
-        wait = wall.timeout if timeout is None else timeout
+        said = seconds(timeout, "timeout")
+        wait = wall.timeout if said is None else said
         # Where the link is broken, sending waits for its return.
         future = wall._link.request(body) if wall.connected else await self.run(wall._link.request, body)
         try:
@@ -61,11 +62,15 @@ class Wall:
         """Of a path, a node or many nodes."""
         def assign() -> Optional[Told]:
             found = self.wall[target] if isinstance(target, str) else target
+            if not isinstance(found, (Object, Nodes)):
+                raise BadInput(f"{target!r} is neither a path nor an object nor nodes")
             result: Optional[Told] = found.set(**fields)
             return result
         return await self.run(assign)
 
     async def get(self, path: str, field: str) -> Any:
+        if not isinstance(field, str):
+            raise BadInput(f"{field!r} is no name of a field")
         return await self.run(lambda: getattr(self.wall[path], field))
 
     async def fields(self, path: str) -> dict[str, Any]:

@@ -57,6 +57,16 @@ class Object:
     def __repr__(self) -> str:
         return f"<{self._type.name} #{self._id}>"
 
+    def __copy__(self) -> "Object":
+        """The same: what it stands for is on the wall."""
+        return self
+
+    def __deepcopy__(self, memo: Any) -> "Object":
+        return self
+
+    def __reduce__(self) -> str:
+        raise TypeError(f"{self!r} belongs to its connection; keep its path or number")
+
     def __dir__(self) -> list[str]:
         return [*object.__dir__(self), *self._type.fields]
 
@@ -248,6 +258,15 @@ class Nodes:
 
     def __iter__(self) -> Iterator[Node]:
         return iter(self._wall._nodes([f"#{number}" for number in self.ids.tolist()], self._generation))
+
+    def __copy__(self) -> "Nodes":
+        return self
+
+    def __deepcopy__(self, memo: Any) -> "Nodes":
+        return self
+
+    def __reduce__(self) -> str:
+        raise TypeError(f"{self!r} belong to their connection; keep paths or numbers")
 
     def __repr__(self) -> str:
         return f"<{len(self)} nodes ({self._type.name if self._type else 'no core'})>"

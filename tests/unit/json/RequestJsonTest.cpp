@@ -165,6 +165,16 @@ TEST(ParseJson, RefusesWhatIsNoJsonInWords) {
         EXPECT_NE(twice.error().message.find("\"node\" is said twice"), std::string::npos) << twice.error().message;
     }
     EXPECT_TRUE(parseJson(R"([{"node":1},{"node":2,"in":{"node":3}}])"));
+    // Minutes, if an element took longer the more there are.
+    std::string many = "[{}";
+    for (int i = 0; i < 1'000'000; ++i) many += ",{}";
+    EXPECT_EQ(parseJson(many + "]")->size(), 1'000'001u);
+    std::string members = "{\"0\":0";
+    for (std::size_t i = 1; i < kMaxJsonMembers; ++i) members += fmt::format(",\"{}\":0", i);
+    EXPECT_TRUE(parseJson(members + "}"));
+    const ApiExpected<Json> tooMany = parseJson(members + ",\"x\":0}");
+    ASSERT_FALSE(tooMany);
+    EXPECT_EQ(tooMany.error().code, ErrorCode::kLimit);
     EXPECT_TRUE(parseJson(std::string(kMaxJsonDepth, '[') + std::string(kMaxJsonDepth, ']')));
     EXPECT_FALSE(parseJson(std::string(kMaxJsonDepth + 1, '[') + std::string(kMaxJsonDepth + 1, ']')));
     // Brackets in a text are none.
