@@ -111,8 +111,16 @@ private:
 /// once in all.
 class NodeFinder {
 public:
-    explicit NodeFinder(const Aspect& aspect) : aspect_(aspect) {}
+    /// `maxLooks`: of nodes, in all.
+    explicit NodeFinder(const Aspect& aspect, std::size_t maxLooks = ~std::size_t{0})
+        : aspect_(aspect), looks_(maxLooks) {}
     [[nodiscard]] Expected<ObjectId> find(std::string_view path);
+    /// Counts what somebody else looks at, too. False: that would be too much.
+    bool look(std::size_t nodes);
+    /// The nodes above this one; with `siblings` all that `pathsOf` looks at for it.
+    bool lookAbove(ObjectId node, bool siblings);
+    /// Too much was to be looked at: what was found last does not count.
+    [[nodiscard]] bool exhausted() const { return exhausted_; }
 
 private:
     struct Children {
@@ -121,6 +129,8 @@ private:
     };
     const Aspect& aspect_;
     std::unordered_map<ObjectId, Children> known_;
+    std::size_t looks_;  ///< that are left
+    bool exhausted_ = false;
 };
 /// The path of a node for people.
 [[nodiscard]] std::string pathOf(const Aspect& aspect, ObjectId node);

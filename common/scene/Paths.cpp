@@ -99,9 +99,10 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
 
 namespace {
 
-/// findChild(parent's id, parent, step): no id where there is none.
-template <typename FindChild>
-Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindChild& findChild) {
+/// findChild(parent's id, parent, step): no id where there is none. inWords(id): a node for people.
+template <typename FindChild, typename InWords>
+Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindChild& findChild,
+                        const InWords& inWords) {
     if (path.starts_with('#')) return findById(aspect, path);
     if (path.empty())
         return fail(ErrorCode::kNotFound,
@@ -119,7 +120,7 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
         if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
         if (!child)
             return fail(ErrorCode::kNotFound, fmt::format("node \"{}\": there is no \"{}\" below {}; {}", path, text,
-                                                          at == kRootNode ? "the root" : pathOf(aspect, at),
+                                                          at == kRootNode ? "the root" : inWords(at),
                                                           childrenInWords(aspect, parent)));
         at = child;
         rest.remove_prefix(std::min(slash + 1, rest.size()));
@@ -130,15 +131,35 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
 }  // namespace
 
 Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
-    return walk(aspect, path,
-                [&](ObjectId, const Node& parent, const Step& step) { return findChild(aspect, parent, step); });
+    return walk(
+        aspect, path,
+        [&](ObjectId, const Node& parent, const Step& step) { return findChild(aspect, parent, step); },
+        [&](ObjectId at) { return pathOf(aspect, at); });
+}
+
+bool NodeFinder::look(std::size_t nodes) {
+    exhausted_ = exhausted_ || nodes > looks_;
+    looks_ -= std::min(nodes, looks_);
+    return !exhausted_;
+}
+
+bool NodeFinder::lookAbove(ObjectId node, bool siblings) {
+    for (const Node* at = aspect_.get<Node>(node); at && at->parent && !exhausted_;) {
+        at = aspect_.get<Node>(at->parent);
+        look(1 + (siblings ? at->children.size() : 0));
+    }
+    return !exhausted_;
 }
 
 Expected<ObjectId> NodeFinder::find(std::string_view path) {
-    return walk(aspect_, path, [&](ObjectId id, const Node& parent, const Step& step) -> ObjectId {
+    const auto inWords = [&](ObjectId at) {
+        return look(kLookedAtForMessages) && lookAbove(at, true) ? pathOf(aspect_, at) : fmt::format("#{}", at.value);
+    };
+    const auto findStep = [&](ObjectId id, const Node& parent, const Step& step) -> ObjectId {
         const auto [at, isNew] = known_.try_emplace(id);
-        if (isNew) return findChild(aspect_, parent, step);
         Children& children = at->second;
+        if (!look(children.listed ? 1 : 1 + parent.children.size())) return {};
+        if (isNew) return findChild(aspect_, parent, step);
         if (!children.listed) {
             SiblingNames names(aspect_);
             for (const ObjectId child : parent.children) children.byName[names.of(child)].push_back(child);
@@ -147,7 +168,8 @@ Expected<ObjectId> NodeFinder::find(std::string_view path) {
         const auto found = children.byName.find(step.name);
         return found != children.byName.end() && step.index < found->second.size() ? found->second[step.index]
                                                                                    : ObjectId();
-    });
+    };
+    return walk(aspect_, path, findStep, inWords);
 }
 
 namespace {

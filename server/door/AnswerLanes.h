@@ -5,17 +5,20 @@
 #include <boost/asio/post.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace tessera {
 
 /// What an answer takes is known once it is there: of each name it is remembered. Until a first answer has come, and
-/// where one was large, the next ones of that name wait for those before them; of many sockets that ask for tens of
-/// megabytes each, all would lie here at once.
+/// where one was large, the next ones of that name wait; of many sockets that ask for tens of megabytes each, all would
+/// lie here at once. Of those who wait the one goes first who has had the fewest bytes: start-time fair queueing
+/// (Goyal, Vin, Cheng, SIGCOMM 1996), so that who asks for little waits for one answer, however much others ask for.
 class AnswerLanes {
 public:
     static constexpr std::size_t kLarge = std::size_t{1} << 20, kAtOnce = 2;
@@ -25,7 +28,8 @@ public:
     /// Held as long as the request is open.
     class Ticket {
     public:
-        Ticket(AnswerLanes& lanes, std::string name) : lanes_(lanes), name_(std::move(name)) {
+        Ticket(AnswerLanes& lanes, std::string name, const void* who)
+            : lanes_(lanes), name_(std::move(name)), who_(who) {
             ++lanes_.lanes_[name_].open;
         }
         ~Ticket() { lanes_.left(name_); }
@@ -35,30 +39,54 @@ public:
             Lane& lane = lanes_.lanes_[name_];
             lane.most = std::max(bytes, lane.most - lane.most / 8);  // after some small ones it is wide again
             lane.answered = true;
+            if (const auto known = lane.clients.find(who_); known != lane.clients.end()) known->second.had += bytes;
         }
 
     private:
         AnswerLanes& lanes_;
         const std::string name_;
+        const void* const who_;
     };
 
+    using Ask = std::function<void(std::shared_ptr<const Ticket>)>;
     /// Calls `ask` now, or later: with what has to live until the answer is there.
-    void enter(const std::string& name, std::function<void(std::shared_ptr<const Ticket>)> ask) {
+    void enter(const void* who, const std::string& name, Ask ask) {
         Lane& lane = lanes_[name];
-        if (lane.narrow() && lane.open >= kAtOnce) return lane.waiting.push_back(std::move(ask));
-        ask(std::make_shared<const Ticket>(*this, name));
+        if (lane.narrow()) {
+            Client& client = lane.clients[who];
+            if (client.waiting.empty()) client.had = std::max(client.had, lane.now);
+            if (lane.open >= kAtOnce) return client.waiting.push_back(std::move(ask));
+        }
+        ask(std::make_shared<const Ticket>(*this, name, who));
+    }
+    /// What waits of this one is forgotten.
+    void leave(const void* who) {
+        for (auto& [name, lane] : lanes_) lane.clients.erase(who);
     }
     /// Nobody is called any more.
     void close() {
         closed_ = true;
-        for (auto& [name, lane] : lanes_) lane.waiting.clear();
+        for (auto& [name, lane] : lanes_) lane.clients.clear();
     }
 
 private:
+    struct Client {
+        std::uint64_t had = 0;  ///< bytes of answers, and what others had before it came
+        std::deque<Ask> waiting = {};
+    };
     struct Lane {
         std::size_t open = 0, most = 0;
         bool answered = false;
-        std::deque<std::function<void(std::shared_ptr<const Ticket>)>> waiting = {};
+        std::uint64_t now = 0;  ///< what the one who went last had had
+        std::map<const void*, Client> clients = {};
+        /// The next one's turn; null: nobody waits.
+        [[nodiscard]] std::pair<const void* const, Client>* next() {
+            std::pair<const void* const, Client>* least = nullptr;
+            for (auto& client : clients)
+                if (!client.second.waiting.empty() && (!least || client.second.had < least->second.had))
+                    least = &client;
+            return least;
+        }
         [[nodiscard]] bool narrow() const { return !answered || most > kLarge; }
     };
     void left(const std::string& name) {
@@ -67,10 +95,13 @@ private:
         // Not from here: one that is refused at once would let go of the next from within.
         boost::asio::post(io_, [this, name] {
             Lane& lane = lanes_[name];
-            while (!closed_ && !lane.waiting.empty() && (!lane.narrow() || lane.open < kAtOnce)) {
-                const auto ask = std::move(lane.waiting.front());
-                lane.waiting.pop_front();
-                ask(std::make_shared<const Ticket>(*this, name));
+            while (!closed_ && (!lane.narrow() || lane.open < kAtOnce)) {
+                auto* const next = lane.next();
+                if (!next) return;
+                const Ask ask = std::move(next->second.waiting.front());
+                next->second.waiting.pop_front();
+                lane.now = std::max(lane.now, next->second.had++);
+                ask(std::make_shared<const Ticket>(*this, name, next->first));
             }
         });
     }

@@ -90,7 +90,8 @@ HttpAnswer apiPage(const std::string& wall) {
         "<code>?token=</code>. Objects are said by their numbers, or by text: <code>/hall/crane</code>, "
         "<code>#17</code>. Arrays and pictures are binary frames behind a text that counts them: "
         "<code>\"binaries\":2</code>, and <code>{\"binary\":0}</code> where the first belongs. A socket that is "
-        "opened with <code>changes=1</code> is told each list of changes.</p>\n";
+        "opened with <code>changes=1</code> is told each list of changes. An answer says in <code>sequence</code> "
+        "as of which list it is: later ones may have been told before it.</p>\n";
     for (const RequestText& request : allRequests())
         body += fmt::format(
             "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>{7}.</p>\n{5}"

@@ -145,7 +145,7 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
         self.askWith(keptWith(std::move(ticket), std::make_shared<const Json>(std::move(*json))), name, answer);
     };
     if (body.size() <= kMostAtOnce) return read(parseJson(body), nullptr);
-    context_.lanes.enter(kLargeTexts, [body, read, &beside = context_.beside](
+    context_.lanes.enter(&context_, kLargeTexts, [body, read, &beside = context_.beside](
                                           const std::shared_ptr<const AnswerLanes::Ticket>& ticket) {
         beside.run([body] { return parseJson(body); },
                    [read, ticket](ApiExpected<Json> json) mutable { read(std::move(json), ticket); });

@@ -71,6 +71,7 @@ public:
     }
     ~SocketSession() override {
         --context_.sockets;
+        context_.lanes.leave(this);
         context_.held -= held_;
         context_.brought -= collected_ + underWay_;
         if (link_) link_->close();
@@ -192,7 +193,7 @@ private:
                                            self->read();
                                        });
         };
-        context_.lanes.enter(kLargeTexts, readIt);
+        context_.lanes.enter(this, kLargeTexts, readIt);
     }
     void onEnvelope(SaidEnvelope said) {
         ApiExpected<Envelope>& envelope = said.envelope;
@@ -253,7 +254,7 @@ private:
         while (!waitingAsks_.empty() && unsent_ <= context_.limits.maxHeldBytes && !closed_) {
             const WaitingAsk next = std::move(waitingAsks_.front());
             waitingAsks_.pop_front();
-            context_.lanes.enter(next.lane, next.ask);
+            context_.lanes.enter(this, next.lane, next.ask);
         }
     }
     void answered(const std::string& id, const ApiExpected<ByteSlice>& answer, const Ticket& ticket) {

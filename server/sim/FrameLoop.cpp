@@ -24,10 +24,9 @@
 
 namespace tessera {
 
-/// How far the scene reached at a list, found beside the frames. Named for the same reason.
-struct SceneSurveyed {
-    Box bounds;
-    Sequence at;
+/// Something was worked out beside the frames. Named for the same reason.
+struct BesideDone {
+    WorkedOut then;
 };
 
 /// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
@@ -39,7 +38,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 using Event =
-    std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, SceneSurveyed, JournalProgress, UploadFinished>;
+    std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, BesideDone, JournalProgress, UploadFinished>;
 using Inbox = FairQueue<Event>;
 
 constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
@@ -49,12 +48,6 @@ constexpr Duration kLongestInARow = 500us;
 constexpr Duration kLongestWait = 100ms;
 constexpr Duration kFarewell = 5s;
 constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen keep nobody waiting
-
-std::string join(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
 
 }  // namespace
 
@@ -72,6 +65,10 @@ struct FrameLoop::Impl {
     Expected<void> end();
     void sayGoodbye();
 
+    /// Of any thread but the network's.
+    void deliver(Event event) {
+        if (inbox.push(kOurselves, std::move(event))) peers.wake();
+    }
     void await(TimePoint until);
     [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
     void lookAtTheClock(TimePoint now);
@@ -80,7 +77,8 @@ struct FrameLoop::Impl {
     Expected<void> take(Preparation made);
     Expected<void> take(SnapshotMade made);
     Expected<void> take(const StateCompared& found);
-    Expected<void> take(const SceneSurveyed& survey);
+    Expected<void> take(const BesideDone& done);
+    void lookBeside(DeskSurroundings::Look look);
     void orderSurvey();
     Expected<void> take(UploadFinished finished);
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
@@ -139,6 +137,7 @@ struct FrameLoop::Impl {
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
+    Workbench workbench;
     Uploads uploads;
     Snapshots snapshots;
     MarkArrays marks;
@@ -167,7 +166,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 .view = view,
                 .takesInput = options.takesInput,
                 .drags = &drags}),
-      report(options.wall, join(options.scenes)),
+      report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
       tracking(options.wall),
       trackers(options.wall.tracking, log),
       poses(tracking.poses(FrameNumber(0), View())),
@@ -191,16 +190,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 inbox.push(link.value, std::move(event));
             }),
       loader(importOptions(), files,
-             [this](Preparation made) {
-                 if (inbox.push(kOurselves, std::move(made))) peers.wake();
-             }),
-      uploads([this](UploadFinished finished) {
-          if (inbox.push(kOurselves, std::move(finished))) peers.wake();
-      }),
-      snapshots(peers.session(), blobs,
-                [this](SnapshotMade made) {
-                    if (inbox.push(kOurselves, std::move(made))) peers.wake();
-                }),
+             [this](Preparation made) { deliver(std::move(made)); }),
+      workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
+      uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
+      snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
       marks(blobs, peers.session()),
       desk({.wall = options.wall,
             .blobs = blobs,
@@ -230,11 +223,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .orderSurvey = [this] { orderSurvey(); },
             .orderCopy =
                 [this](Preparation order) {
-                    snapshots.look(simulation.sequence(), [this, order = std::move(order)](const Aspect* scene) {
-                        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
-                        if (inbox.push(kOurselves, makeCopy(*scene, order))) peers.wake();
+                    lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
+                        const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
+                        return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
                     });
                 },
+            .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
+            .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
             .budget = &actors.budget}),
       actions({.peers = peers,
                .pacing = pacing,
@@ -260,7 +255,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                    },
                .deliver =
                    [this](StateCompared found) {
-                       if (inbox.push(kOurselves, std::move(found))) peers.wake();
+                       deliver(std::move(found));
                    }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
     simulation.actWith(actors);
@@ -270,7 +265,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
     if (options.journalPath.empty()) return Journal::Opened();
     return Journal::open({.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log, [this] {
-        if (inbox.push(kOurselves, JournalProgress{})) peers.wake();
+        deliver(JournalProgress{});
     });
 }
 
@@ -444,7 +439,7 @@ Expected<void> FrameLoop::Impl::end() {
         return fail(ErrorCode::kFailed,
                     stopping          ? "stopped before a frame was shown"
                     : missing.empty() ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
-                                      : fmt::format("no frame was shown; hosts that never came: {}", join(missing)));
+                                      : fmt::format("no frame was shown; hosts that never came: {}", fmt::join(missing, ", ")));
     }
     return {};
 }
@@ -485,17 +480,25 @@ Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
 /// One serves all who wait: whoever asked after it began orders another one.
 void FrameLoop::Impl::orderSurvey() {
     if (std::exchange(surveying, true)) return;
-    snapshots.look(simulation.sequence(), [this, at = simulation.sequence()](const Aspect* scene) {
-        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
-        if (inbox.push(kOurselves, SceneSurveyed{animatedBounds(*scene).box, at})) peers.wake();
+    lookBeside([this, at = simulation.sequence()](const Aspect& scene) -> WorkedOut {
+        return [this, at, bounds = animatedBounds(scene).box](TimePoint) {
+            surveying = false;
+            view.surveyed(bounds, at);
+            ServerActions told = desk.surveyed(bounds, at);
+            return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
+        };
     });
 }
 
-Expected<void> FrameLoop::Impl::take(const SceneSurveyed& survey) {
-    surveying = false;
-    view.surveyed(survey.bounds, survey.at);
-    ServerActions told = desk.surveyed(survey.bounds, survey.at);
-    actions.carryOut(journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : std::move(told));
+void FrameLoop::Impl::lookBeside(DeskSurroundings::Look look) {
+    snapshots.look(simulation.sequence(), [this, look = std::move(look)](const Aspect* scene) {
+        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
+        deliver(BesideDone{look(*scene)});
+    });
+}
+
+Expected<void> FrameLoop::Impl::take(const BesideDone& done) {
+    actions.carryOut(done.then(Clock::now()));
     return {};
 }
 
@@ -530,7 +533,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     const FrameNumber number = peers.session().nextFrame();
     if (pacing.framesReleased() == 0)
         if (const std::vector<std::string> missing = peers.session().missing(); !missing.empty())
-            log.warning(fmt::format("starting without: {}", join(missing)));
+            log.warning(fmt::format("starting without: {}", fmt::join(missing, ", ")));
     FrameResult made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
     poses = tracking.poses(number, maker.view());
     steering.wands(poses.wands);

@@ -3,7 +3,7 @@
 /// for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away; many parts are moved and
 /// undone; the view is set back; much is copied; an application sends large arrays.
 ///
-///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads,edits] [--wide] [--quick]
+///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,questions,uploads,edits] [--wide] [--quick]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -161,7 +161,7 @@ void loadRows(SceneTable& table, const std::string& file, std::uint64_t nodes, d
 }
 
 int bench(const std::vector<std::string>& arguments) {
-    std::string json, rows = "load,lies,undo,reset,copies,uploads,edits";
+    std::string json, rows = "load,lies,undo,reset,copies,questions,uploads,edits";
     std::uint64_t nodes = 1'000'000;
     bool quick = false, wide = false;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -176,7 +176,7 @@ int bench(const std::vector<std::string>& arguments) {
         } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
             nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
         } else {
-            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,uploads,edits] [--wide] [--quick]\n", stderr);
+            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,questions,uploads,edits] [--wide] [--quick]\n", stderr);
             return 2;
         }
     }

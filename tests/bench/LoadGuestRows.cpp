@@ -292,6 +292,53 @@ void copyRows(SceneTable& table, const std::string& folder, bool quick) {
     addWorst(table, "40,000 nodes are copied deep, again and again", span, 50);
 }
 
+/// Whoever only looks: names among very many siblings, and what is nearest on a ray through geometry that nobody has asked about.
+void questionRows(SceneTable& table, const std::string& folder, bool quick) {
+    constexpr int kSiblings = 300'000;
+    FileMaker make;
+    const ObjectId hall = make.node("hall", kRootNode);
+    for (int i = 0; i < kSiblings; ++i) make.node(fmt::format("n{}", i), hall);
+    make.save(folder + "/crowd.tsc");
+    const Duration length = quick ? 3s : 10s;
+    int asked = 0;
+    const auto names = framesWhile(table, folder + "/crowd.tsc", [&](Application& application, const Wall4&) {
+        std::vector<std::string> paths;
+        for (int i = 0; i < 256; ++i) paths.push_back(fmt::format("/hall/n{}", kSiblings - 1 - 37 * i));
+        bool good = true;
+        for (const Instant until = Clock::now() + length; good && Clock::now() < until; ++asked) good = application.describe(paths).has_value();
+        return good;
+    });
+    addWorst(table, fmt::format("256 paths among {} siblings are asked for without a pause", kSiblings), names, 20, fmt::format("; asked {} times", asked));
+
+    constexpr int kSide = 500, kWalls = 4;
+    FileMaker walls;
+    for (int wall = 0; wall < kWalls; ++wall) {
+        std::vector<float> places;
+        std::vector<std::uint32_t> corners;
+        for (int y = 0; y <= kSide; ++y)
+            for (int x = 0; x <= kSide; ++x) {
+                for (const int v : {x, y, wall}) places.push_back(static_cast<float>(v));
+                const auto at = static_cast<std::uint32_t>(y * (kSide + 1) + x);
+                if (x < kSide && y < kSide)
+                    for (const std::uint32_t c : {0u, 1u, kSide + 1u, 1u, kSide + 2u, kSide + 1u}) corners.push_back(at + c);
+            }
+        const ObjectId shape = walls.create<Geometry>();
+        setField<&Geometry::positions>(walls.list, shape, Blob::of(std::span<const float>(places)));
+        setField<&Geometry::indices>(walls.list, shape, Blob::of(std::span<const std::uint32_t>(corners)));
+        walls.node("wall", walls.node("place", kRootNode, walls.transform(Vec3d(1000 * wall, 0, 0))), shape);
+    }
+    walls.save(folder + "/walls.tsc");
+    const auto picks = framesWhile(table, folder + "/walls.tsc", [&](Application& application, const Wall4&) {
+        bool good = true;
+        for (int wall = 0; good && wall < kWalls; ++wall) {
+            const auto hit = application.pick(Aim{.ray = Ray{Vec3d(1000 * wall + 20.3, 30.2, 100), -Vec3d::UnitZ()}});
+            good = hit && hit->hit;
+        }
+        return good;
+    });
+    addWorst(table, fmt::format("{} meshes of {} triangles are picked for the first time", kWalls, 2 * kSide * kSide), picks, 20);
+}
+
 }  // namespace
 
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick) {
@@ -301,6 +348,7 @@ void guestRows(SceneTable& table, const std::string& forest, const std::string& 
     if (wanted("undo")) undoRows(table, folder, quick);
     if (wanted("reset")) resetRows(table, folder, quick);
     if (wanted("copies")) copyRows(table, folder, quick);
+    if (wanted("questions")) questionRows(table, folder, quick);
 }
 
 }  // namespace tessera::bench

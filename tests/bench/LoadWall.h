@@ -124,7 +124,7 @@ struct FrameSpan {
     return ("," + names + ",").find("," + name + ",") != std::string::npos;
 }
 
-/// What frames of a wall take while its guests ask for much, in groups: lies, undo, reset, copies.
+/// What frames of a wall take while its guests ask for much, in groups: lies, undo, reset, copies, questions.
 void guestRows(SceneTable& table, const std::string& forest, const std::string& rows, bool quick);
 /// And while an application sends large arrays.
 void uploadRows(SceneTable& table, bool quick);

@@ -171,6 +171,34 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
     return shapes_[key] = std::move(made);
 }
 
+bool ShapeCache::isMade(const MeshArrays& arrays) const {
+    if (!resident(arrays)) return true;  // nothing is made of it
+    const auto known = shapes_.find(plainKey(arrays));
+    return known != shapes_.end() && (!known->second || known->second->hasTree());
+}
+
+UnmadeShape ShapeCache::unmade(const MeshArrays& arrays) const {
+    const auto known = shapes_.find(plainKey(arrays));
+    return {arrays, known == shapes_.end() ? nullptr : known->second};
+}
+
+std::size_t UnmadeShape::faceCount() const {
+    constexpr std::size_t kOfAPoint = 8;
+    return arrays.primitive == Primitive::kPoints ? kOfAPoint * (arrays.positions.sizeBytes() / (3 * sizeof(float)))
+                                                  : arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+}
+
+std::shared_ptr<const CollisionShape> ShapeCache::make(const UnmadeShape& unmade) {
+    ShapeCache own;
+    std::shared_ptr<const CollisionShape> shape = unmade.shape ? unmade.shape : own.shape(unmade.arrays);
+    if (shape) (void)shape->tree();
+    return shape;
+}
+
+void ShapeCache::put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
+    shapes_.try_emplace(plainKey(unmade.arrays), std::move(made));
+}
+
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;

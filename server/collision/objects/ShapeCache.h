@@ -27,6 +27,13 @@ inline constexpr std::size_t kMostFreeformFaces = std::size_t{1} << 17;
 /// The smooth surface that a drawable's triangles are of. Nothing where there is none, or it is too large.
 [[nodiscard]] std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable);
 
+/// What is to be made elsewhere, of triangles or points.
+struct UnmadeShape {
+    MeshArrays arrays;
+    std::shared_ptr<const CollisionShape> shape;  ///< to which only its tree is missing; null: none is there
+    [[nodiscard]] std::size_t faceCount() const;  ///< about
+};
+
 /// Not thread-safe; the shapes it hands out may be read by any thread.
 class ShapeCache {
 public:
@@ -38,6 +45,13 @@ public:
     /// `drawable`: whose arrays these are, for who wants the smooth surface that they are of.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shape(const MeshArrays& arrays, const ShapeChoice& choice = {},
                                                               const Drawable& drawable = {});
+    /// Of triangles or points: whether `shape`, and its tree, cost nothing now.
+    [[nodiscard]] bool isMade(const MeshArrays& arrays) const;
+    [[nodiscard]] UnmadeShape unmade(const MeshArrays& arrays) const;
+    /// On any thread: the shape with its tree; of what makes none, null.
+    [[nodiscard]] static std::shared_ptr<const CollisionShape> make(const UnmadeShape& unmade);
+    /// And then it is here, unless another one is by now.
+    void put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
     /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
     /// an error is allowed.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
@@ -53,6 +67,9 @@ public:
 private:
     /// Positions, indices; the radius of points; of a smooth surface what it is made of.
     using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice, Hash128>;
+    [[nodiscard]] static Key plainKey(const MeshArrays& arrays) {
+        return {arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, {}, {}};
+    }
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
     std::set<Key> uncovered_;  ///< levels that these cannot have

@@ -256,6 +256,7 @@ const TriangleTree& CollisionShape::tree(VolumeKind kind) const {
         TreeOptions options = options_;
         options.volume = kind;
         lazy.tree = std::make_unique<TriangleTree>(mesh_, options);
+        lazy.made = true;
     });
     return *lazy.tree;
 }

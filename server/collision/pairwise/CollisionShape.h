@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -146,6 +147,8 @@ public:
     /// Of the triangles, as they are now. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
     [[nodiscard]] const TriangleTree& tree(VolumeKind kind) const;
+    /// Whether `tree()` has been asked for, by any thread, and is there: of what never moves it costs nothing then.
+    [[nodiscard]] bool hasTree() const { return trees_[static_cast<std::size_t>(options_.volume)].made; }
     [[nodiscard]] VolumeKind volume() const { return options_.volume; }
     /// Of a cover: the centres of its balls as triangles without size, by the balls' numbers. Its boxes fit a surface as
     /// those of a PointSet do not: nearest balls are found with a tenth of the work. Made when first asked for.
@@ -194,6 +197,7 @@ private:
         /// Another one when the tree is no longer up to date.
         std::unique_ptr<std::once_flag> current = std::make_unique<std::once_flag>();
         std::unique_ptr<TriangleTree> tree;
+        std::atomic<bool> made = false;
         std::size_t movedFirst = 0, movedEnd = 0;  ///< vertices that it does not know of yet
     };
     static void follow(TriangleTree& tree, std::size_t first, std::size_t count);

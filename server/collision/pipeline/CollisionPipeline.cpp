@@ -161,8 +161,12 @@ const CollisionLimits& CollisionPipeline::limits() const {
     return impl_->limits;
 }
 
-std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const Ray& ray) {
-    return impl_->picker.pick(aspect, impl_->handler, ray);
+std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const Ray& ray, PickPatience* patience) {
+    return impl_->picker.pick(aspect, impl_->handler, ray, patience);
+}
+
+void CollisionPipeline::putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
+    impl_->shapes->put(unmade, std::move(made));
 }
 
 bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
@@ -170,8 +174,9 @@ bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork&
 }
 
 std::optional<NearestSurface> CollisionPipeline::nearestSurface(const Aspect& aspect, const Vec3d& place,
-                                                                ObjectId below, QueryWork& work) {
-    return impl_->picker.nearest(aspect, impl_->handler, place, below, work);
+                                                                ObjectId below, QueryWork& work,
+                                                                PickPatience* patience) {
+    return impl_->picker.nearest(aspect, impl_->handler, place, below, work, patience);
 }
 
 }  // namespace tessera

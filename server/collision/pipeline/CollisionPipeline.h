@@ -25,6 +25,9 @@ class Workers;
 struct InterestTerms;
 struct NearestSurface;
 struct PickHit;
+struct PickPatience;
+struct UnmadeShape;
+class CollisionShape;
 
 /// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
 /// give the same results and counters, for any number of workers.
@@ -74,12 +77,15 @@ public:
     [[nodiscard]] const CollisionLimits& limits() const;
 
     /// The nearest visible triangle along a ray in world coordinates.
-    [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray);
+    [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray,
+                                                  PickPatience* patience = nullptr);
+    /// What a question wanted first (PickPatience), made elsewhere.
+    void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
     /// The visible triangles near a place (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces);
     /// The visible surface nearest to a place, at or below a node (ScenePicker::nearest).
     [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Aspect& aspect, const Vec3d& place, ObjectId below,
-                                                               QueryWork& work);
+                                                               QueryWork& work, PickPatience* patience = nullptr);
 
 private:
     struct Impl;

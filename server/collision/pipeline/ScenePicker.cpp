@@ -54,6 +54,15 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
     return box.lower.allFinite() && box.upper.allFinite() ? box : Box{};
 }
 
+std::shared_ptr<const CollisionShape> ScenePicker::shapeOf(const MeshArrays& arrays, PickPatience* patience) {
+    if (patience && !shapes_->isMade(arrays))
+        if (UnmadeShape unmade = shapes_->unmade(arrays); unmade.faceCount() > patience->maxMadeFaces) {
+            patience->unmade.push_back(std::move(unmade));
+            return nullptr;
+        }
+    return shapes_->shape(arrays);
+}
+
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     const PagedRow<Place>& places = handler.places();
     WorldTransforms worlds(aspect);
@@ -84,8 +93,11 @@ void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     tree_.build(std::move(items));
 }
 
-std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray) {
+std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray,
+                                         PickPatience* patience) {
     follow(aspect, handler);
+    QueryWork any;
+    QueryWork& work = patience ? patience->work : any;
     std::optional<PickHit> best;
     std::uint32_t bestPlace = Place::kNone;
     double limit = std::numeric_limits<double>::infinity();
@@ -102,15 +114,15 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         const MeshArrays arrays = drawableOf(aspect, place.core).arrays();
         const Ray localRay{local * ray.origin, local.linear() * ray.direction};
         if (!meetsBox(shapes_->bounds(arrays), localRay, limit)) return;
-        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+        const std::shared_ptr<const CollisionShape> shape = shapeOf(arrays, patience);
         if (!shape) return;
-        const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit);
+        const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit, work);
         if (!hit || (best && (hit->t > best->t || (hit->t == best->t && !handler.precedes(number, bestPlace))))) return;
         best = PickHit{.node = place.node, .face = hit->face, .point = ray.origin + hit->t * ray.direction, .t = hit->t};
         bestPlace = number;
         limit = hit->t;
     });
-    if (!best) return best;
+    if (!best || work.exhausted() || (patience && !patience->unmade.empty())) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
     if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
     return best;
@@ -155,7 +167,7 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
 }
 
 std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectHandler& handler, const Vec3d& place,
-                                                   ObjectId below, QueryWork& work) {
+                                                   ObjectId below, QueryWork& work, PickPatience* patience) {
     if (!(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return std::nullopt;
     follow(aspect, handler);
     const std::uint32_t top = handler.placeOf(below);
@@ -173,7 +185,7 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         const Place& at = places[number];
         if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return limit;
         const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
-        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+        const std::shared_ptr<const CollisionShape> shape = shapeOf(arrays, patience);
         if (!shape) return limit;
         const Affine3d world = worldTransform(aspect, at.node);
         const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
@@ -187,8 +199,7 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         bestPlace = number;
         return limit = found->distance;
     });
-    if (work.exhausted()) return std::nullopt;
-    if (!best) return best;
+    if (!best || work.exhausted() || (patience && !patience->unmade.empty())) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, places[bestPlace].core).arrays();
     const Affine3d world = worldTransform(aspect, best->node);
     if (const std::optional<HitDetails> details = detailsOf(arrays, world, best->face, best->point))

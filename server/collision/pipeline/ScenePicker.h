@@ -35,6 +35,19 @@ struct PickHit {
     HitDetails details = {};      ///< normal, barycentric weights, texture coordinate
 };
 
+/// What somebody who may wait lets a question take at once.
+struct PickPatience {
+    /// Of one geometry whose tree is not there: with more faces it is put down here, and nothing is found.
+    std::size_t maxMadeFaces = 2048;
+    std::vector<UnmadeShape> unmade = {};
+    QueryWork work = {};  ///< where it is exhausted, nothing is found
+};
+
+/// What was put down, with its tree; null where nothing comes of it. On any thread.
+[[nodiscard]] inline std::shared_ptr<const CollisionShape> makeShape(const UnmadeShape& unmade) {
+    return ShapeCache::make(unmade);
+}
+
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
 /// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
 /// gone or moved since the last one, or that what lay over the scene had carried elsewhere then, and for each that the
@@ -45,7 +58,8 @@ public:
 
     /// In the scene as the handler has seen it last, without what is laid over it. Of equal distances the first node in
     /// document order. Geometry that is absent or malformed is not hit.
-    [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray);
+    [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray,
+                                              PickPatience* patience = nullptr);
 
     /// Appends the triangles of all that a pick looks at, in world coordinates: all that meet `box`, and some more of those
     /// whose own boxes overlap it; what is flattened too. Lines have none. False: the work was exhausted, and nothing is
@@ -58,10 +72,13 @@ public:
     /// Nothing where nothing is seen below it; nothing, too, where the work was exhausted. What is farther away than
     /// kMostCoordinate does not count.
     [[nodiscard]] std::optional<NearestSurface> nearest(const Aspect& aspect, ObjectHandler& handler,
-                                                        const Vec3d& place, ObjectId below, QueryWork& work);
+                                                        const Vec3d& place, ObjectId below, QueryWork& work,
+                                                        PickPatience* patience = nullptr);
     static constexpr double kMostCoordinate = 1e50;
 
 private:
+    /// Null where nothing is to be found of these, or not yet.
+    [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const MeshArrays& arrays, PickPatience* patience);
     void follow(const Aspect& aspect, ObjectHandler& handler);
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 

@@ -23,7 +23,7 @@ constexpr double kMissed = std::numeric_limits<double>::infinity();
 /// Walks in the tree's own coordinates, where t is the same; its volumes are grown by all that rounding can do.
 class RayWalk {
 public:
-    RayWalk(const TreeStorage& tree, const Ray& ray, double maxT)
+    RayWalk(const TreeStorage& tree, const Ray& ray, double maxT, QueryWork& work)
         : tree_(tree),
           ray_(ray),
           origin_((ray.origin - tree.centre) * tree.unit),
@@ -33,12 +33,14 @@ public:
           // A float's rounding of corners, volumes and axes (a ray begins at most 28 lengths away), a double's of a
           // ray, and the hair that whereRayMeets adds.
           slack_(4e-6 + 1e-13 * origin_.norm()),
-          limit_(maxT) {}
+          limit_(maxT),
+          work_(work) {}
 
     std::optional<RayHit> nearest() {
         std::vector<std::pair<double, Slot>> open{{0, 0}};
         std::vector<std::pair<double, Slot>> children;
         while (!open.empty()) {
+            if (work_.exhausted()) return std::nullopt;
             const auto [from, slot] = open.back();
             open.pop_back();
             if (from > limit_) continue;
@@ -48,9 +50,10 @@ public:
                 continue;
             }
             children.clear();
+            work_.boxTests += kWidth;
             for (Slot child = ref * kWidth; child < (ref + 1) * kWidth; ++child)
                 if (tree_.children[child] != kernel::kNoChild)
-                    if (const double t = entry(child); t <= limit_) children.emplace_back(t, child);
+                    if (const double t = entry(child); t < kMissed && t <= limit_) children.emplace_back(t, child);
             // The nearest is taken from the stack first.
             std::sort(children.begin(), children.end(), std::greater<>());
             open.insert(open.end(), children.begin(), children.end());
@@ -63,6 +66,7 @@ private:
         const std::size_t first = ((leaf & ~kLeafBit) >> 2) * kLeafFaces;
         for (std::size_t i = first; i <= first + (leaf & 3); ++i) {
             const std::uint32_t face = tree_.leafFaces[i];
+            ++work_.triangleTests;
             const std::optional<double> t = whereRayMeets(tree_.mesh->triangle(face), ray_);
             if (!t || *t > limit_ || (best_ && *t == best_->t && face > best_->face)) continue;
             best_ = RayHit{face, *t};
@@ -114,19 +118,20 @@ private:
     kernel::Shape shape_;
     std::size_t rows_;
     double slack_, limit_;
+    QueryWork& work_;
     std::optional<RayHit> best_;
 };
 
 }  // namespace
 
-std::optional<RayHit> castRay(const TriangleTree& tree, const Ray& ray, double maxT) {
+std::optional<RayHit> castRay(const TriangleTree& tree, const Ray& ray, double maxT, QueryWork& work) {
     if (tree.storage().empty() || !(maxT >= 0) || !ray.origin.allFinite() || !ray.direction.allFinite() ||
         ray.direction.isZero(0))
         return std::nullopt;
     const TreeStorage& storage = tree.storage();
     const std::optional<NearRay> near = begunNear(ray, storage.centre, 1 / storage.unit);
     if (!near) return std::nullopt;
-    std::optional<RayHit> hit = RayWalk(storage, near->ray, limitOf(*near, maxT)).nearest();
+    std::optional<RayHit> hit = RayWalk(storage, near->ray, limitOf(*near, maxT), work).nearest();
     if (hit) hit->t += near->before;
     return hit && hit->t <= maxT ? hit : std::nullopt;
 }

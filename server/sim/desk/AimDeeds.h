@@ -12,12 +12,28 @@
 
 namespace tessera::aim_deeds {
 
+/// So much at once; what takes longer is made beside the frames first, where that can be.
+inline std::optional<PickPatience> patienceOf(const Desk& desk) {
+    if (!desk.around.workBeside) return std::nullopt;
+    return PickPatience{.work = {.limit = desk.limits.maxMeasureWork}};
+}
+
+inline ServerActions tooMuchToLookAt(const Desk& desk, const Asker& asker) {
+    return desk.refuse(asker, {ErrorCode::kLimit, "more stands on that way than can be looked at between two frames"});
+}
+
 inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
     const Expected<Ray> ray = rayOf(desk.around, wish.aim);
     if (!ray) return desk.refuse(asker, ray.error());
+    std::optional<PickPatience> patience = patienceOf(desk);
+    const std::optional<PickHit> found = desk.around.simulation.pick(*ray, patience ? &*patience : nullptr);
+    if (patience && !patience->unmade.empty())
+        return desk.afterMaking(asker, std::move(patience->unmade),
+                                [&desk, asker, wish](TimePoint now) { return pick(desk, asker, wish, now); });
+    if (patience && patience->work.exhausted()) return tooMuchToLookAt(desk, asker);
     answer::Picked picked{
         .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
-    if (const std::optional<PickHit> hit = desk.around.simulation.pick(*ray)) {
+    if (const std::optional<PickHit>& hit = found) {
         picked.hit = true;
         picked.node = hit->node;
         picked.face = hit->face;
@@ -83,7 +99,12 @@ inline ServerActions measure(Desk& desk, const Asker& asker, const request::Meas
         return desk.refuse(asker,
                            {ErrorCode::kNotFound, fmt::format("there is no node #{} to measure to", wish.node.value)});
     QueryWork work{.limit = desk.limits.maxMeasureWork};
-    const std::optional<NearestSurface> near = simulation.nearestSurface(wish.from, wish.node, work);
+    std::optional<PickPatience> patience = patienceOf(desk);
+    const std::optional<NearestSurface> near =
+        simulation.nearestSurface(wish.from, wish.node, work, patience ? &*patience : nullptr);
+    if (patience && !patience->unmade.empty())
+        return desk.afterMaking(asker, std::move(patience->unmade),
+                                [&desk, asker, wish](TimePoint now) { return measure(desk, asker, wish, now); });
     if (near)
         return desk.answer(asker, answer::Measured{.from = wish.from,
                                                    .to = near->point,

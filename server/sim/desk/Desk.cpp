@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "common/request/Check.h"
+#include "server/collision/pipeline/ScenePicker.h"
+#include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 
@@ -11,6 +13,40 @@ std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& in
     const Role role = known == applications.end() ? Role::kViewer : known->second.role;
     if (role >= info.role) return std::nullopt;
     return roleRefusal(info, role);
+}
+
+ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found make) {
+    return looks.ask(asker, bytes, [this, asker, make = std::move(make)] {
+        around.lookBeside([this, asker, make, at = around.simulation.sequence()](const Aspect& scene) -> WorkedOut {
+            const Expected<ApplicationAnswer> found = make(scene, at);
+            // Encoded there, too: that takes as long.
+            message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
+            if (found) {
+                reply.body = encodeAnswer(*found);
+            } else {
+                reply.code = found.error().code;
+                reply.error = found.error().message;
+            }
+            return [this, connection = asker.connection, reply](TimePoint) {
+                looks.done();
+                return applications.contains(connection) ? around.session.reply(connection, reply) : ServerActions();
+            };
+        });
+    });
+}
+
+ServerActions Desk::afterMaking(const Asker& asker, std::vector<UnmadeShape> unmade, WorkedOut again) {
+    return works.ask(asker, 0, [this, asker, unmade = std::move(unmade), again = std::move(again)] {
+        around.workBeside([this, asker, unmade, again]() -> WorkedOut {
+            std::vector<std::shared_ptr<const CollisionShape>> made;
+            for (const UnmadeShape& one : unmade) made.push_back(makeShape(one));
+            return [this, asker, unmade, made, again](TimePoint now) {
+                for (std::size_t i = 0; i < made.size(); ++i) around.simulation.putShape(unmade[i], made[i]);
+                works.done();
+                return applications.contains(asker.connection) ? again(now) : ServerActions();
+            };
+        });
+    });
 }
 
 std::optional<Error> Desk::tooManyOpen(ConnectionId connection) const {

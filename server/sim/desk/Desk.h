@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "server/sim/desk/BesideRequests.h"
 #include "server/sim/desk/CopyRequests.h"
 #include "server/sim/desk/DeskSurroundings.h"
 #include "server/sim/desk/ImageRequests.h"
@@ -13,6 +14,8 @@
 #include "server/sim/desk/ProposalRequests.h"
 
 namespace tessera {
+
+struct UnmadeShape;
 
 /// All that waits for something, with what the server lends the desk. Frame thread only.
 struct Desk {
@@ -31,7 +34,9 @@ struct Desk {
           copies(around, limits, edits),
           images(around.wall, around.session, limits.imageDeadline),
           views(around.session, around.view, around.simulation, around.orderSurvey),
-          news(around.session, limits.news) {}
+          news(around.session, limits.news),
+          looks(around.session),
+          works(around.session) {}
     Desk(const Desk&) = delete;
     Desk& operator=(const Desk&) = delete;
 
@@ -45,6 +50,7 @@ struct Desk {
     ImageRequests images;
     ViewRequests views;
     FrameNews news;
+    BesideRequests looks, works;
 
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
         return answerTo(around.session, asker, answer);
@@ -53,6 +59,11 @@ struct Desk {
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error why) const {
         return answer(asker, tl::unexpected(std::move(why)));
     }
+    /// An answer that is found in the scene as it is then, beside the frames. `make` is called on another thread.
+    using Found = std::function<Expected<ApplicationAnswer>(const Aspect& scene, Sequence sequence)>;
+    [[nodiscard]] ServerActions answerBeside(const Asker& asker, std::size_t bytes, Found make);
+    /// Has these made beside the frames, and then `again` called.
+    [[nodiscard]] ServerActions afterMaking(const Asker& asker, std::vector<UnmadeShape> unmade, WorkedOut again);
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// Each application for itself: one that asks without end keeps no other from asking.

@@ -13,6 +13,7 @@
 #include "server/sim/desk/Loader.h"
 #include "server/sim/desk/Uploads.h"
 #include "server/sim/desk/ViewRequests.h"
+#include "server/sim/desk/Workbench.h"
 #include "server/sim/frame/Copies.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/navigation/Steering.h"
@@ -37,7 +38,7 @@ struct DeskLimits {
     std::size_t maxInlineArrayBytes = limits::kMaxInlineArrayBytes;
     /// Of one proposal, or of what the removal of a node takes: a list is checked and applied between two frames.
     std::size_t maxProposalBytes = limits::kMaxProposalBytes;
-    std::size_t maxProposalChanges = 500'000;
+    std::size_t maxProposalChanges = 500'000;  ///< and references in them
     /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
     std::size_t maxFrameChanges = 50'000;
     /// Of a search for the nearest surface, between two frames: boxes and faces that it looks at.
@@ -72,6 +73,11 @@ struct DeskSurroundings {
     /// Has `makeCopy` called beside the frames, with the scene as it is now; `RequestDesk::prepared` is told. Empty:
     /// copies are made at once.
     std::function<void(Preparation)> orderCopy = {};
+    /// Has `look` called beside the frames, with the scene as it is now, and then on the frame thread what it returns.
+    /// Empty: all is answered at once, however long it takes. So is `work`, which needs no scene.
+    using Look = std::function<WorkedOut(const Aspect& scene)>;
+    std::function<void(Look look)> lookBeside = {};
+    std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
     /// Why no edit is taken at present; none: edits are taken.

@@ -116,6 +116,14 @@ void OpenEdits::forgetLeftBehind(const std::function<bool(ConnectionId)>& isPres
     }
 }
 
+std::size_t weightOf(const ChangeList& list) {
+    std::size_t weight = list.changeCount();
+    for (const FieldColumn& column : list.columns)
+        if (const auto* lists = std::get_if<std::vector<RefList>>(&column.values))
+            for (const RefList& references : *lists) weight += references.size();
+    return weight;
+}
+
 std::vector<Edit> OpenEdits::takeEdits() {
     std::vector<Edit> edits;
     std::vector<std::uint64_t> later;
@@ -136,7 +144,7 @@ std::vector<Edit> OpenEdits::takeEdits() {
         // An undo may bring back what an edit of the same frame removes: it opens a frame of its own.
         full = full || (step && !edits.empty());
         // Nor do many large ones hold up a frame.
-        changes += open.edit.move ? 1 : open.edit.list.changeCount();
+        changes += open.edit.move ? 1 : weightOf(open.edit.list);
         full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
         if (full)
             later.push_back(ticket);

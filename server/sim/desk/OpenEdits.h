@@ -12,6 +12,9 @@
 
 namespace tessera {
 
+/// What a list takes of a frame: its changes, and the references in them.
+[[nodiscard]] std::size_t weightOf(const ChangeList& list);
+
 /// The book of all edits that are open: proposals, steps of undo, loads, copies. Each has a ticket until its outcome is
 /// known and told to its asker, once. One that names blobs goes into a frame when every live host has them. One of many
 /// parts goes into as many frames, part by part, those of the first one first. Frame thread only.

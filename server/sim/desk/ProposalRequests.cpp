@@ -46,6 +46,9 @@ Expected<ChangeList> ProposalRequests::listFrom(const Proposal& proposal) {
         decodeChangeList(proposal.list, around_.blobs, AbsentBlobs::kRefuse,
                          {.maxBytes = limits_.maxProposalBytes, .maxChanges = limits_.maxProposalChanges});
     if (!list) return failWith("proposal", list.error());
+    if (const std::size_t weight = weightOf(*list); weight > limits_.maxProposalChanges)
+        return fail(ErrorCode::kLimit, fmt::format("proposal: {} changes and references in lists; {} may be there",
+                                                   weight, limits_.maxProposalChanges));
     return list;
 }
 

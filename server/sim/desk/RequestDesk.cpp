@@ -29,6 +29,8 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     if (desk_.around.steering) desk_.around.steering->applicationLeft(connection.value);
     desk_.images.applicationLeft(connection);
     desk_.views.applicationLeft(connection);
+    desk_.looks.applicationLeft(connection);
+    desk_.works.applicationLeft(connection);
     desk_.proposals.dropArrays(connection);
     desk_.around.drags.release(connection.value);
     desk_.edits.forgetLeftBehind([this](ConnectionId one) { return desk_.applications.contains(one); });

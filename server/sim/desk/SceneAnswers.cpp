@@ -36,6 +36,12 @@ public:
     }
     /// About what `encoded` will be.
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
+    /// Of a node and its core, in that.
+    [[nodiscard]] std::size_t bytesOf(ObjectId id) const {
+        const Object object = scene_.find(id);
+        const Node* node = object.as<Node>();
+        return (object ? sizeOf(object) : 0) + (node && node->core ? sizeOf(scene_.find(node->core)) : 0);
+    }
     [[nodiscard]] Bytes encoded() { return encodeChangeList(list_.take()); }
 
 private:
@@ -157,14 +163,19 @@ private:
 
 }  // namespace
 
-answer::Objects describe(const Aspect& scene, const ObjectsWish& wanted) {
+Expected<answer::Objects> describe(const Aspect& scene, const ObjectsWish& wanted, const DescribeLimits& limits) {
     answer::Objects out;
     ToldObjects content(scene);
     std::vector<ObjectId> nodes;
     std::vector<std::size_t> places;
-    NodeFinder finder(scene);
+    NodeFinder finder(scene, limits.maxLooks);
     for (const std::string& name : wanted.names) {
         const Expected<ObjectId> id = findNamed(scene, finder, name);
+        if (id) finder.lookAbove(*id, wanted.paths);
+        if (finder.exhausted()) return fail(ErrorCode::kLimit, "too much stands beside these objects and above them");
+        if (id && wanted.content && content.bytes() + content.bytesOf(*id) > limits.maxBytes)
+            return fail(ErrorCode::kLimit,
+                        fmt::format("their fields have more than {} MiB; ask for fewer", limits.maxBytes >> 20));
         out.objects.push_back(id ? infoOf(scene, *id) : ObjectInfo{.path = id.error().message});
         if (!id) continue;
         if (wanted.paths && scene.get<Node>(*id)) {
@@ -174,7 +185,11 @@ answer::Objects describe(const Aspect& scene, const ObjectsWish& wanted) {
         if (wanted.content) content.addNode(*id);
     }
     std::vector<std::string> paths = pathsOf(scene, nodes);
-    for (std::size_t i = 0; i < places.size(); ++i) out.objects[places[i]].path = std::move(paths[i]);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (paths[i].size() <= ApplicationLimits().maxTextBytes)
+            out.objects[places[i]].path = std::move(paths[i]);
+        else
+            out.objects[places[i]].path = fmt::format("#{}", nodes[i].value);
     if (wanted.content) out.content = content.encoded();
     return out;
 }
@@ -196,9 +211,12 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
     answer::TreePage page;
     ToldObjects content(scene);
     TreeWalk walk(scene, wanted.levels);
+    bool tooLarge = false;
     const auto tell = [&](ObjectId id) {
         const Node& node = *scene.get<Node>(id);
         if (!isWanted(node)) return;
+        tooLarge = tooLarge || content.bytesOf(id) > limits.maxObjectBytes;
+        if (tooLarge) return;
         page.nodes.push_back({id, node.parent, node.children.size()});
         content.addNode(id);
         if (wanted.coreType == ObjectType() || !node.core) return;
@@ -211,11 +229,12 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
         walk.goOnAfter(wanted.after);
     }
     for (std::size_t lookedAt = 1; lookedAt < limits.maxLookedAt; ++lookedAt) {
-        if (page.nodes.size() >= limits.maxTold || content.bytes() >= limits.maxBytes) break;
+        if (page.nodes.size() >= limits.maxTold || content.bytes() >= limits.maxBytes || tooLarge) break;
         const ObjectId id = walk.next();
         if (!id) break;
         tell(id);
     }
+    if (tooLarge) return fail(ErrorCode::kLimit, "an object on this page is large");
     page.next = walk.way();
     page.content = content.encoded();
     return page;
@@ -227,6 +246,7 @@ Expected<answer::FoundPage> foundPage(const Aspect& scene, const NodeSearch& wan
     SearchOptions options{.top = wanted.node, .coreType = wanted.coreType, .after = wanted.after};
     options.maxFound = std::clamp<std::size_t>(wanted.pageSize, 1, limits.maxTold);
     options.maxLookedAt = limits.maxLookedAt;
+    options.maxWork = limits.maxWork;
     Expected<SearchPage> found = searchPage(scene, *pattern, options);
     if (!found) return tl::unexpected(found.error());
 
@@ -253,7 +273,8 @@ Expected<answer::FoundPage> foundPage(const Aspect& scene, const NodeSearch& wan
         places.push_back(page.nodes.size() - 1);
     }
     std::vector<std::string> paths = pathsOf(scene, named);
-    for (std::size_t i = 0; i < places.size(); ++i) page.nodes[places[i]].path = std::move(paths[i]);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (paths[i].size() <= ApplicationLimits().maxTextBytes) page.nodes[places[i]].path = std::move(paths[i]);
     return page;
 }
 

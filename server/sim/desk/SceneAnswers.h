@@ -1,15 +1,22 @@
-/// What the scene itself answers to those who do not follow it. Each answer costs what it tells, or a bound: the frame
-/// thread makes it between two frames.
+/// What the scene itself answers to those who do not follow it. Each answer costs what it tells, or a bound: what is
+/// little the frame thread makes between two frames.
 #pragma once
 
 #include "common/base/Error.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/scene/Aspect.h"
+#include "common/scene/Search.h"
 
 namespace tessera {
 
-/// `sequence` of what is returned is the caller's to set.
-[[nodiscard]] answer::Objects describe(const Aspect& scene, const ObjectsWish& wanted);
+struct DescribeLimits {
+    std::size_t maxLooks = ~std::size_t{0};  ///< at nodes: on the way to names, above them, beside them for paths
+    std::size_t maxBytes = ApplicationLimits().maxSceneBytes;  ///< of fields, about
+};
+/// `sequence` of what is returned is the caller's to set. A path that is too long to be told is the node's number.
+/// kLimit: it would be more than the limits.
+[[nodiscard]] Expected<answer::Objects> describe(const Aspect& scene, const ObjectsWish& wanted,
+                                                 const DescribeLimits& limits = {});
 
 struct PageLimits {
     std::size_t maxTold = 512;       ///< nodes
@@ -17,6 +24,8 @@ struct PageLimits {
     /// Of fields, about; the node that goes beyond it is still told.
     std::size_t maxBytes = std::size_t{256} << 10;
     std::size_t maxSiblings = 65'536;  ///< looked at for the paths of what is found
+    std::size_t maxWork = SearchOptions().maxWork;
+    std::size_t maxObjectBytes = ~std::size_t{0};  ///< kLimit: one that is told has more
 };
 /// kNotFound: `wanted.node` is no node (any more). The lengths of films are left to the caller.
 [[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,

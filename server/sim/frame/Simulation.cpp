@@ -41,12 +41,17 @@ Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     return committer_.closeFrame();
 }
 
-std::optional<PickHit> Simulation::pick(const Ray& ray) {
-    return pipeline_.pickNode(scene(), ray);
+std::optional<PickHit> Simulation::pick(const Ray& ray, PickPatience* patience) {
+    return pipeline_.pickNode(scene(), ray, patience);
 }
 
-std::optional<NearestSurface> Simulation::nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work) {
-    return pipeline_.nearestSurface(scene(), place, below, work);
+void Simulation::putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
+    pipeline_.putShape(unmade, std::move(made));
+}
+
+std::optional<NearestSurface> Simulation::nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work,
+                                                         PickPatience* patience) {
+    return pipeline_.nearestSurface(scene(), place, below, work, patience);
 }
 
 void Simulation::goOnFrom(Left left) {

@@ -109,13 +109,16 @@ public:
     /// Questions that the collision pipeline has asked and nobody has replied to, ascending.
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
-    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray);
+    [[nodiscard]] std::optional<PickHit> pick(const Ray& ray, PickPatience* patience = nullptr);
+    /// What a question wanted first (PickPatience), made elsewhere.
+    void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
         return pipeline_.facesIn(scene(), box, work, faces);
     }
     /// The visible surface nearest to a place in world coordinates, at or below a node (ScenePicker::nearest).
-    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work);
+    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work,
+                                                               PickPatience* patience = nullptr);
 
 private:
     /// An edit that may be taken back, until collisions have said what remains of it.

@@ -19,10 +19,10 @@ protected:
         const auto value = parseValue(find, info, words);
         return value ? "accepted" : value.error().message;
     }
-    ObjectInfo crane() { return describe(scene, {.names = {"/hall/crane"}}).objects.at(0); }
+    ObjectInfo crane() { return describe(scene, {.names = {"/hall/crane"}})->objects.at(0); }
     Aspect scene;
     const FindObject find = [this](const std::string& name) -> Expected<ObjectId> {
-        const ObjectInfo info = describe(scene, {.names = {name}}).objects.at(0);
+        const ObjectInfo info = describe(scene, {.names = {name}})->objects.at(0);
         if (!info.id) return fail(ErrorCode::kNotFound, info.path);
         return info.id;
     };

@@ -13,8 +13,8 @@ using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
 class Lanes : public testing::Test {
 protected:
     /// Asks for one; its ticket stays until it is answered.
-    void enter(const std::string& name) {
-        lanes.enter(name, [this, name, number = entered++](const Ticket& ticket) {
+    void enter(const std::string& name, const void* who = nullptr) {
+        lanes.enter(who, name, [this, name, number = entered++](const Ticket& ticket) {
             asked.push_back(number);
             open.emplace(number, ticket);
         });
@@ -101,6 +101,35 @@ TEST_F(Lanes, EachIsAskedOnceWhateverTheOrder) {
     std::ranges::sort(asked);
     ASSERT_EQ(asked.size(), static_cast<std::size_t>(all));
     for (int i = 0; i < all; ++i) EXPECT_EQ(asked[static_cast<std::size_t>(i)], i);
+}
+
+TEST_F(Lanes, WhoHasHadTheLeastGoesNext) {
+    const int greedy[3] = {}, modest = 0;
+    for (int round = 0; round < 4; ++round)
+        for (const int& one : greedy) enter("GetTree", &one);
+    for (int i = 0; i < 4; ++i) answer(asked[static_cast<std::size_t>(i)], kLarge);
+    const std::size_t before = asked.size();
+    enter("GetTree", &modest);
+    const int mine = entered - 1;
+    answer(open.begin()->first, kLarge);
+    ASSERT_GT(asked.size(), before);
+    EXPECT_EQ(asked.back(), mine) << "after one answer, and not after eight";
+    answer(mine, 100);
+    // Who has had much long ago waits for nobody to catch up.
+    const int fresh = 0;
+    for (int i = 0; i < 6; ++i) enter("GetTree", &fresh);
+    while (!open.empty()) answer(open.begin()->first, kLarge);
+    EXPECT_EQ(asked.size(), static_cast<std::size_t>(entered));
+}
+
+TEST_F(Lanes, WhoLeavesIsNotCalled) {
+    const int leaves = 0, stays = 0;
+    for (int i = 0; i < 3; ++i) enter("GetTree", &leaves);
+    enter("GetTree", &stays);
+    lanes.leave(&leaves);
+    answer(0, kLarge);
+    answer(1, kLarge);
+    EXPECT_EQ(asked, (std::vector{0, 1, 3}));
 }
 
 TEST_F(Lanes, OnceClosedNobodyIsCalled) {

@@ -196,6 +196,19 @@ TEST(RayQuery, DoesNotSlipThroughEdgesAndCorners) {
         }
 }
 
+TEST(RayQuery, WhatMissesLooksAtLittleHoweverFarItMayGo) {
+    const Body wall = bodies::grid(64, 2);
+    for (const double maxT : {100.0, std::numeric_limits<double>::infinity()})
+        for (int i = 0; i < 20; ++i) {
+            QueryWork work;
+            EXPECT_FALSE(castRay(wall.tree(), {Vec3d(-4, 0.1 * i - 1, 0.1), Vec3d::UnitX()}, maxT, work));
+            EXPECT_LT(work.boxTests + work.triangleTests, 1000u) << "of 8,192 faces";
+            QueryWork little{.limit = 1};
+            EXPECT_FALSE(castRay(wall.tree(), {Vec3d(0.1, 0.1, 4), -Vec3d::UnitZ()}, maxT, little)) << "exhausted";
+            EXPECT_TRUE(little.exhausted());
+        }
+}
+
 TEST(RayQuery, FromEitherSideAndFromWithinAndNotBehind) {
     const Body box = bodies::box(Vec3d(2, 2, 2));
     EXPECT_EQ(castRay(box.tree(), {Vec3d(0.1, 0.2, 0.3), Vec3d::UnitX()}, 10)->t, 0.9);

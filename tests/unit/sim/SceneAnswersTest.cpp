@@ -9,8 +9,10 @@
 #include "common/application/SceneExcerpt.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/Simulation.h"
 #include "tests/unit/scene/SceneEdits.h"
 #include "tests/unit/sim/RandomTree.h"
+#include "tests/unit/sim/SceneForTests.h"
 
 namespace tessera {
 namespace {
@@ -66,7 +68,7 @@ TEST(SceneAnswers, WhatIsFoundHasItsPathUnlessThatWouldTakeTooLong) {
 TEST(SceneAnswers, ObjectsAreToldByPathAndByNumber) {
     const Aspect scene = hall();
     const answer::Objects told =
-        describe(scene, {.names = {"/hall/crane", "#7", "/hall/crone", "#99", "#x", ""}, .content = true});
+        describe(scene, {.names = {"/hall/crane", "#7", "/hall/crone", "#99", "#x", ""}, .content = true}).value();
     ASSERT_EQ(told.objects.size(), 6u);
     EXPECT_EQ(told.objects[0], (ObjectInfo{.id = ObjectId(3),
                                            .type = typeOf<Node>(),
@@ -86,8 +88,50 @@ TEST(SceneAnswers, ObjectsAreToldByPathAndByNumber) {
     EXPECT_EQ(excerpt.coreOf(ObjectId(3)).as<Transform>()->translation, Vec3d(1, 2, 3));
     EXPECT_TRUE(excerpt.get<Material>(ObjectId(7)));
     EXPECT_FALSE(excerpt.find(ObjectId(4))) << "nobody asked for it";
-    EXPECT_TRUE(describe(scene, {.names = {"/hall"}}).content.empty());
-    EXPECT_TRUE(describe(scene, {.names = {"/hall"}, .paths = false}).objects[0].path.empty());
+    EXPECT_TRUE(describe(scene, {.names = {"/hall"}})->content.empty());
+    EXPECT_TRUE(describe(scene, {.names = {"/hall"}, .paths = false})->objects[0].path.empty());
+}
+
+TEST(SceneAnswers, WhatWouldBeTooMuchToLookAtIsRefused) {
+    test::ListMaker make;
+    const ObjectId hall = make.node("hall", kRootNode);
+    for (int i = 0; i < 100; ++i) make.node("n" + std::to_string(i), hall);
+    Simulation simulation;
+    std::vector<ChangeList> lists;
+    lists.push_back(make.builder.take());
+    ASSERT_TRUE(simulation.load(std::move(lists)));
+    const Aspect& scene = simulation.scene();
+    const auto looks = [&](const ObjectsWish& wish, std::size_t most) {
+        return describe(scene, wish, {.maxLooks = most}).has_value();
+    };
+    // On the way there, and beside it for its path.
+    EXPECT_TRUE(looks({.names = {"/hall/n5"}}, 210));
+    EXPECT_FALSE(looks({.names = {"/hall/n5"}}, 200));
+    EXPECT_TRUE(looks({.names = {"/hall/n5"}, .paths = false}, 110));
+    EXPECT_FALSE(looks({.names = {"/hall/n5"}, .paths = false}, 100));
+    EXPECT_TRUE(looks({.names = {"#5"}, .paths = false}, 10)) << "what is named by its number has none";
+    // The second time they are looked at once and for all.
+    EXPECT_TRUE(looks({.names = std::vector<std::string>(50, "/hall/n5"), .paths = false}, 500));
+    // What is not there is told where it should be.
+    EXPECT_FALSE(looks({.names = {"/hall/n5/x"}}, 220));
+    EXPECT_TRUE(describe(scene, {.names = {"/hall/n5/x"}}, {.maxLooks = 5'000}));
+    EXPECT_FALSE(describe(scene, {.names = {"#2"}, .content = true}, {.maxBytes = 8}));
+    EXPECT_FALSE(treePage(scene, {}, {.maxObjectBytes = 8}));
+    EXPECT_EQ(foundPage(scene, {.expression = "/hall/*"}, {.maxWork = 100})->next.empty(), false);
+}
+
+TEST(SceneAnswers, PathsThatAreTooLongAreNumbers) {
+    test::ListMaker make;
+    ObjectId above = kRootNode;
+    for (int i = 0; i < 3; ++i) above = make.node(std::string(2'000, 'x'), above);
+    Simulation simulation;
+    std::vector<ChangeList> lists;
+    lists.push_back(make.builder.take());
+    ASSERT_TRUE(simulation.load(std::move(lists)));
+    const answer::Objects told = describe(simulation.scene(), {.names = {"#3", "#4"}}).value();
+    EXPECT_EQ(told.objects[0].path.size(), 4'002u);
+    EXPECT_EQ(told.objects[1].path, "#4");
+    EXPECT_TRUE(decodeAnswer(encodeAnswer(ApplicationAnswer(told))));
 }
 
 TEST(SceneAnswers, PagesTellEveryNodeOnceWhateverTheirSize) {

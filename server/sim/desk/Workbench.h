@@ -1,0 +1,33 @@
+/// A thread for what takes longer than a frame and needs no scene.
+#pragma once
+
+#include <functional>
+#include <thread>
+
+#include "common/base/Channel.h"
+#include "common/base/Clock.h"
+#include "common/session/ServerSession.h"
+
+namespace tessera {
+
+/// What is to be done on the frame thread once something has been worked out elsewhere. Returns what the session wants.
+using WorkedOut = std::function<ServerActions(TimePoint now)>;
+
+/// One piece of work behind the other, with the lowest priority that there is. `deliver` is called on the thread of its
+/// own, all else by the frame thread.
+class Workbench {
+public:
+    explicit Workbench(std::function<void(WorkedOut)> deliver);
+    /// Waits for the piece that is under way.
+    ~Workbench();
+    void add(std::function<WorkedOut()> work) { (void)works_.push(std::move(work)); }
+
+private:
+    void run();
+
+    std::function<void(WorkedOut)> deliver_;
+    Channel<std::function<WorkedOut()>> works_;
+    std::thread thread_;
+};
+
+}  // namespace tessera
