@@ -520,11 +520,11 @@ Expected<std::uint16_t> Transport::listen(const Address& address, const std::fun
     auto listener = std::make_unique<Impl::Listener>(impl_->io);
     error_code error;
     listener->acceptor.open(endpoint->protocol(), error);
-    if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(endpoint->port() != 0), error);
     if (!error) listener->acceptor.bind(*endpoint, error);
-    if (!error && onBound)
-        if (const std::uint16_t port = listener->acceptor.local_endpoint(error).port(); !error) onBound(port);
+    if (!error && onBound) onBound(listener->acceptor.local_endpoint(error).port());
     if (!error) listener->acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (!error) listener->acceptor.set_option(tcp::acceptor::reuse_address(true), error);  // two could pick one before
     if (error == asio::error::address_in_use) {
         const std::string holder = holderOfPort(address.port);
         return fail(ErrorCode::kNetwork,

@@ -14,12 +14,23 @@ namespace tessera {
 
 /// What has more bytes is taken apart, and written, beside the door's thread: texts that come, answers as they come.
 inline constexpr std::size_t kMostAtOnce = std::size_t{64} << 10;
-/// The lane of such texts: as JSON they take sixteen times as much, and none more is read while two of them are kept.
+/// The lane of such texts while they are read. As JSON they take sixteen times as much, which counts as brought.
 inline const std::string kLargeTexts = "large texts";
-[[nodiscard]] inline std::shared_ptr<const Json> keptWith(std::shared_ptr<const AnswerLanes::Ticket> ticket,
+/// Counts until nobody holds it. Null: too much is there already.
+[[nodiscard]] inline std::shared_ptr<const void> roomFor(std::size_t textBytes, std::size_t& brought,
+                                                         std::size_t most) {
+    constexpr std::size_t kOfAByte = 16;
+    const std::size_t bytes = kOfAByte * textBytes;
+    if (brought + bytes > most) return nullptr;
+    brought += bytes;
+    return {&brought, [bytes](const void* all) {
+                *const_cast<std::size_t*>(static_cast<const std::size_t*>(all)) -= bytes;
+            }};
+}
+[[nodiscard]] inline std::shared_ptr<const Json> keptWith(std::shared_ptr<const void> room,
                                                           std::shared_ptr<const Json> json) {
     const Json* const what = json.get();
-    return {what, [ticket = std::move(ticket), json = std::move(json)](const Json*) {}};
+    return {what, [room = std::move(room), json = std::move(json)](const Json*) {}};
 }
 
 /// Reads `fields` as that request and asks it of the server; paths in it are looked up there first. Exactly one call of

@@ -85,9 +85,10 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     const tcp::endpoint wanted(address, options.listen.port);
     // Bound before the rest is made: who checks what comes in has to know the port.
     if (!error) acceptor.open(wanted.protocol(), error);
-    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(wanted.port() != 0), error);
     if (!error) acceptor.bind(wanted, error);
     if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);  // Transport.cpp says why only now
     if (error)
         return fail(ErrorCode::kNetwork,
                     fmt::format("the console cannot listen on {}: {}", toString(options.listen), error.message()));

@@ -72,7 +72,9 @@ private:
 struct DoorContext {
     DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port) {}
 
-    AnswerLanes lanes{io};  // outlives what is left in `io`
+    // What is left in `io` holds of both.
+    std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
+    AnswerLanes lanes{io};
     boost::asio::io_context io{1};
     DoorOptions options;
     DoorLimits limits;
@@ -83,7 +85,6 @@ struct DoorContext {
     std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
     std::size_t sockets = 0;   ///< of the guests
     std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
-    std::size_t brought = 0;   ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
 
     /// The link by which requests over HTTP of a role go; dialled when it is first needed, and again when it has ended.
     [[nodiscard]] DoorLink& sharedLink(Role role) {

@@ -178,17 +178,20 @@ private:
         if (awaited_ || discards_ > 0)
             return finish(websocket::close_code::protocol_error, "binary frames were announced, and a text came");
         if (text.size() <= kMostAtOnce) return onEnvelope(readEnvelope(text));
+        const std::shared_ptr<const void> room =
+            roomFor(text.size(), context_.brought, context_.limits.maxBroughtBytes);
+        if (!room) return finish(websocket::close_code::try_again_later, "too many large texts come at once");
         readsBeside_ = true;
-        const auto readIt = [weak = Weak(shared_from_this()), text = std::move(text)](const Ticket& ticket) {
+        const auto readIt = [weak = Weak(shared_from_this()), room, text = std::move(text)](const Ticket& ticket) {
             const std::shared_ptr<SocketSession> alive = weak.lock();
             if (!alive || alive->closed_) return;
             alive->context_.beside.run([text] { return readEnvelope(text); },
-                                       [weak, ticket](SaidEnvelope said) {
+                                       [weak, room, ticket](SaidEnvelope said) {
                                            const std::shared_ptr<SocketSession> self = weak.lock();
                                            if (!self || self->closed_) return;
                                            self->readsBeside_ = false;
                                            if (said.envelope)
-                                               said.envelope->fields = keptWith(ticket, said.envelope->fields);
+                                               said.envelope->fields = keptWith(room, said.envelope->fields);
                                            self->onEnvelope(std::move(said));
                                            self->read();
                                        });

@@ -187,6 +187,11 @@ class OnTheWall(unittest.TestCase):
             with self.assertRaises(tessera.Refused), self.wall.edit():
                 self.wall.show(VERTICES, "/often")
                 self.wall.remove("/row")
+        for removed in ("/often/shape", "/often"):
+            self.wall.show(VERTICES, "/often")
+            self.wall.show(VERTICES, "/often")
+            self.wall.remove(removed)
+            self.assertEqual([child.name for child in self.wall.show(VERTICES, "/often").children], ["shape"])
         with self.wall.edit():
             self.wall.show(VERTICES, "/often")
             twice = self.wall.show(VERTICES + 1, "/often", color="#00ff00")

@@ -65,7 +65,7 @@ class Edit:
         self._made: dict[int, Object] = {}
         self._paths: dict[str, Node] = {}
         self._parents: dict[str, Node] = {}  # that were there before
-        self._shown: dict[str, tuple[Node, Object, Optional[Object]]] = {}  # by Wall.show
+        self._shown: dict[str, tuple[Node, Node, Object, Optional[Object]]] = {}  # by Wall.show
         self._since: Optional[int] = None  # the generation of the oldest handle in it
         self._back: Optional[list[Callable[[], Any]]] = None  # steps that take back what is under way
         self.committed: Optional[Told] = None  #: what the server answered: sequence, ids, stopped

@@ -139,7 +139,7 @@ def shape_of(x: Any) -> Shape:
     return shape
 
 
-Parts = tuple[Node, Object, Optional[Object]]  # of what is shown: its node, geometry and material
+Parts = tuple[Node, Node, Object, Optional[Object]]  # of what is shown: its node, the one below it, geometry, material
 
 
 class Shown:
@@ -147,7 +147,7 @@ class Shown:
 
     def __init__(self) -> None:
         self._count = 0
-        self._known: dict[str, tuple[int, int, int, int, int]] = {}  # the generation of the link; node, its core, geometry, material
+        self._known: dict[str, tuple[int, int, int, int, int, int]] = {}  # the generation of the link; node, its core, the node below, geometry, material
 
     def show(self, wall: "Wall", x: Any, path: Optional[str] = None, *, scalars: Any = None, cmap: str = "viridis",
              clim: Optional[tuple[float, float]] = None, colors: Any = None, color: Any = None, radius: Optional[float] = None,
@@ -189,7 +189,7 @@ class Shown:
         current = wall._current()
         if current:
             return self._put(current, path, self._find(wall, current, path), fields, pose, look, doubled)
-        remembered = self._remembered(wall, path)
+        remembered = self._remembered(wall, path) if not look else None  # whose material it has now is asked
         if remembered is not None:
             try:
                 return self._put_alone(wall.edit(undo), path, remembered, fields, pose, look, doubled)
@@ -202,16 +202,16 @@ class Shown:
         node = self._put(edit, path, *what)
         told = edit.commit()
         if told is not None:
-            _, geometry, material = edit._shown[path]
-            self._known[path] = (told._generation, node._id, node._core, geometry._id, material._id if material else 0)
+            _, inner, geometry, material = edit._shown[path]
+            self._known[path] = (told._generation, node._id, node._core, inner._id, geometry._id, material._id if material else 0)
         return node
 
-    @staticmethod
-    def _put(edit: "Edit", path: str, found: Optional[Parts], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
+    def _put(self, edit: "Edit", path: str, found: Optional[Parts], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
              doubled: bool) -> "Node":
         with edit._all_or_nothing():
             if found:
-                node, geometry, material = found
+                node, inner, geometry, material = found
+                edit.set(inner, core=geometry)  # refused where it is not there any more
                 edit.set(geometry, **fields)
                 edit.set(node, **pose)
                 if material:
@@ -224,11 +224,24 @@ class Shown:
                 if fields["colors"] is not None:
                     fresh["baseColor"] = (1.0, 1.0, 1.0, 1.0)
                 material = edit.object("Material", **{**fresh, **look})
-                node = edit.create(path, "Transform", **pose)
+                there = self._bare(edit, path)
+                if there is not None:
+                    edit.set(there, **pose)
+                node = there or edit.create(path, "Transform", **pose)
                 given = {name: value for name, value in fields.items() if value is not None}
-                geometry = edit._made[edit.create(f"{path}/shape", "Geometry", material=material, **given)._core]
-        edit._shown[path] = (node, geometry, material)
+                inner = edit.create(f"{path}/shape", "Geometry", material=material, **given)
+                geometry = edit._made[inner._core]
+        edit._shown[path] = (node, inner, geometry, material)
         return node
+
+    @staticmethod
+    def _bare(edit: "Edit", path: str) -> Optional[Node]:
+        """What has been shown there, without what was below it."""
+        try:
+            node = edit._wall._node(path)
+        except NotFound:
+            return None
+        return node if node.core is not None and node.core.type == "Transform" else None
 
     def _free_path(self, wall: "Wall", name: str) -> str:
         while True:
@@ -238,11 +251,12 @@ class Shown:
                 return path
 
     def _remembered(self, wall: "Wall", path: str) -> Optional[Parts]:
-        generation, node, core, geometry, material = self._known.get(path, (None, 0, 0, 0, 0))
+        generation, node, core, inner, geometry, material = self._known.get(path, (None, 0, 0, 0, 0, 0))
         if generation is None or generation != wall._link.generation:
             return None
         types = wall.schema.type
-        return (Node(wall, node, types("Node"), generation, path, core, types("Transform")), Object(wall, geometry, types("Geometry"), generation),
+        return (Node(wall, node, types("Node"), generation, path, core, types("Transform")),
+                Node(wall, inner, types("Node"), generation, f"{path}/shape", geometry, types("Geometry")), Object(wall, geometry, types("Geometry"), generation),
                 Object(wall, material, types("Material"), generation) if material else None)
 
     @staticmethod
@@ -256,4 +270,4 @@ class Shown:
         node, geometry = wall._node(path), inner.core
         if geometry is None or geometry.type != "Geometry" or node.core is None or node.core.type != "Transform":
             raise BadInput(f"{path} holds something that show has not made; say another path")
-        return node, geometry, geometry.material
+        return node, inner, geometry, geometry.material

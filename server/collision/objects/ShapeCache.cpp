@@ -199,6 +199,11 @@ void ShapeCache::put(const UnmadeShape& unmade, std::shared_ptr<const CollisionS
     shapes_.try_emplace(plainKey(unmade.arrays), std::move(made));
 }
 
+void ShapeCache::drop(const UnmadeShape& unmade) {
+    const auto known = shapes_.find(plainKey(unmade.arrays));
+    if (known != shapes_.end() && known->second.use_count() <= 1) shapes_.erase(known);
+}
+
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
@@ -229,12 +234,17 @@ Box ShapeCache::bounds(const MeshArrays& arrays) {
     return place->second;
 }
 
-void ShapeCache::forgetIdle() {
+bool ShapeCache::forgetIdleShapes() {
     std::size_t idle = 0;
     for (const auto& [key, shape] : shapes_)
         if (shape.use_count() == 1) idle += trianglesOf(*shape);
-    if (idle <= maxIdleTriangles_) return;
+    if (idle <= maxIdleTriangles_) return false;
     std::erase_if(shapes_, [](const auto& entry) { return entry.second.use_count() <= 1; });
+    return true;
+}
+
+void ShapeCache::forgetIdle() {
+    if (!forgetIdleShapes()) return;
     bounds_.clear();
     uncovered_.clear();
 }

@@ -52,6 +52,8 @@ public:
     [[nodiscard]] static std::shared_ptr<const CollisionShape> make(const UnmadeShape& unmade);
     /// And then it is here, unless another one is by now.
     void put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
+    /// Lets go of it, if nobody else holds it.
+    void drop(const UnmadeShape& unmade);
     /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
     /// an error is allowed.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
@@ -62,6 +64,8 @@ public:
 
     /// Lets go of shapes that only the cache holds, where they exceed the limit.
     void forgetIdle();
+    /// Only of shapes; whether there were so many.
+    bool forgetIdleShapes();
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:

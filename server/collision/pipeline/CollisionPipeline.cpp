@@ -169,6 +169,10 @@ void CollisionPipeline::putShape(const UnmadeShape& unmade, std::shared_ptr<cons
     impl_->shapes->put(unmade, std::move(made));
 }
 
+void CollisionPipeline::dropShape(const UnmadeShape& unmade) {
+    impl_->shapes->drop(unmade);
+}
+
 bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
     return impl_->picker.facesIn(aspect, impl_->handler, box, work, faces);
 }

@@ -81,6 +81,8 @@ public:
                                                   PickPatience* patience = nullptr);
     /// What a question wanted first (PickPatience), made elsewhere.
     void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
+    /// Nobody has asked about it in the end.
+    void dropShape(const UnmadeShape& unmade);
     /// The visible triangles near a place (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces);
     /// The visible surface nearest to a place, at or below a node (ScenePicker::nearest).

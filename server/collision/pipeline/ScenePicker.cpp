@@ -57,10 +57,16 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
 std::shared_ptr<const CollisionShape> ScenePicker::shapeOf(const MeshArrays& arrays, PickPatience* patience) {
     if (patience && !shapes_->isMade(arrays))
         if (UnmadeShape unmade = shapes_->unmade(arrays); unmade.faceCount() > patience->maxMadeFaces) {
-            patience->unmade.push_back(std::move(unmade));
+            patience->unmade = std::move(unmade);
             return nullptr;
         }
-    return shapes_->shape(arrays);
+    std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+    constexpr std::uint64_t kSomeTimes = 8;  // the cache goes through all that it has
+    if (patience && shape && shape != recent_[0] && shapes_->unmade(arrays).faceCount() > patience->maxMadeFaces) {
+        recent_[1] = std::exchange(recent_[0], shape);
+        if (++changes_ % kSomeTimes == 0) (void)shapes_->forgetIdleShapes();
+    }
+    return shape;
 }
 
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
@@ -104,6 +110,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     const auto wanted = [&](const Box& box) { return meetsBox(box, ray, limit); };
     const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
     tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
+        if (patience && patience->unmade) return;
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) return;
         const Affine3d world = worldTransform(aspect, place.node);
@@ -122,7 +129,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         bestPlace = number;
         limit = hit->t;
     });
-    if (!best || work.exhausted() || (patience && !patience->unmade.empty())) return std::nullopt;
+    if (!best || work.exhausted() || (patience && patience->unmade)) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
     if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
     return best;
@@ -182,11 +189,13 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         return work.exhausted() ? kNothing : distanceTo(box, place);
     };
     tree_.forNearest(limit, distance, [&](std::uint32_t number) {
+        constexpr double kNoFurther = -1;
+        if (patience && patience->unmade) return kNoFurther;
         const Place& at = places[number];
         if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return limit;
         const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
         const std::shared_ptr<const CollisionShape> shape = shapeOf(arrays, patience);
-        if (!shape) return limit;
+        if (!shape) return patience && patience->unmade ? kNoFurther : limit;
         const Affine3d world = worldTransform(aspect, at.node);
         const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
         if (!found || (best && found->distance == best->distance && !handler.precedes(number, bestPlace))) return limit;
@@ -199,7 +208,7 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         bestPlace = number;
         return limit = found->distance;
     });
-    if (!best || work.exhausted() || (patience && !patience->unmade.empty())) return std::nullopt;
+    if (!best || work.exhausted() || (patience && patience->unmade)) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, places[bestPlace].core).arrays();
     const Affine3d world = worldTransform(aspect, best->node);
     if (const std::optional<HitDetails> details = detailsOf(arrays, world, best->face, best->point))

@@ -1,6 +1,7 @@
 /// What does a ray hit first? What is drawn near a place, and what of it is the nearest?
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -37,9 +38,10 @@ struct PickHit {
 
 /// What somebody who may wait lets a question take at once.
 struct PickPatience {
-    /// Of one geometry whose tree is not there: with more faces it is put down here, and nothing is found.
+    /// Of a geometry whose tree is not there: with more faces it is put down here, and the search ends without an
+    /// answer. The nearest comes first: what it hides is not wanted.
     std::size_t maxMadeFaces = 2048;
-    std::vector<UnmadeShape> unmade = {};
+    std::optional<UnmadeShape> unmade = {};
     QueryWork work = {};  ///< where it is exhausted, nothing is found
 };
 
@@ -84,6 +86,9 @@ private:
 
     std::shared_ptr<ShapeCache> shapes_;
     PickTree tree_;                        // by place
+    /// Of large geometry, the last ones that were asked about: they took long to make, and the cache may let go of them.
+    std::array<std::shared_ptr<const CollisionShape>, 2> recent_;
+    std::uint64_t changes_ = 0;  // of these
     std::vector<std::uint32_t> laidOver_;  // places in it that stood elsewhere in the handler than in the scene
 };
 

@@ -22,14 +22,15 @@ inline ServerActions tooMuchToLookAt(const Desk& desk, const Asker& asker) {
     return desk.refuse(asker, {ErrorCode::kLimit, "more stands on that way than can be looked at between two frames"});
 }
 
-inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
+inline ServerActions pickIn(Desk& desk, const Asker& asker, const request::PickAt& wish, int round) {
     const Expected<Ray> ray = rayOf(desk.around, wish.aim);
     if (!ray) return desk.refuse(asker, ray.error());
     std::optional<PickPatience> patience = patienceOf(desk);
     const std::optional<PickHit> found = desk.around.simulation.pick(*ray, patience ? &*patience : nullptr);
-    if (patience && !patience->unmade.empty())
-        return desk.afterMaking(asker, std::move(patience->unmade),
-                                [&desk, asker, wish](TimePoint now) { return pick(desk, asker, wish, now); });
+    if (patience && patience->unmade)
+        return desk.afterMaking(asker, *patience->unmade, round, [&desk, asker, wish, round](TimePoint) {
+            return pickIn(desk, asker, wish, round + 1);
+        });
     if (patience && patience->work.exhausted()) return tooMuchToLookAt(desk, asker);
     answer::Picked picked{
         .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
@@ -46,6 +47,10 @@ inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt&
     ServerActions actions = desk.news.picked(picked);
     append(actions, desk.answer(asker, ApplicationAnswer(picked)));
     return actions;
+}
+
+inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
+    return pickIn(desk, asker, wish, 0);
 }
 
 inline ServerActions grab(Desk& desk, const Asker& asker, const request::GrabHandle& wish, TimePoint) {
@@ -87,7 +92,7 @@ inline ServerActions release(Desk& desk, const Asker& asker, const request::Rele
     return desk.done(asker);
 }
 
-inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
+inline ServerActions measureIn(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, int round) {
     if (wish.to) {
         const double distance = (*wish.to - wish.from).stableNorm();
         if (!std::isfinite(distance))
@@ -102,9 +107,10 @@ inline ServerActions measure(Desk& desk, const Asker& asker, const request::Meas
     std::optional<PickPatience> patience = patienceOf(desk);
     const std::optional<NearestSurface> near =
         simulation.nearestSurface(wish.from, wish.node, work, patience ? &*patience : nullptr);
-    if (patience && !patience->unmade.empty())
-        return desk.afterMaking(asker, std::move(patience->unmade),
-                                [&desk, asker, wish](TimePoint now) { return measure(desk, asker, wish, now); });
+    if (patience && patience->unmade)
+        return desk.afterMaking(asker, *patience->unmade, round, [&desk, asker, wish, round](TimePoint) {
+            return measureIn(desk, asker, wish, round + 1);
+        });
     if (near)
         return desk.answer(asker, answer::Measured{.from = wish.from,
                                                    .to = near->point,
@@ -119,6 +125,10 @@ inline ServerActions measure(Desk& desk, const Asker& asker, const request::Meas
                                    "between two frames; name a nearer place"});
     return desk.refuse(asker,
                        {ErrorCode::kNotFound, fmt::format("nothing is seen at or below node #{}", wish.node.value)});
+}
+
+inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
+    return measureIn(desk, asker, wish, 0);
 }
 
 inline constexpr DeedTable kRows{&pick, &grab, &drag, &release, &measure};

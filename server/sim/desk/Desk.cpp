@@ -35,15 +35,19 @@ ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found ma
     });
 }
 
-ServerActions Desk::afterMaking(const Asker& asker, std::vector<UnmadeShape> unmade, WorkedOut again) {
-    return works.ask(asker, 0, [this, asker, unmade = std::move(unmade), again = std::move(again)] {
+ServerActions Desk::afterMaking(const Asker& asker, const UnmadeShape& unmade, int round, WorkedOut again) {
+    constexpr int kMostRounds = 64;
+    if (round >= kMostRounds)
+        return refuse(asker, {ErrorCode::kLimit,
+                              "what is there changes faster than it can be made ready, or is too much"});
+    return works.ask(asker, 0, [this, asker, unmade, again = std::move(again)] {
         around.workBeside([this, asker, unmade, again]() -> WorkedOut {
-            std::vector<std::shared_ptr<const CollisionShape>> made;
-            for (const UnmadeShape& one : unmade) made.push_back(makeShape(one));
-            return [this, asker, unmade, made, again](TimePoint now) {
-                for (std::size_t i = 0; i < made.size(); ++i) around.simulation.putShape(unmade[i], made[i]);
+            return [this, asker, unmade, made = makeShape(unmade), again](TimePoint now) mutable {
+                around.simulation.putShape(unmade, std::move(made));
                 works.done();
-                return applications.contains(asker.connection) ? again(now) : ServerActions();
+                ServerActions told = applications.contains(asker.connection) ? again(now) : ServerActions();
+                around.simulation.dropShape(unmade);  // unless it was what was asked about
+                return told;
             };
         });
     });

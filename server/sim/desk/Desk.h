@@ -62,8 +62,9 @@ struct Desk {
     /// An answer that is found in the scene as it is then, beside the frames. `make` is called on another thread.
     using Found = std::function<Expected<ApplicationAnswer>(const Aspect& scene, Sequence sequence)>;
     [[nodiscard]] ServerActions answerBeside(const Asker& asker, std::size_t bytes, Found make);
-    /// Has these made beside the frames, and then `again` called.
-    [[nodiscard]] ServerActions afterMaking(const Asker& asker, std::vector<UnmadeShape> unmade, WorkedOut again);
+    /// Has it made beside the frames, and then `again` called. `round`: so often this has been done for the request;
+    /// what changes all the time is given up.
+    [[nodiscard]] ServerActions afterMaking(const Asker& asker, const UnmadeShape& unmade, int round, WorkedOut again);
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// Each application for itself: one that asks without end keeps no other from asking.

@@ -13,7 +13,7 @@ namespace tessera {
 /// What is to be done on the frame thread once something has been worked out elsewhere. Returns what the session wants.
 using WorkedOut = std::function<ServerActions(TimePoint now)>;
 
-/// One piece of work behind the other, with the lowest priority that there is. `deliver` is called on the thread of its
+/// One piece of work behind the other, behind the frames. `deliver` is called on the thread of its
 /// own, all else by the frame thread.
 class Workbench {
 public:

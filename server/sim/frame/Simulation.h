@@ -112,6 +112,7 @@ public:
     [[nodiscard]] std::optional<PickHit> pick(const Ray& ray, PickPatience* patience = nullptr);
     /// What a question wanted first (PickPatience), made elsewhere.
     void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
+    void dropShape(const UnmadeShape& unmade) { pipeline_.dropShape(unmade); }
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
         return pipeline_.facesIn(scene(), box, work, faces);

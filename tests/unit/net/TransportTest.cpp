@@ -162,6 +162,24 @@ TEST(Transport, AHostThatDoesNotAnswerIsGivenUp) {
     EXPECT_NE(reasons[0].find("within 300 ms"), std::string::npos) << reasons[0];
 }
 
+/// Before it listens: many servers that start at once would take each other's.
+TEST(Transport, APortThatTheSystemPicksIsNobodyElses) {
+    Peer server;
+    bool another = false;
+    const auto port = server->listen({"127.0.0.1", 0}, [&](std::uint16_t bound) {
+        const int other = ::socket(AF_INET, SOCK_STREAM, 0), yes = 1;
+        ::setsockopt(other, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_port = htons(bound);
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        another = ::bind(other, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+        ::close(other);
+    });
+    ASSERT_TRUE(port) << port.error().message;
+    EXPECT_FALSE(another);
+}
+
 TEST(Transport, AnotherServersPortIsNamed) {
     Peer first, second;
     const std::uint16_t port = first.listen();

@@ -21,6 +21,46 @@ TEST(Pick, TheNearestVisibleTriangle) {
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.6, 0, 0), -Vec3d::UnitZ()}));
 }
 
+TEST(Pick, WhatIsLargeIsPutDownFirstAndThenKept) {
+    SceneMaker scene;
+    const auto near = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
+    const auto far = scene.body(kRootNode, shapes::box(Vec3d(9, 9, 1)), Vec3d(0, 0, -5));
+    const auto cache = std::make_shared<ShapeCache>(0);  // keeps nothing that nobody holds
+    ObjectHandler handler(cache);
+    handler.update(scene.aspect, nullptr);
+    ScenePicker picker(cache);
+    const auto pick = [&](double x, std::optional<UnmadeShape>& unmade) {
+        PickPatience patience{.maxMadeFaces = 4};
+        const auto hit = picker.pick(scene.aspect, handler, {Vec3d(x, 0.1, 0), -Vec3d::UnitZ()}, &patience);
+        unmade = patience.unmade;
+        return hit;
+    };
+    std::optional<UnmadeShape> unmade;
+    EXPECT_FALSE(pick(0.1, unmade)) << "what is far may not be told while something nearer is not there";
+    ASSERT_TRUE(unmade) << "the nearest, and not what it hides";
+    const UnmadeShape first = *unmade;
+    cache->put(*unmade, makeShape(*unmade));
+    EXPECT_EQ(pick(0.1, unmade)->node, near.shape);
+    EXPECT_FALSE(pick(3, unmade));
+    ASSERT_TRUE(unmade);
+    cache->put(*unmade, makeShape(*unmade));
+    EXPECT_EQ(pick(3, unmade)->node, far.shape);
+    // What nobody has asked about in the end goes.
+    ShapeCache other;
+    other.put(first, makeShape(first));
+    EXPECT_TRUE(other.isMade(first.arrays));
+    other.drop(first);
+    EXPECT_FALSE(other.isMade(first.arrays));
+    cache->forgetIdle();
+    EXPECT_EQ(pick(0.1, unmade)->node, near.shape) << "both are asked about";
+    EXPECT_EQ(pick(3, unmade)->node, far.shape);
+    EXPECT_FALSE(unmade);
+    // Too much to look at: nothing, and not something.
+    PickPatience little{.work = {.limit = 1}};
+    EXPECT_FALSE(picker.pick(scene.aspect, handler, {Vec3d(3, 0.1, 0), -Vec3d::UnitZ()}, &little));
+    EXPECT_TRUE(little.work.exhausted());
+}
+
 TEST(Pick, APointIsAsLargeAsItsRadius) {
     SceneMaker scene;
     const std::vector<float> places = {0, 0, 0, 3, 0, 0};
