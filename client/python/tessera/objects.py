@@ -2,7 +2,7 @@
 asked for; fields are asked for each time."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, TypeVar, Union
 
 import numpy as np
 
@@ -25,7 +25,25 @@ def _set(target: "Union[Object, Nodes]", fields: dict[str, Any]) -> Optional[Tol
     return None if current else edit.commit()
 
 
-class Object:
+H = TypeVar("H", bound="_Handle")
+
+
+class _Handle:
+    """What it stands for is on the wall: a copy is the same, and elsewhere it means nothing."""
+
+    __slots__ = ()
+
+    def __copy__(self: H) -> H:
+        return self
+
+    def __deepcopy__(self: H, memo: Any) -> H:
+        return self
+
+    def __reduce__(self) -> str:
+        raise TypeError(f"{self!r} belongs to its connection; keep its path or number")
+
+
+class Object(_Handle):
     """Anything with a number: a core, a material, an image. Its fields are attributes: read, they are asked for at the server;
     assigned, they are granted when the assignment returns."""
 
@@ -56,16 +74,6 @@ class Object:
 
     def __repr__(self) -> str:
         return f"<{self._type.name} #{self._id}>"
-
-    def __copy__(self) -> "Object":
-        """The same: what it stands for is on the wall."""
-        return self
-
-    def __deepcopy__(self, memo: Any) -> "Object":
-        return self
-
-    def __reduce__(self) -> str:
-        raise TypeError(f"{self!r} belongs to its connection; keep its path or number")
 
     def __dir__(self) -> list[str]:
         return [*object.__dir__(self), *self._type.fields]
@@ -237,7 +245,7 @@ class Node(Object):
             object.__setattr__(self, "_core", core._id)
 
 
-class Nodes:
+class Nodes(_Handle):
     """Many nodes with cores of one type. Fields are attributes with a row for each node: `nodes.translation = array` (N × 3) is one
     edit, and costs no work for each of them here; a plural (`nodes.translations`) means the same."""
 
@@ -258,15 +266,6 @@ class Nodes:
 
     def __iter__(self) -> Iterator[Node]:
         return iter(self._wall._nodes([f"#{number}" for number in self.ids.tolist()], self._generation))
-
-    def __copy__(self) -> "Nodes":
-        return self
-
-    def __deepcopy__(self, memo: Any) -> "Nodes":
-        return self
-
-    def __reduce__(self) -> str:
-        raise TypeError(f"{self!r} belong to their connection; keep paths or numbers")
 
     def __repr__(self) -> str:
         return f"<{len(self)} nodes ({self._type.name if self._type else 'no core'})>"
