@@ -16,18 +16,26 @@ namespace tessera {
 inline constexpr std::size_t kMostAtOnce = std::size_t{64} << 10;
 /// The lane of such texts while they are read. As JSON they take sixteen times as much, which counts as brought.
 inline const std::string kLargeTexts = "large texts";
-/// Counts until nobody holds it. Null: too much is there already.
-[[nodiscard]] inline std::shared_ptr<const void> roomFor(std::size_t textBytes, std::size_t& brought,
-                                                         std::size_t most) {
-    constexpr std::size_t kOfAByte = 16;
-    const std::size_t bytes = kOfAByte * textBytes;
-    if (brought + bytes > most) return nullptr;
-    brought += bytes;
-    return {&brought, [bytes](const void* all) {
-                *const_cast<std::size_t*>(static_cast<const std::size_t*>(all)) -= bytes;
-            }};
+/// Counts as brought until nobody holds it.
+class TextRoom {
+public:
+    static constexpr std::size_t kOfAByte = 16;
+    TextRoom(std::size_t& brought, std::size_t bytes) : brought_(brought), bytes_(bytes) { brought_ += bytes_; }
+    ~TextRoom() { brought_ -= bytes_; }
+    TextRoom(const TextRoom&) = delete;
+    TextRoom& operator=(const TextRoom&) = delete;
+
+private:
+    std::size_t& brought_;
+    const std::size_t bytes_;
+};
+/// Null: too much is there already.
+[[nodiscard]] inline std::shared_ptr<const TextRoom> roomFor(std::size_t textBytes, std::size_t& brought,
+                                                             std::size_t most) {
+    const std::size_t bytes = TextRoom::kOfAByte * textBytes;
+    return brought + bytes > most ? nullptr : std::make_shared<const TextRoom>(brought, bytes);
 }
-[[nodiscard]] inline std::shared_ptr<const Json> keptWith(std::shared_ptr<const void> room,
+[[nodiscard]] inline std::shared_ptr<const Json> keptWith(std::shared_ptr<const TextRoom> room,
                                                           std::shared_ptr<const Json> json) {
     const Json* const what = json.get();
     return {what, [room = std::move(room), json = std::move(json)](const Json*) {}};

@@ -139,12 +139,12 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
             return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
     }
     if (body.empty()) return askWith(nullptr, name, answer);
-    auto read = [self = *this, name, answer](ApiExpected<Json> json, std::shared_ptr<const void> room) mutable {
+    auto read = [self = *this, name, answer](ApiExpected<Json> json, std::shared_ptr<const TextRoom> room) mutable {
         if (!json) return answer(apiErrorAnswer(json.error()));
         self.askWith(keptWith(std::move(room), std::make_shared<const Json>(std::move(*json))), name, answer);
     };
     if (body.size() <= kMostAtOnce) return read(parseJson(body), nullptr);
-    const std::shared_ptr<const void> room = roomFor(body.size(), context_.brought, context_.limits.maxBroughtBytes);
+    const auto room = roomFor(body.size(), context_.brought, context_.limits.maxBroughtBytes);
     if (!room) return answer(errorAnswer(429, "limit", "too many large texts come at once"));
     const auto readIt = [body, read, room, &beside = context_.beside](
                             const std::shared_ptr<const AnswerLanes::Ticket>& ticket) {

@@ -178,7 +178,7 @@ private:
         if (awaited_ || discards_ > 0)
             return finish(websocket::close_code::protocol_error, "binary frames were announced, and a text came");
         if (text.size() <= kMostAtOnce) return onEnvelope(readEnvelope(text));
-        const std::shared_ptr<const void> room =
+        const std::shared_ptr<const TextRoom> room =
             roomFor(text.size(), context_.brought, context_.limits.maxBroughtBytes);
         if (!room) return finish(websocket::close_code::try_again_later, "too many large texts come at once");
         readsBeside_ = true;
