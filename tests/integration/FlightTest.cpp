@@ -65,7 +65,8 @@ public:
         ::setenv("DISPLAY", desktop.display().c_str(), 1);
         Process& client = wall.startClient("all", {"--window"});
         ::unsetenv("DISPLAY");
-        ready = wall.waitForFrame("front-0-0", 5, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
+        // The carriage drives for a second; then only the view moves what is in the middle of the picture.
+        ready = wall.waitForFrame("front-0-0", 90, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
         // Where a window may be, but it takes its time to be there.
         desktop.pointer(400, 300);
     }
@@ -98,7 +99,7 @@ TEST(Flight, AKeyMovesTheViewAndHomeLeadsBack) {
     EXPECT_NE(middleOf(flight.wall), begun);
     flight.desktop.key(DesktopKey::kHome, true);
     flight.desktop.key(DesktopKey::kHome, false);
-    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; })) << "to the very bits";
+    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; })) << "to the very bits: " << begun << ", not " << middleOf(flight.wall);
     // A drag looks about.
     flight.desktop.button(1, true);
     for (int i = 0; i < 20; ++i) {
