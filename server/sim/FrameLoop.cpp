@@ -165,7 +165,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 .simulation = simulation,
                 .view = view,
                 .takesInput = options.takesInput,
-                .drags = &drags}),
+                .drags = &drags,
+                .beside = {.look = [this](LooksBeside::Look look) {
+                               lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
+                           },
+                           .work = [this](LooksBeside::Work work) {
+                               workbench.add([work] { return withoutWord(work()); });
+                           }}}),
       report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
       tracking(options.wall),
       trackers(options.wall.tracking, log),
@@ -189,8 +195,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
             }),
-      loader(importOptions(), files,
-             [this](Preparation made) { deliver(std::move(made)); }),
+      loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
       snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
@@ -221,13 +226,12 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .steering = &steering,
             .inlines = &actors.inlines,
             .orderSurvey = [this] { orderSurvey(); },
-            .orderCopy =
-                [this](Preparation order) {
-                    lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
-                        const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
-                        return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
-                    });
-                },
+            .orderCopy = [this](Preparation order) {
+                lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
+                    const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
+                    return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
+                });
+            },
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
             .budget = &actors.budget}),
@@ -249,14 +253,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                        // What was said about the view is not in a frame yet.
                        return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
                    },
-               .onEpochRaised =
-                   [this](Epoch epoch) {
-                       if (journal()) journal()->epochRaised(epoch);
-                   },
-               .deliver =
-                   [this](StateCompared found) {
-                       deliver(std::move(found));
-                   }}) {
+               .onEpochRaised = [this](Epoch epoch) {
+                   if (journal()) journal()->epochRaised(epoch);
+               },
+               .deliver = [this](StateCompared found) { deliver(std::move(found)); }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
     simulation.actWith(actors);
     view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });

@@ -173,8 +173,9 @@ void CollisionPipeline::dropShape(const UnmadeShape& unmade) {
     impl_->shapes->drop(unmade);
 }
 
-bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
-    return impl_->picker.facesIn(aspect, impl_->handler, box, work, faces);
+bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,
+                                PickPatience* patience) {
+    return impl_->picker.facesIn(aspect, impl_->handler, box, work, faces, patience);
 }
 
 std::optional<NearestSurface> CollisionPipeline::nearestSurface(const Aspect& aspect, const Vec3d& place,

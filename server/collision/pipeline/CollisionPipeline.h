@@ -84,7 +84,8 @@ public:
     /// Nobody has asked about it in the end.
     void dropShape(const UnmadeShape& unmade);
     /// The visible triangles near a place (ScenePicker::facesIn).
-    [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces);
+    [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,
+                               PickPatience* patience = nullptr);
     /// The visible surface nearest to a place, at or below a node (ScenePicker::nearest).
     [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Aspect& aspect, const Vec3d& place, ObjectId below,
                                                                QueryWork& work, PickPatience* patience = nullptr);

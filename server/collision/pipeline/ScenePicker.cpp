@@ -54,12 +54,16 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
     return box.lower.allFinite() && box.upper.allFinite() ? box : Box{};
 }
 
+bool ScenePicker::isUnmade(const MeshArrays& arrays, PickPatience* patience) const {
+    if (!patience || shapes_->isMade(arrays)) return false;
+    UnmadeShape unmade = shapes_->unmade(arrays);
+    if (unmade.faceCount() <= patience->maxMadeFaces) return false;
+    patience->unmade = std::move(unmade);
+    return true;
+}
+
 std::shared_ptr<const CollisionShape> ScenePicker::shapeOf(const MeshArrays& arrays, PickPatience* patience) {
-    if (patience && !shapes_->isMade(arrays))
-        if (UnmadeShape unmade = shapes_->unmade(arrays); unmade.faceCount() > patience->maxMadeFaces) {
-            patience->unmade = std::move(unmade);
-            return nullptr;
-        }
+    if (isUnmade(arrays, patience)) return nullptr;
     std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
     constexpr std::uint64_t kSomeTimes = 8;  // the cache goes through all that it has
     if (patience && shape && shape != recent_[0] && shapes_->unmade(arrays).faceCount() > patience->maxMadeFaces) {
@@ -136,7 +140,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
 }
 
 bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
-                          std::vector<Triangle>& faces) {
+                          std::vector<Triangle>& faces, PickPatience* patience) {
     follow(aspect, handler);
     std::vector<std::uint32_t> near;
     const auto wanted = [&](const Box& around) {
@@ -155,7 +159,9 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
     for (const std::uint32_t number : near) {
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) continue;
-        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(drawableOf(aspect, place.core).arrays());
+        const MeshArrays arrays = drawableOf(aspect, place.core).arrays();
+        if (isUnmade(arrays, patience)) return giveUp();
+        const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
         if (!shape) continue;
         const Affine3d world = worldTransform(aspect, place.node);
         // What is flattened has no map back; all of it is looked at.

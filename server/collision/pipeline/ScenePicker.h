@@ -66,8 +66,9 @@ public:
     /// Appends the triangles of all that a pick looks at, in world coordinates: all that meet `box`, and some more of those
     /// whose own boxes overlap it; what is flattened too. Lines have none. False: the work was exhausted, and nothing is
     /// appended. A box counts as a box test, of the scene's tree and of the trees of geometries alike.
+    /// Nor where a tree is to be made first; of `patience` nothing else counts.
     [[nodiscard]] bool facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
-                               std::vector<Triangle>& faces);
+                               std::vector<Triangle>& faces, PickPatience* patience = nullptr);
 
     /// What is nearest to a place of all that a pick looks at below a node, that node included; of what is flattened,
     /// too. In the scene as pick takes it. Of equal distances the first node in document order, there the lowest face.
@@ -79,6 +80,8 @@ public:
     static constexpr double kMostCoordinate = 1e50;
 
 private:
+    /// What is to be made elsewhere is put down.
+    [[nodiscard]] bool isUnmade(const MeshArrays& arrays, PickPatience* patience) const;
     /// Null where nothing is to be found of these, or not yet.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const MeshArrays& arrays, PickPatience* patience);
     void follow(const Aspect& aspect, ObjectHandler& handler);

@@ -15,24 +15,31 @@ std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& in
     return roleRefusal(info, role);
 }
 
-ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found make) {
-    return looks.ask(asker, bytes, [this, asker, make = std::move(make)] {
-        around.lookBeside([this, asker, make, at = around.simulation.sequence()](const Aspect& scene) -> WorkedOut {
-            const Expected<ApplicationAnswer> found = make(scene, at);
-            // Encoded there, too: that takes as long.
-            message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
-            if (found) {
-                reply.body = encodeAnswer(*found);
-            } else {
-                reply.code = found.error().code;
-                reply.error = found.error().message;
-            }
-            return [this, connection = asker.connection, reply](TimePoint) {
+ServerActions Desk::afterLooking(const Asker& asker, std::size_t bytes, Look look) {
+    return looks.ask(asker, bytes, [this, asker, look = std::move(look)] {
+        around.lookBeside([this, asker, look, at = around.simulation.sequence()](const Aspect& scene) -> WorkedOut {
+            return [this, connection = asker.connection, then = look(scene, at)](TimePoint now) {
                 looks.done();
-                return applications.contains(connection) ? around.session.reply(connection, reply) : ServerActions();
+                return applications.contains(connection) ? then(now) : ServerActions();
             };
         });
     });
+}
+
+ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found make) {
+    const auto look = [this, asker, make = std::move(make)](const Aspect& scene, Sequence at) -> WorkedOut {
+        const Expected<ApplicationAnswer> found = make(scene, at);
+        // Encoded there, too: that takes as long.
+        message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
+        if (found) {
+            reply.body = encodeAnswer(*found);
+        } else {
+            reply.code = found.error().code;
+            reply.error = found.error().message;
+        }
+        return [this, to = asker.connection, reply](TimePoint) { return around.session.reply(to, reply); };
+    };
+    return afterLooking(asker, bytes, look);
 }
 
 ServerActions Desk::afterMaking(const Asker& asker, const UnmadeShape& unmade, int round, WorkedOut again) {

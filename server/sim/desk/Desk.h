@@ -59,6 +59,10 @@ struct Desk {
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error why) const {
         return answer(asker, tl::unexpected(std::move(why)));
     }
+    /// `look` is called beside the frames with the scene as it is then, and what it returns on the frame thread after
+    /// that, unless the application has gone.
+    using Look = std::function<WorkedOut(const Aspect& scene, Sequence sequence)>;
+    [[nodiscard]] ServerActions afterLooking(const Asker& asker, std::size_t bytes, Look look);
     /// An answer that is found in the scene as it is then, beside the frames. `make` is called on another thread.
     using Found = std::function<Expected<ApplicationAnswer>(const Aspect& scene, Sequence sequence)>;
     [[nodiscard]] ServerActions answerBeside(const Asker& asker, std::size_t bytes, Found make);

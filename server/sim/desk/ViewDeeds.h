@@ -13,8 +13,14 @@ inline ServerActions setView(Desk& desk, const Asker& asker, const request::SetV
 inline ServerActions navigate(Desk& desk, const Asker& asker, const request::NavigateView& wish, TimePoint now) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     if (!desk.around.steering) return desk.refuse(asker, {ErrorCode::kRefused, "nobody flies here"});
-    const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish.wish, now);
-    return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
+    const auto asked = [&desk, asker, wish](TimePoint at, const Box* fit) {
+        const Expected<void> taken = desk.around.steering->asked(asker.connection.value, wish.wish, at, fit);
+        return taken ? desk.done(asker) : desk.refuse(asker, taken.error());
+    };
+    if (wish.wish.deed != NavigationWish::Deed::kFit || !desk.around.lookBeside) return asked(now, nullptr);
+    return desk.afterLooking(asker, 0, [asked, node = wish.wish.node](const Aspect& scene, Sequence) -> WorkedOut {
+        return [asked, fit = boundsOf(scene, node)](TimePoint at) { return asked(at, &fit); };
+    });
 }
 
 inline ServerActions show(Desk& desk, const Asker& asker, const request::ShowPicture& wish, TimePoint) {

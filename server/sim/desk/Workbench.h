@@ -13,6 +13,10 @@ namespace tessera {
 /// What is to be done on the frame thread once something has been worked out elsewhere. Returns what the session wants.
 using WorkedOut = std::function<ServerActions(TimePoint now)>;
 
+[[nodiscard]] inline WorkedOut withoutWord(std::function<void()> then) {
+    return [then = std::move(then)](TimePoint) { return then(), ServerActions(); };
+}
+
 /// One piece of work behind the other, behind the frames. `deliver` is called on the thread of its
 /// own, all else by the frame thread.
 class Workbench {

@@ -114,8 +114,9 @@ public:
     void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
     void dropShape(const UnmadeShape& unmade) { pipeline_.dropShape(unmade); }
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
-    [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces) {
-        return pipeline_.facesIn(scene(), box, work, faces);
+    [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces,
+                               PickPatience* patience = nullptr) {
+        return pipeline_.facesIn(scene(), box, work, faces, patience);
     }
     /// The visible surface nearest to a place in world coordinates, at or below a node (ScenePicker::nearest).
     [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work,

@@ -20,6 +20,8 @@ double glide(double& speed, double target, double seconds) {
     return way;
 }
 
+constexpr auto isGrab = [](const auto& wait) { return wait.action == InputAction::kGrab; };
+
 /// What goes now of something that is left to do.
 double drain(double& left, double seconds) {
     const double rest = left * std::exp(-seconds / (Navigator::kTau / 2));
@@ -71,6 +73,7 @@ void Navigator::setMode(NavigationMode mode) {
     velocity_ = turning_ = Vec3d::Zero();
     near_ = 0;
     centre_.reset();
+    std::erase_if(waits_, isGrab);
     walker_.reset();
 }
 
@@ -84,7 +87,7 @@ void Navigator::placed() {
     levelling_ = false;
     centre_.reset();
     path_.reset();
-    waitsForHome_ = false;
+    waits_.clear();
     walker_.reset();
 }
 
@@ -126,16 +129,43 @@ void Navigator::begin(const View& now, const View& end, bool home) {
 }
 
 /// A way to where the wall stands anyway would end before that is known.
-void Navigator::beginHome(const View& now, const NavigationScene& scene) {
+bool Navigator::beginHome(const View& now, const NavigationScene& scene) {
     const bool known = !scene.homeKnown || scene.homeKnown();
     const std::optional<View> home = scene.home();
     if (known && home) begin(now, *home, true);
-    waitsForHome_ = !known;
+    return known;
+}
+
+bool Navigator::beginFit(const Wait& wish, const View& now, const NavigationScene& scene) {
+    std::optional<Box> box = wish.action == InputAction::kFit && wish.pointing ? scene.boundsAt(*wish.pointing) : Box();
+    if (box && box->empty()) box = scene.bounds();
+    if (!box) return false;
+    if (const std::optional<View> view = fitted(now, *box)) begin(now, *view, false);
+    return true;
+}
+
+bool Navigator::centreOn(const Ray& pointing, const NavigationScene& scene) {
+    const std::optional<double> t = scene.hit(pointing);
+    if (t && std::isfinite(*t)) centre_ = pointing.origin + *t * pointing.direction;
+    return t.has_value();
+}
+
+bool Navigator::begins(const Wait& wish, const View& now, const NavigationScene& scene) {
+    if (wish.action == InputAction::kHome) return beginHome(now, scene);
+    if (wish.action == InputAction::kGrab) return !wish.pointing || centreOn(*wish.pointing, scene);
+    return beginFit(wish, now, scene);
+}
+
+/// The newer of two ways, and of two grabs, counts.
+void Navigator::beginOrWait(const Wait& wish, const View& now, const NavigationScene& scene) {
+    std::erase_if(waits_, [&](const Wait& other) { return isGrab(other) == isGrab(wish); });
+    if (!begins(wish, now, scene)) waits_.push_back(wish);
 }
 
 void Navigator::take(const NavigationInput& input, const View& now, const NavigationScene& scene) {
     // What is asked for by name, as if by a key.
-    if (std::exchange(toHome_, false) || waitsForHome_) beginHome(now, scene);
+    for (const Wait& wait : std::vector<Wait>(waits_)) beginOrWait(wait, now, scene);
+    if (std::exchange(toHome_, false)) beginOrWait({.action = InputAction::kHome}, now, scene);
     if (const std::optional<Box> box = std::exchange(toFit_, std::nullopt))
         if (const std::optional<View> view = fitted(now, *box)) begin(now, *view, false);
     if (const std::optional<View> place = std::exchange(toPlace_, std::nullopt)) begin(now, *place, false);
@@ -149,16 +179,10 @@ void Navigator::take(const NavigationInput& input, const View& now, const Naviga
         const auto number = static_cast<std::size_t>(action);
         switch (action) {
             case InputAction::kHome:
-                beginHome(now, scene);
-                break;
             case InputAction::kFit:
-            case InputAction::kFitAll: {
-                Box box;
-                if (action == InputAction::kFit && pointing) box = scene.boundsAt(*pointing);
-                if (box.empty()) box = scene.bounds();
-                if (const std::optional<View> view = fitted(now, box)) begin(now, *view, false);
+            case InputAction::kFitAll:
+                beginOrWait({.action = action, .pointing = pointing}, now, scene);
                 break;
-            }
             case InputAction::kFly:
                 setMode(NavigationMode::kFly);
                 break;
@@ -175,11 +199,9 @@ void Navigator::take(const NavigationInput& input, const View& now, const Naviga
             case InputAction::kLevel:
                 levelling_ = true;
                 break;
-            case InputAction::kGrab: {
-                if (mode_ != NavigationMode::kOrbit || !pointing) break;
-                if (const std::optional<double> t = scene.hit(*pointing)) centre_ = pointing->origin + *t * pointing->direction;
+            case InputAction::kGrab:
+                if (mode_ == NavigationMode::kOrbit) beginOrWait({.action = action, .pointing = pointing}, now, scene);
                 break;
-            }
             default:
                 if (number >= static_cast<std::size_t>(InputAction::kKeep1)) {
                     scene.keepBookmark(number - static_cast<std::size_t>(InputAction::kKeep1), now);
@@ -241,7 +263,9 @@ void Navigator::fly(Stand& stand, const NavigationInput& input, double seconds) 
 
 void Navigator::orbit(Stand& stand, const NavigationInput& input, const NavigationScene& scene, double seconds) {
     if (!centre_) {
-        const Box box = scene.bounds();
+        const std::optional<Box> known = scene.bounds();
+        if (!known) return static_cast<void>(near_ += input.wheel * std::log(kNearStep));  // nobody goes around it yet
+        const Box& box = *known;
         const bool there = !box.empty() && box.lower.allFinite() && box.upper.allFinite();
         centre_ = there ? box.center() : Vec3d(stand.eye - 2 * stand.scale * (stand.orientation * Vec3d::UnitZ()));
     }
@@ -267,12 +291,16 @@ void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& inp
     pace_ = std::clamp(pace_ * std::pow(kPaceStep, input.wheel), kSlowestPace, kFastestPace);
     if (!walker_ || walker_->scale() != stand.scale) {
         walker_.emplace(wall_.navigation);
-        walker_->standAt(stand.eye, head.y(), stand.scale, scene);
+        if (!walker_->standAt(stand.eye, head.y(), stand.scale, scene)) walker_.reset();
         walkedHead_ = head;
     }
     const Heading before = headingOf(stand.orientation), after = turned(before, input, kLookRadians, seconds);
     const Quatd facing = orientationOf({.yaw = after.yaw});
     if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll) stand.orientation = orientationOf(after);
+    if (!walker_) {
+        velocity_ = Vec3d::Zero();
+        return;
+    }
     const double speed = std::min(kFastestWalk, wall_.navigation.speed * pace_ * (input.faster ? wall_.navigation.fasterFactor : 1));
     Vec3d way = Vec3d::Zero();
     for (const int i : {0, 2}) way[i] = glide(velocity_[i], within(input.move[i]) * speed, seconds);
@@ -291,7 +319,7 @@ Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, 
     take(input, now, scene);
     if (input.steers()) {
         path_.reset();
-        waitsForHome_ = false;
+        std::erase_if(waits_, [](const Wait& wait) { return !isGrab(wait); });
     }
     if (path_) return alongPath(now, seconds);
     if (still() && !input.steers()) return {};
@@ -301,7 +329,7 @@ Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, 
     Stand stand = before;
     if (mode_ == NavigationMode::kWalk && walker_ && walker_->scale() == stand.scale) stand.eye = walker_->eye();
     const Stand from = stand;
-    const bool headMoved = mode_ == NavigationMode::kWalk && (!walker_ || head != walkedHead_);
+    const bool stoodAsNow = walker_ && head == walkedHead_;
     switch (mode_) {
         case NavigationMode::kFly:
             fly(stand, input, seconds);
@@ -313,6 +341,7 @@ Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, 
             walk(stand, head, input, scene, seconds);
             break;
     }
+    const bool headMoved = mode_ == NavigationMode::kWalk && walker_ && !stoodAsNow;
     if (stand == from && !headMoved) return {};
     View view = now;
     view.orientation = stand.orientation;

@@ -18,10 +18,10 @@ struct Heading {
 [[nodiscard]] Heading headingOf(const Quatd& orientation);
 [[nodiscard]] Quatd orientationOf(const Heading& heading);
 
-/// What the navigator asks of the scene.
+/// What the navigator asks of the scene. No box: not yet, and it will be asked again in the next frame.
 struct NavigationScene : Surroundings {
-    std::function<Box()> bounds;                       ///< of all that is drawn
-    std::function<Box(const Ray&)> boundsAt;           ///< of the thing that a ray hits first; empty: none
+    std::function<std::optional<Box>()> bounds;            ///< of all that is drawn
+    std::function<std::optional<Box>(const Ray&)> boundsAt; ///< of the thing that a ray hits first; an empty one: none
     std::function<std::optional<View>()> home;         ///< where the wall would stand if nobody had moved it
     std::function<bool()> homeKnown;                   ///< false: not yet, and it will be once `home` has been asked for; empty: it is
     std::function<std::optional<View>(std::size_t)> bookmark;
@@ -56,7 +56,7 @@ public:
     void placed();
 
     /// Without input the next step does nothing.
-    [[nodiscard]] bool idle() const { return still() && !path_ && !toFit_ && !toHome_ && !waitsForHome_ && !toPlace_; }
+    [[nodiscard]] bool idle() const { return still() && !path_ && !toFit_ && !toHome_ && waits_.empty() && !toPlace_; }
 
     struct Step {
         std::optional<View> view;  ///< where the wall is to stand (its users do not count); none: it stays
@@ -83,10 +83,21 @@ private:
         }
     };
 
+    /// Asked for, and waiting for what the scene will say.
+    struct Wait {
+        InputAction action;
+        std::optional<Ray> pointing = {};  ///< world
+    };
+
     [[nodiscard]] Vec3d headOf(const View& view) const;
     void take(const NavigationInput& input, const View& now, const NavigationScene& scene);
     void begin(const View& now, const View& end, bool home);
-    void beginHome(const View& now, const NavigationScene& scene);
+    /// False: not yet.
+    [[nodiscard]] bool beginHome(const View& now, const NavigationScene& scene);
+    [[nodiscard]] bool beginFit(const Wait& wish, const View& now, const NavigationScene& scene);
+    [[nodiscard]] bool centreOn(const Ray& pointing, const NavigationScene& scene);
+    [[nodiscard]] bool begins(const Wait& wish, const View& now, const NavigationScene& scene);
+    void beginOrWait(const Wait& wish, const View& now, const NavigationScene& scene);
     [[nodiscard]] std::optional<View> fitted(const View& now, const Box& box) const;
     [[nodiscard]] Step alongPath(const View& now, double seconds);
     [[nodiscard]] Heading turned(const Heading& heading, const NavigationInput& input, double radians, double seconds);
@@ -106,7 +117,7 @@ private:
     std::optional<Path> path_;
     std::optional<Box> toFit_;
     bool toHome_ = false;
-    bool waitsForHome_ = false;  ///< it is to go there as soon as that is known
+    std::vector<Wait> waits_;  ///< at most a way and a grab
     std::optional<View> toPlace_;
     std::optional<Walker> walker_;
     Vec3d walkedHead_ = Vec3d::Zero();  ///< as the walker's last frame had it; m

@@ -5,8 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "common/drawable/SceneBounds.h"
-#include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -19,7 +17,11 @@ std::string nameOfApplication(std::uint64_t application) {
 
 }  // namespace
 
-Steering::Steering(const Surroundings& around) : around_(around), navigator_(around.wall), setByHand_(around.view.setByHand()) {
+Steering::Steering(const Surroundings& around)
+    : around_(around),
+      lookout_(around.simulation, around.beside),
+      navigator_(around.wall),
+      setByHand_(around.view.setByHand()) {
     for (const WallHost& host : around.wall.hosts) tiles_[host.name] = tilesOf(around.wall, host.name);
     if (around.drags) hands_.emplace(around.simulation, *around.drags);
 }
@@ -35,7 +37,7 @@ void Steering::hostLeft(const std::string& host) {
     if (hands_) hands_->end(host);
 }
 
-Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& wish, TimePoint at) {
+Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& wish, TimePoint at, const Box* fit) {
     using Deed = NavigationWish::Deed;
     if (!around_.takesInput) return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
     const Aspect& scene = around_.simulation.scene();
@@ -55,7 +57,7 @@ Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& 
             navigator_.goHome();
             break;
         case Deed::kFit: {
-            const Box box = sceneBounds(scene, wish.node ? wish.node : kRootNode);
+            const Box box = fit ? *fit : boundsOf(scene, wish.node);
             if (box.empty() || !box.lower.allFinite() || !box.upper.allFinite())
                 return fail(ErrorCode::kNotFound, "there is nothing to be seen there that has a size");
             navigator_.fit(box);
@@ -172,24 +174,13 @@ HandleInput::Aim Steering::aimOfApplication() const {
 }
 
 NavigationScene Steering::scene() {
-    Simulation& simulation = around_.simulation;
+    const Simulation& simulation = around_.simulation;
     ViewSource& source = around_.view;
     NavigationScene asked;
-    asked.facesIn = [this, &simulation](const Box& box, std::vector<Triangle>& faces) {
-        QueryWork effort{.limit = kMaxWork - std::min(work_, kMaxWork)};
-        const bool all = simulation.facesIn(box, effort, faces);
-        work_ += effort.boxTests + effort.triangleTests;
-        return all;
-    };
-    asked.hit = [&simulation](const Ray& ray) -> std::optional<double> {
-        const std::optional<PickHit> hit = simulation.pick(ray);
-        return hit ? std::optional(hit->t) : std::nullopt;
-    };
-    asked.bounds = [&simulation] { return sceneBounds(simulation.scene()); };
-    asked.boundsAt = [&simulation](const Ray& ray) {
-        const std::optional<PickHit> hit = simulation.pick(ray);
-        return hit ? sceneBounds(simulation.scene(), hit->node) : Box();
-    };
+    asked.facesIn = [this](const Box& box, std::vector<Triangle>& faces) { return lookout_.facesIn(box, faces); };
+    asked.hit = [this](const Ray& ray) { return lookout_.hit(ray); };
+    asked.bounds = [this] { return lookout_.bounds(kRootNode); };
+    asked.boundsAt = [this](const Ray& ray) { return lookout_.boundsAt(ray); };
     asked.home = [&simulation, &source]() -> std::optional<View> {
         const Expected<View> home = source.home(simulation.scene());
         return home ? std::optional(*home) : std::nullopt;
@@ -203,7 +194,7 @@ NavigationScene Steering::scene() {
 }
 
 void Steering::frame(TimePoint now) {
-    work_ = 0;
+    lookout_.frame();
     const Duration passed = frameAt_ ? std::clamp<Duration>(now - *frameAt_, Duration{0}, kLongestFrame) : Duration{0};
     const bool first = !std::exchange(frameAt_, now);
     if (!around_.takesInput) return;

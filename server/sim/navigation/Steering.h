@@ -13,6 +13,7 @@
 #include "server/sim/navigation/HandleInput.h"
 #include "server/sim/navigation/InputSources.h"
 #include "server/sim/navigation/Navigator.h"
+#include "server/sim/navigation/Lookout.h"
 #include "server/sim/view/ViewSource.h"
 
 namespace tessera {
@@ -23,8 +24,6 @@ class Simulation;
 /// scene; one who walks costs a look at what is near. Frame thread only.
 class Steering {
 public:
-    /// As many faces and boxes one frame may look at: a walker among more stays where he is.
-    static constexpr std::uint64_t kMaxWork = 1'000'000;
     /// No frame counts longer: who holds a key through a pause does not come out of it somewhere else.
     static constexpr std::chrono::milliseconds kLongestFrame{600};
 
@@ -35,14 +34,17 @@ public:
         ViewSource& view;
         bool takesInput = true;  ///< false: nothing that anybody does here moves the wall
         ManipulatorDrags* drags = nullptr;  ///< null: windows, terminals and wands take hold of no handle
+        LooksBeside beside = {};
     };
     explicit Steering(const Surroundings& around);
 
     /// What people do at a host's windows. `at`: as of InputSources::take.
     void received(const std::string& host, const std::vector<InputState>& states, TimePoint at = {});
     void hostLeft(const std::string& host);
-    /// kRefused: no input is taken. kNotFound: no such node or bookmark.
-    [[nodiscard]] Expected<void> asked(std::uint64_t application, const NavigationWish& wish, TimePoint at = {});
+    /// kRefused: no input is taken. kNotFound: no such node or bookmark. `fit`: the bounds of what is to be fitted, for
+    /// who knows them; null: they are found at once.
+    [[nodiscard]] Expected<void> asked(std::uint64_t application, const NavigationWish& wish, TimePoint at = {},
+                                       const Box* fit = nullptr);
     void applicationLeft(std::uint64_t application);
     /// One more source, for the frame to come alone: whatever is no window. Not heard where no input is taken.
     /// `who`: for `active`.
@@ -69,7 +71,7 @@ public:
     /// Names of hosts, "application N" of applications, and those that `add` was told: who moves the wall now, or has in the last second.
     [[nodiscard]] std::vector<std::string> active() const;
     /// Boxes and faces looked at in the last frame.
-    [[nodiscard]] std::uint64_t work() const { return work_; }
+    [[nodiscard]] std::uint64_t work() const { return lookout_.work(); }
 
 private:
     [[nodiscard]] std::optional<InputSources::Place> placeOf(const View& view, const std::string& who, std::uint32_t source,
@@ -83,6 +85,7 @@ private:
 
     Surroundings around_;
     std::map<std::string, std::vector<Tile>> tiles_;  ///< by host
+    Lookout lookout_;
     InputSources sources_;
     std::optional<HandleInput> hands_;
     Navigator navigator_;
@@ -91,7 +94,7 @@ private:
     std::map<std::string, TimePoint> addedAt_;    ///< who, and in which frame last
     std::optional<TimePoint> frameAt_;            ///< the newest
     bool wanted_ = false;                         ///< somebody has steered, or asked
-    std::uint64_t setByHand_ = 0, work_ = 0;
+    std::uint64_t setByHand_ = 0;
 };
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "server/collision/query/CapsuleSweep.h"
@@ -15,6 +16,7 @@ constexpr double kRise = 3;             // m/s: how fast the feet follow steps a
 constexpr double kPush = 2;             // m/s: how fast a body gets out of what it is in
 constexpr double kLevelGround = 1e-4;   // m: ground that is nearer to the feet is where they are
 constexpr double kOverlap = 1e-4;       // m: less is contact
+constexpr double kNoGround = std::numeric_limits<double>::infinity();
 constexpr double kSkin = 1e-3;          // m: up and down nobody comes nearer, so that edges overhead do not catch who goes on the level
 constexpr double kCoreRadius = 0.05;    // m: around its axis a body is free where it stands up
 constexpr double kShortest = 0.1;       // m: of a body below a low ceiling
@@ -136,7 +138,7 @@ private:
     double height_;
 };
 
-void Walker::standAt(const Vec3d& eye, double height, double scale, const Surroundings& around) {
+bool Walker::standAt(const Vec3d& eye, double height, double scale, const Surroundings& around) {
     eye_ = eye;
     scale_ = scale;
     height_ = std::max(height, kShortest);
@@ -144,19 +146,21 @@ void Walker::standAt(const Vec3d& eye, double height, double scale, const Surrou
     onGround_ = false;
     // Who comes from above lands on his feet; who was set down lower than he is tall rises from there.
     const std::optional<double> below = around.hit({.origin = eye, .direction = -scale * kUp});
-    if (below && *below < height_) height_ = std::max(*below, kShortest);
+    if (!below) return false;
+    if (*below < height_) height_ = std::max(*below, kShortest);
     // What the body would stand in below the head, a wall that leans, makes it shorter: from the eyes down it is free.
     const double reach = height_ - terms_.step - terms_.bodyRadius;
-    if (!(reach > 0)) return;
+    if (!(reach > 0)) return true;
     Box world;
     world.extend(Vec3d(eye + Vec3d::Constant(scale * 0.1)));
     world.extend(Vec3d(eye - Vec3d::Constant(scale * 0.1) - scale * reach * kUp));
     std::vector<Triangle> obstacles;
-    if (!around.facesIn(world, obstacles)) return;
+    if (!around.facesIn(world, obstacles)) return false;
     for (Triangle& t : obstacles)
         for (Vec3d& corner : t) corner = (corner - eye) / scale;
     if (const auto hit = sweepCapsule({Vec3d::Zero(), Vec3d::Zero(), kCoreRadius}, -reach * kUp, obstacles))
         height_ -= (1 - hit->t) * reach;
+    return true;
 }
 
 Vec3d Walker::step(const Vec3d& wish, double height, double seconds, const Surroundings& around) {
@@ -206,7 +210,7 @@ Vec3d Walker::step(const Vec3d& wish, double height, double seconds, const Surro
     } else if (ground && onGround_ && gap <= terms_.step) {
         frame.lift(-std::min(gap, rise));
         fall_ = 0;
-    } else if (ground || around.hit({.origin = eye_, .direction = -scale_ * kUp})) {
+    } else if (ground || std::isfinite(around.hit({.origin = eye_, .direction = -scale_ * kUp}).value_or(kNoGround))) {
         onGround_ = false;
         fall_ = std::min(kFastestFall, fall_ + kGravity * seconds);
         const double fallen = ground ? std::min(gap, drop) : drop, from = frame.eye().y();
@@ -217,7 +221,7 @@ Vec3d Walker::step(const Vec3d& wish, double height, double seconds, const Surro
             onGround_ = true;
         }
     } else {
-        // Below there is nothing at all: one stands on the height one has.
+        // Below there is nothing at all, or nothing that is known yet: one stands on the height one has.
         fall_ = 0;
     }
     if (frame.height() < height) frame.grow(std::min(height - frame.height(), rise));

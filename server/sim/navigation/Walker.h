@@ -15,9 +15,10 @@ namespace tessera {
 
 /// What somebody who moves asks of the scene. World coordinates.
 struct Surroundings {
-    /// Appends the drawn faces whose boxes overlap a box; false: too many to be looked at.
+    /// Appends the drawn faces whose boxes overlap a box; false: too many to be looked at, or not yet.
     std::function<bool(const Box&, std::vector<Triangle>&)> facesIn;
-    /// Where a ray hits what is drawn first, in lengths of its direction.
+    /// Where a ray hits what is drawn first, in lengths of its direction; infinity: nowhere. Nothing: not yet, and
+    /// whoever wants to know asks again in the next frame.
     std::function<std::optional<double>(const Ray&)> hit;
 };
 
@@ -32,8 +33,9 @@ public:
     explicit Walker(const Navigation& terms) : terms_(terms) {}
 
     /// Somebody stands up here: eyes at `eye`, `height` above the feet where there is room for that, and lower down where
-    /// the ground is nearer; the body rises to its height then. What was before counts no more.
-    void standAt(const Vec3d& eye, double height, double scale, const Surroundings& around);
+    /// the ground is nearer; the body rises to its height then. What was before counts no more. False: what is there
+    /// cannot be seen, or not yet; then nobody stands here.
+    [[nodiscard]] bool standAt(const Vec3d& eye, double height, double scale, const Surroundings& around);
 
     /// One frame of `seconds`. `wish`: how far to go on the level, metres (its y is not looked at); no farther than kFastestWalk
     /// allows. `height`: of the eyes above the floor of the room; who ducks there ducks here. Returns where the eyes are: the

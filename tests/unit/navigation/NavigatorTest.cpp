@@ -30,7 +30,7 @@ struct Flight {
 
     Flight() {
         static_cast<Surroundings&>(scene) = surroundingsOf(faces);
-        scene.bounds = [this] {
+        scene.bounds = [this]() -> std::optional<Box> {
             Box box;
             for (const Triangle& t : faces)
                 for (const Vec3d& corner : t) box.extend(corner);

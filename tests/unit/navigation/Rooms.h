@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -70,20 +71,20 @@ inline Surroundings surroundingsOf(const std::vector<Triangle>& faces) {
                 },
             .hit =
                 [&faces](const Ray& ray) {
-                    std::optional<double> nearest;
+                    double nearest = std::numeric_limits<double>::infinity();
                     for (const Triangle& t : faces) {
                         const Vec3d n = (t[1] - t[0]).cross(t[2] - t[0]);
                         const double along = n.dot(ray.direction);
                         if (along == 0) continue;
                         const double at = n.dot(t[0] - ray.origin) / along;
-                        if (!(at >= 0) || (nearest && at >= *nearest)) continue;
+                        if (!(at >= 0) || at >= nearest) continue;
                         const Vec3d p = ray.origin + at * ray.direction;
                         bool inside = true;
                         for (std::size_t i = 0; i < 3; ++i)
                             inside = inside && n.dot((t[(i + 1) % 3] - t[i]).cross(p - t[i])) >= 0;
                         if (inside) nearest = at;
                     }
-                    return nearest;
+                    return std::optional(nearest);
                 }};
 }
 

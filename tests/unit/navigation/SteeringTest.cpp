@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <deque>
 
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/navigation/Steering.h"
@@ -14,21 +15,27 @@ using test::ListMaker;
 
 /// A floor of boxes, as many as wanted, one metre each; the view stands above the middle.
 struct Yard {
-    explicit Yard(int side, bool takesInput = true) : takes(takesInput) {
+    explicit Yard(int side, bool takesInput = true, bool looksBeside = false) : takes(takesInput), later(looksBeside) {
         ListMaker make;
         const ObjectId tile = make.box(Vec3d(1, 0.2, 1));
         for (int x = 0; x < side; ++x)
             for (int z = 0; z < side; ++z)
                 (void)make.node("", make.node("", kRootNode, make.transform(Vec3d(x - side / 2, -0.1, z - side / 2))), tile);
         (void)make.node("thing", make.node("place", kRootNode, make.transform(Vec3d(0, 1, -5))), tile);
+        const ObjectId carrier = make.node("carrier", kRootNode, make.transform(Vec3d(20, -30, -40)));
+        if (later) (void)make.node("sheet", carrier, make.sheet(64));
         EXPECT_TRUE(simulation.load({make.builder.take()}));
         first = findNode(simulation.scene(), "/place/thing").value();
         view.update(simulation.scene(), nullptr);
-        EXPECT_TRUE(view.set(simulation.scene(), {.position = Vec3d(0, 0.5, 0), .orientation = Quatd::Identity(), .worldUnitsPerMetre = 1}));
+        stand(Vec3d(0, 0.5, 0));
     }
-    void frames(int count) {
+    void stand(const Vec3d& place) {
+        const ViewWish wish{.position = place, .orientation = Quatd::Identity(), .worldUnitsPerMetre = 1};
+        EXPECT_TRUE(view.set(simulation.scene(), wish));
+    }
+    void frames(int count, std::vector<Edit> edits = {}) {
         for (int i = 0; i < count; ++i) {
-            const FrameResult made = simulation.step(i == 0 && begin, {});
+            const FrameResult made = simulation.step(i == 0 && begin, std::exchange(edits, {}));
             begin = false;
             if (made.commit.list) view.update(simulation.scene(), made.commit.list.get());
             steering.frame(now_ += frame);
@@ -42,11 +49,31 @@ struct Yard {
     [[nodiscard]] View now() { return *view.view(simulation.scene()); }
     [[nodiscard]] Vec3d eye() { return now().world_T_wall() * now().users.front().position; }
 
-    bool takes, begin = true;
+    /// What the threads beside do; how much that was.
+    int work() {
+        int done = 0;
+        for (; !besides.empty(); ++done) {
+            const auto one = std::move(besides.front());
+            besides.pop_front();
+            one()();
+        }
+        return done;
+    }
+    [[nodiscard]] LooksBeside beside() {
+        if (!later) return {};
+        return {.look =
+                    [this](LooksBeside::Look look) {
+                        besides.push_back([this, look] { return look(simulation.scene()); });
+                    },
+                .work = [this](LooksBeside::Work one) { besides.push_back(std::move(one)); }};
+    }
+
+    bool takes, later, begin = true;
+    std::deque<LooksBeside::Work> besides;
     Wall wall = test::wallOfOne();
     Simulation simulation;
     ViewSource view{wall, ""};
-    Steering steering{{.wall = wall, .simulation = simulation, .view = view, .takesInput = takes}};
+    Steering steering{{.wall = wall, .simulation = simulation, .view = view, .takesInput = takes, .beside = beside()}};
     ObjectId first;
     std::uint64_t mostWork = 0;
     Duration frame = std::chrono::nanoseconds(16'666'667);
@@ -254,6 +281,112 @@ TEST(Steering, BookmarksAreInWhatAServerGoesOnFrom) {
     ASSERT_TRUE(next.view.bookmarks()[8]);
     EXPECT_EQ(next.view.bookmarks()[8]->position, Vec3d(0, 0.5, 0));
     EXPECT_EQ(next.now().position, yard.now().position);
+}
+
+/// In the middle of the wall, whose user looks at the sheet.
+NavigationInput pointingAtTheSheet(Yard& yard, InputAction action) {
+    yard.stand(Vec3d(52.3, 2.1, 0));
+    yard.frames(1);
+    return {.actions = {action}, .pointing = Ray{.origin = Vec3d(0, 0, 0), .direction = -Vec3d::UnitZ()}};
+}
+
+TEST(Steering, NoFrameWaitsForAFitOfWhatIsLarge) {
+    Yard yard(3, true, true);
+    const NavigationInput fit = pointingAtTheSheet(yard, InputAction::kFit);
+    const View begun = yard.now();
+    yard.steering.add(fit, "wand");
+    yard.frames(30);
+    EXPECT_EQ(yard.now().position, begun.position) << "its tree is not there";
+    EXPECT_EQ(yard.besides.size(), 1u) << "made once, however often the question is asked";
+    EXPECT_EQ(yard.work(), 1);
+    yard.frames(1);
+    EXPECT_EQ(yard.work(), 1) << "then its bounds";
+    yard.frames(100);
+    EXPECT_NE(yard.now().position, begun.position);
+    const Vec3d middle = yard.now().world_T_wall().inverse() * Vec3d(52, 2, -40);
+    EXPECT_LT((middle - Vec3d(0, 0.5, 0)).norm(), 1e-6) << "in the middle of the screen";
+    EXPECT_EQ(yard.work(), 0);
+    // Who steers meanwhile has thought better of it.
+    yard.steering.add({.actions = {InputAction::kFitAll}}, "wand");
+    yard.frames(1);
+    yard.steering.add({.move = Vec3d(0, 0, -1)}, "wand");
+    yard.frames(1);
+    EXPECT_EQ(yard.work(), 1);
+    yard.frames(200);
+    const View stands = yard.now();
+    yard.frames(100);
+    EXPECT_EQ(yard.now().position, stands.position);
+    EXPECT_EQ(yard.now().worldUnitsPerMetre, stands.worldUnitsPerMetre);
+}
+
+TEST(Steering, WhatIsGrabbedIsTurnedAroundOnceItIsKnown) {
+    Yard yard(3, true, true);
+    EXPECT_TRUE(yard.steering.asked(1, {.mode = NavigationMode::kOrbit}));
+    yard.steering.add(pointingAtTheSheet(yard, InputAction::kGrab), "wand");
+    yard.frames(1);
+    EXPECT_EQ(yard.work(), 1);
+    yard.frames(2);
+    EXPECT_EQ(yard.work(), 0) << "nobody asks any more";
+    const Vec3d held(52.3, 2.1, -40);
+    const double before = (yard.eye() - held).norm();
+    for (int i = 0; i < 30; ++i) {
+        yard.steering.add({.look = Vec2d(0.02, 0)}, "wand");
+        yard.frames(1);
+    }
+    EXPECT_GT((yard.eye() - Vec3d(52.3, yard.eye().y(), 0)).norm(), 1);
+    EXPECT_NEAR((yard.eye() - held).norm(), before, 1e-6);
+    // Where nothing was grabbed it turns around the middle of all, once that is known. A click of the wheel waits.
+    Yard other(3, true, true);
+    EXPECT_TRUE(other.steering.asked(1, {.mode = NavigationMode::kOrbit}));
+    other.frames(1);
+    const View begun = other.now();
+    other.steering.add({.wheel = 1}, "wand");
+    other.frames(3);
+    EXPECT_EQ(other.now().position, begun.position);
+    EXPECT_EQ(other.work(), 1);
+    other.frames(60);
+    EXPECT_NE(other.now().position, begun.position);
+    other.frames(60);
+    EXPECT_TRUE(other.besides.empty());
+}
+
+TEST(Steering, NobodyWalksBeforeTheGroundIsKnown) {
+    Yard yard(3, true, true);
+    const Vec3d head = yard.now().users.front().position;
+    yard.stand(Vec3d(52.3, 2.1, -39.9) - head);
+    yard.frames(1);
+    const View begun = yard.now();
+    EXPECT_TRUE(yard.steering.asked(1, {.mode = NavigationMode::kWalk, .input = ahead()}));
+    yard.frames(60);
+    EXPECT_EQ(yard.now().position, begun.position);
+    EXPECT_EQ(yard.besides.size(), 1u);
+    EXPECT_EQ(yard.work(), 1);
+    yard.frames(60);
+    EXPECT_GT(yard.eye().z(), -40) << "and does not come through the sheet";
+    EXPECT_LT(yard.eye().z(), -39.6);
+    EXPECT_EQ(yard.work(), 0);
+}
+
+TEST(Steering, WhatChangesInEachFrameIsNotWaitedForForGood) {
+    Yard yard(3, true, true);
+    yard.steering.add(pointingAtTheSheet(yard, InputAction::kFit), "wand");
+    const Aspect& scene = yard.simulation.scene();
+    const ObjectId shape = scene.get<Node>(findNode(scene, "/carrier/sheet").value())->core;
+    const std::span<const float> flat = scene.get<Geometry>(shape)->positions.as<float>();
+    std::vector<float> places(flat.begin(), flat.end());
+    int made = 0;
+    for (int i = 0; i < 200; ++i) {
+        places[2] = 0.001F * static_cast<float>(i + 1);
+        ChangeListBuilder builder;
+        setField<&Geometry::positions>(builder, shape, Blob::of(std::span<const float>(places)));
+        std::vector<Edit> edits;
+        edits.push_back({.list = builder.take()});
+        yard.frames(1, std::move(edits));
+        made += yard.work();
+    }
+    EXPECT_GE(made, Lookout::kMostRounds);
+    EXPECT_LE(made, Lookout::kMostRounds + 1) << "and the bounds of all";
+    EXPECT_NE(yard.now().position, Vec3d(52.3, 2.1, 0)) << "all is fitted, as where nothing is hit";
 }
 
 /// The floor is as dense in all yards: a walker looks at what is near and at the way to it, which grows as a logarithm.

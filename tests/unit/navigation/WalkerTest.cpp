@@ -22,7 +22,7 @@ struct Stroll {
     Surroundings around = surroundingsOf(faces);
     Walker walker{Navigation{}};
 
-    void stand(const Vec3d& eye, double scale = 1) { walker.standAt(eye, kEyes, scale, around); }
+    bool stand(const Vec3d& eye, double scale = 1) { return walker.standAt(eye, kEyes, scale, around); }
     void go(const Vec3d& metresPerSecond, int frames) {
         for (int i = 0; i < frames; ++i) (void)walker.step(kFrame * metresPerSecond, kEyes, kFrame, around);
     }

@@ -138,21 +138,8 @@ TEST_F(DeskBeside, ApplicationsTakeTurnsAndWhoAsksForTooMuchIsRefused) {
 }
 
 TEST_F(DeskBeside, LargeGeometryIsMadeReadyElsewhereBeforeItIsPicked) {
-    constexpr int kSide = 64;
-    std::vector<float> places;
-    std::vector<std::uint32_t> corners;
-    for (int y = 0; y <= kSide; ++y)
-        for (int x = 0; x <= kSide; ++x) {
-            for (const int v : {x, y, 0}) places.push_back(static_cast<float>(v));
-            const auto at = static_cast<std::uint32_t>(y * (kSide + 1) + x);
-            if (x < kSide && y < kSide)
-                for (const auto c : {0u, 1u, kSide + 1u, 1u, kSide + 2u, kSide + 1u}) corners.push_back(at + c);
-        }
     test::ListMaker make;
-    const ObjectId shape = make.create<Geometry>();
-    setField<&Geometry::positions>(make.builder, shape, Blob::of(std::span<const float>(places)));
-    setField<&Geometry::indices>(make.builder, shape, Blob::of(std::span<const std::uint32_t>(corners)));
-    make.node("wall", kRootNode, shape);
+    make.node("wall", kRootNode, make.sheet(64));
     make.node("box", make.node("place", kRootNode, make.transform(Vec3d(10.2, 10.1, 5))), make.box(Vec3d::Ones()));
     load(make.builder.take());
     const ConnectionId one = join("one");

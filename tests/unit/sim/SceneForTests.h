@@ -85,6 +85,22 @@ public:
         builder.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, arrays.indices);
         return id;
     }
+    /// side x side squares of two triangles each, from the origin along x and y.
+    ObjectId sheet(std::uint32_t side) {
+        std::vector<float> places;
+        std::vector<std::uint32_t> corners;
+        for (std::uint32_t y = 0; y <= side; ++y)
+            for (std::uint32_t x = 0; x <= side; ++x) {
+                for (const std::uint32_t v : {x, y, 0u}) places.push_back(static_cast<float>(v));
+                const std::uint32_t at = y * (side + 1) + x;
+                if (x < side && y < side)
+                    for (const auto c : {0u, 1u, side + 1, 1u, side + 2, side + 1}) corners.push_back(at + c);
+            }
+        const ObjectId shape = create<Geometry>();
+        setField<&Geometry::positions>(builder, shape, Blob::of(std::span<const float>(places)));
+        setField<&Geometry::indices>(builder, shape, Blob::of(std::span<const std::uint32_t>(corners)));
+        return shape;
+    }
     ObjectId motion(ObjectId target, const std::vector<std::array<double, 4>>& timeAndPlace) {
         std::vector<double> keys;
         for (const auto& [t, x, y, z] : timeAndPlace)
