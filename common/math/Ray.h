@@ -9,6 +9,7 @@ namespace tessera {
 struct Ray {
     Vec3d origin = Vec3d::Zero();
     Vec3d direction = -Vec3d::UnitZ();
+    bool operator==(const Ray&) const = default;
 };
 
 }  // namespace tessera

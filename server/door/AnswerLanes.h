@@ -17,8 +17,13 @@ namespace tessera {
 
 /// What an answer takes is known once it is there: of each name it is remembered. Until a first answer has come, and
 /// where one was large, the next ones of that name wait; of many sockets that ask for tens of megabytes each, all would
-/// lie here at once. Of those who wait the one goes first who has had the fewest bytes: start-time fair queueing
-/// (Goyal, Vin, Cheng, SIGCOMM 1996), so that who asks for little waits for one answer, however much others ask for.
+/// lie here at once.
+///
+/// Of those who wait the one goes first who will have had the fewest bytes, if the next answer is as large as the last
+/// one: fair queueing (Demers, Keshav, Shenker, SIGCOMM 1989) with what is known before an answer is made. Who comes
+/// begins where an even share of all that was told would have brought him. So who asks for little, or for the first
+/// time, waits for one answer, however many others have asked for much; those of whom nothing is known yet take turns.
+/// Nobody waits for ever. Of equals the one goes first who went longest ago.
 class AnswerLanes {
 public:
     static constexpr std::size_t kLarge = std::size_t{1} << 20, kAtOnce = 2;
@@ -39,7 +44,11 @@ public:
             Lane& lane = lanes_.lanes_[name_];
             lane.most = std::max(bytes, lane.most - lane.most / 8);  // after some small ones it is wide again
             lane.answered = true;
-            if (const auto known = lane.clients.find(who_); known != lane.clients.end()) known->second.had += bytes;
+            lane.now += bytes / lane.waiting();
+            if (const auto known = lane.clients.find(who_); known != lane.clients.end()) {
+                known->second.had += bytes;
+                known->second.last = bytes;
+            }
         }
 
     private:
@@ -55,6 +64,7 @@ public:
         if (lane.narrow()) {
             Client& client = lane.clients[who];
             if (client.waiting.empty()) client.had = std::max(client.had, lane.now);
+            if (client.turn == 0) client.turn = ++lane.turns;
             if (lane.open >= kAtOnce) return client.waiting.push_back(std::move(ask));
         }
         ask(std::make_shared<const Ticket>(*this, name, who));
@@ -71,21 +81,30 @@ public:
 
 private:
     struct Client {
-        std::uint64_t had = 0;  ///< bytes of answers, and what others had before it came
+        std::uint64_t had = 0;   ///< bytes of answers, and its share of what others had before it came
+        std::uint64_t last = 0;  ///< bytes of the last answer
+        std::uint64_t turn = 0;  ///< when it went last, or came
+        [[nodiscard]] auto order() const { return std::pair(had + last, turn); }
         std::deque<Ask> waiting = {};
     };
     struct Lane {
         std::size_t open = 0, most = 0;
         bool answered = false;
-        std::uint64_t now = 0;  ///< what the one who went last had had
+        std::uint64_t now = 0;    ///< what one who always waits would have had
+        std::uint64_t turns = 0;  ///< so far
         std::map<const void*, Client> clients = {};
         /// The next one's turn; null: nobody waits.
         [[nodiscard]] std::pair<const void* const, Client>* next() {
             std::pair<const void* const, Client>* least = nullptr;
             for (auto& client : clients)
-                if (!client.second.waiting.empty() && (!least || client.second.had < least->second.had))
+                if (!client.second.waiting.empty() && (!least || client.second.order() < least->second.order()))
                     least = &client;
             return least;
+        }
+        /// How many share; at least one.
+        [[nodiscard]] std::uint64_t waiting() const {
+            const auto waits = [](const auto& client) { return !client.second.waiting.empty(); };
+            return static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(1, std::ranges::count_if(clients, waits)));
         }
         [[nodiscard]] bool narrow() const { return !answered || most > kLarge; }
     };
@@ -100,7 +119,8 @@ private:
                 if (!next) return;
                 const Ask ask = std::move(next->second.waiting.front());
                 next->second.waiting.pop_front();
-                lane.now = std::max(lane.now, next->second.had++);
+                next->second.had++;
+                next->second.turn = ++lane.turns;
                 ask(std::make_shared<const Ticket>(*this, name, next->first));
             }
         });

@@ -497,6 +497,44 @@ class Told(OnAWall):
             wall.status()
 
 
+class TwoWalls(OnAWall):
+    options = {"surface": "none"}
+
+    def test_handles_of_another_wall_are_refused_and_nothing_happens(self):
+        with Live(surface="none") as other, other.connect() as there:
+            theirs, ours = there.create("/theirs"), self.wall.create("/ours")
+            material = there.object("Material")
+            wrong = [lambda: self.wall.edit().set(theirs, translation=(9, 9, 9)), lambda: self.wall.edit().place(theirs, ours),
+                     lambda: self.wall.edit().place(ours, theirs), lambda: self.wall.edit().set(there.nodes([theirs]), "translation", [[7, 7, 7]]),
+                     lambda: self.wall.find("/*", below=theirs), lambda: self.wall.nodes([ours, theirs]),
+                     lambda: self.wall.create("/box", "Geometry", material=material), lambda: self.wall.load("asset://x.tsct", under=theirs),
+                     lambda: self.wall.edit().write(theirs, "name", 0, [1])]
+            for each in wrong:
+                with self.assertRaisesRegex(tessera.BadInput, "another wall"):
+                    each()
+            self.assertEqual((theirs.translation, ours.translation), ((0, 0, 0), (0, 0, 0)))
+            self.assertNotIn("/box", self.wall)
+
+    def test_threads_that_show_at_one_path_make_one_node(self):
+        for round in range(5):
+            ready, path = threading.Barrier(4), f"/shown-{round}"
+
+            def show():
+                ready.wait(PATIENCE)
+                self.wall.show(np.eye(3), path)
+            threads = [threading.Thread(target=show) for _ in range(4)]
+            for each in threads:
+                each.start()
+            for each in threads:
+                each.join(PATIENCE)
+            self.assertEqual(len(self.wall.find(path)), 1)
+
+    def test_the_numbers_of_nodes_cannot_be_changed(self):
+        nodes = self.wall.nodes([self.wall.create("/fixed")])
+        with self.assertRaises(ValueError):
+            nodes.ids[0] = 1
+
+
 class Collisions(OnAWall):
     options = {"surface": "none", "scene": ROOT / "tests/data/scenes/yard.tsct"}
 

@@ -94,6 +94,15 @@ class Shapes(unittest.TestCase):
             with self.subTest(what=what), self.assertRaisesRegex(tessera.BadInput, what):
                 shape_of(x)
 
+    def test_masked_values_are_not_shown(self):
+        whole = np.ma.array(VERTICES, mask=False)
+        self.assertEqual(shape_of(whole).positions.shape, (4, 3))
+        for given in (np.ma.array(VERTICES, mask=VERTICES > 0.5), (np.ma.array(VERTICES, mask=VERTICES > 0.5), TRIANGLES)):
+            with self.assertRaisesRegex(tessera.BadInput, "values are masked"):
+                shape_of(given)
+        with self.assertRaisesRegex(tessera.BadInput, "scalars: 1 values are masked"):
+            colours.of_scalars(np.ma.array([1.0, 2.0], mask=[False, True]))
+
     def test_numbers_become_colours(self):
         shades = colours.of_scalars([0, 0.5, 1, np.nan])
         self.assertEqual(shades[0].tolist(), [0x44, 0x01, 0x54, 255])

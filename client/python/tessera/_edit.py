@@ -148,16 +148,15 @@ class Edit:
         for each in (node, under):
             if not isinstance(each, Node):
                 raise BadInput(f"{each!r} is no node")
-        placement = (node._number(), under._number(), _index(index))
         self._names(node, under)
-        self._placements.append(placement)
+        self._placements.append((node._number(), under._number(), _index(index)))
 
     def write(self, target: Object, field: str, first: int, values: Any) -> None:
         """New elements of a large array, from element `first` on: only these travel. The array keeps its size."""
         if not isinstance(target, Object):
             raise BadInput(f"{target!r} is no object; wall[\"/path\"] is one")
-        owner, number = target._owner(field)
         self._names(target)
+        owner, number = target._owner(field)
         info = owner.field(field)
         if info.kind != BLOB:
             raise BadInput(f"{info.where} is no array")
@@ -195,6 +194,7 @@ class Edit:
     def _names(self, *handles: Union[Object, Nodes]) -> None:
         """Their numbers go out with this edit."""
         for handle in handles:
+            handle._on(self._wall)
             if isinstance(handle, Nodes) or not handle._is_new:
                 self._since = handle._generation if self._since is None else min(self._since, handle._generation)
 

@@ -46,7 +46,9 @@ def items_of(value: Any, where: str) -> list[Any]:
 
 
 def as_array(value: Any, where: str, dtype: Any = None) -> Array:
-    """Without a copy where it is one. BadInput: rows of different lengths, or what is no number where numbers are wanted."""
+    """Without a copy where it is one. BadInput: rows of different lengths, masked values, or what is no number where numbers are wanted."""
+    if isinstance(value, np.ma.MaskedArray) and np.any(value.mask):
+        raise BadInput(f"{where}: {np.count_nonzero(value.mask)} values are masked: leave these out, or fill them (`filled`)")
     try:
         given: Array = np.asarray(value, dtype)
     except (ValueError, TypeError, OverflowError) as error:

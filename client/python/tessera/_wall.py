@@ -148,6 +148,8 @@ class Wall:
         number = self.schema.type(type).number if type is not None else 0
         if below is not None and not isinstance(below, Node):
             raise BadInput(f"below: {below!r} is no node")
+        if below is not None:
+            below._on(self)
         top, since = (below._number(), below._generation) if below is not None else (1, None)
         while True:
             page = self._ask("FindNodes", since, {"expression": expression, "node": top, "core_type": number, "page_size": 256, "after": after})
@@ -164,6 +166,8 @@ class Wall:
         for each in given:
             if not isinstance(each, (str, Node)):
                 raise BadInput(f"nodes: {each!r} is neither a node nor the path of one")
+            if isinstance(each, Node):
+                each._on(self)
         paths = [each for each in given if isinstance(each, str)]
         told = dict(zip(paths, self._nodes(paths)))
         return many(self, [told[each] if isinstance(each, str) else each for each in given])
@@ -199,6 +203,8 @@ class Wall:
         parent = self[under] if isinstance(under, str) else under
         if parent is not None and not isinstance(parent, Node):
             raise BadInput(f"under: {under!r} is neither a node nor the path of one")
+        if parent is not None:
+            parent._on(self)
         where = {"parent": parent._number() if parent else 0, **placing}
         since = parent._generation if parent else None
         if not isinstance(path, str):
@@ -398,6 +404,8 @@ class Wall:
     def _reference(self, value: Any, field: Field) -> int:
         if value is None:
             return 0
+        if isinstance(value, Object):
+            value._on(self)
         if isinstance(value, Node) and field.to != "Node":
             value._number()
             if not value._core:

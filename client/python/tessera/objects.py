@@ -39,6 +39,11 @@ class _Handle:
     def __deepcopy__(self: H, memo: Any) -> H:
         return self
 
+    def _on(self, wall: "Wall") -> None:
+        """Numbers of one wall mean other things on another one."""
+        if object.__getattribute__(self, "_wall") is not wall:
+            raise BadInput(f"{self!r} is of another wall, or of another connection to it; look it up on this one")
+
     def __reduce__(self) -> str:
         raise TypeError(f"{self!r} belongs to its connection; keep its path or number")
 
@@ -257,8 +262,10 @@ class Nodes(_Handle):
     cores: Array
 
     def __init__(self, wall: "Wall", ids: Any, cores: Any, kind: Optional[Type], generation: int) -> None:
-        for name, value in (("_wall", wall), ("ids", np.asarray(ids, "<u8")), ("cores", np.asarray(cores, "<u8")), ("_type", kind),
-                            ("_generation", generation)):
+        numbers, of_cores = np.array(ids, "<u8"), np.array(cores, "<u8")
+        for given in (numbers, of_cores):
+            given.setflags(write=False)
+        for name, value in (("_wall", wall), ("ids", numbers), ("cores", of_cores), ("_type", kind), ("_generation", generation)):
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:

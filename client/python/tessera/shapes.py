@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import threading
 from typing import TYPE_CHECKING, Any, Mapping, Optional
 
 import numpy as np
@@ -147,6 +148,7 @@ class Shown:
 
     def __init__(self) -> None:
         self._count = 0
+        self._alone = threading.Lock()
         self._known: dict[str, tuple[int, int, int, int, int, int]] = {}  # the generation of the link; node, its core, the node below, geometry, material
 
     def show(self, wall: "Wall", x: Any, path: Optional[str] = None, *, scalars: Any = None, cmap: str = "viridis",
@@ -155,7 +157,8 @@ class Shown:
              unlit: Optional[bool] = None, undo: Optional[str] = None, **unknown: Any) -> "Node":
         """`scalars`: a number for each vertex, coloured by `cmap` ("viridis", "grey", "blue-red") from `clim[0]` to `clim[1]`. `colors`: a
         colour for each; `color`: one for all. `radius`: of points, world units. `line`: points are corners of one line, `line_width` pixels
-        wide. `at`, `rotation`, `scale`: where it stands. Returns its node, a Transform: move it as you like; shown again, it stays there."""
+        wide. `at`, `rotation`, `scale`: where it stands. Returns its node, a Transform: move it as you like; shown again, it stays there. Threads
+        may show at one path; of several programs that do so for the first time each makes a node of its own."""
         for name in unknown:
             known_looks = [each.name for each in inspect.signature(self.show).parameters.values() if each.kind == each.KEYWORD_ONLY]
             raise UnknownField(f"show has no look \"{name}\"{nearest(name, known_looks)}; there is {', '.join(known_looks)}")
@@ -164,8 +167,9 @@ class Shown:
             shape.primitive = "line-strips"
         rows = len(shape.positions)
         if scalars is not None:
-            if np.size(scalars) != rows:
-                raise BadInput(f"scalars: {np.size(scalars)} numbers for {rows} vertices")
+            given = as_array(scalars, "scalars")
+            if given.size != rows:
+                raise BadInput(f"scalars: {given.size} numbers for {rows} vertices")
             shape.colours = colours.of_scalars(scalars, cmap, clim)
         if colors is not None:
             shape.colours = colours.of_any(colors, rows, "colors")
@@ -189,6 +193,11 @@ class Shown:
         current = wall._current()
         if current:
             return self._put(current, path, self._find(wall, current, path), fields, pose, look, doubled)
+        with self._alone:  # of two threads that show at one path the second finds what the first has made
+            return self._show_at(wall, path, undo, fields, pose, look, doubled)
+
+    def _show_at(self, wall: "Wall", path: str, undo: Optional[str], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
+                 doubled: bool) -> "Node":
         remembered = self._remembered(wall, path) if not look else None  # whose material it has now is asked
         if remembered is not None:
             try:

@@ -84,6 +84,8 @@ public:
     [[nodiscard]] bool precedes(std::uint32_t placeA, std::uint32_t placeB) const {
         return tree_.order().before(placeA, placeB);
     }
+    /// Of a place: ascending in document order, until the scene changes.
+    [[nodiscard]] std::uint64_t rankOf(std::uint32_t place) const { return tree_.order().rank(place); }
     [[nodiscard]] std::uint32_t placeOf(ObjectId node) const { return tree_.find(node); }
     /// The part that a node is, or kNobody.
     [[nodiscard]] std::uint32_t partOf(ObjectId node) const {

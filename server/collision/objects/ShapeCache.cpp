@@ -201,7 +201,7 @@ void ShapeCache::put(const UnmadeShape& unmade, std::shared_ptr<const CollisionS
 
 void ShapeCache::drop(const UnmadeShape& unmade) {
     const auto known = shapes_.find(plainKey(unmade.arrays));
-    if (known != shapes_.end() && known->second.use_count() <= 1) shapes_.erase(known);
+    if (known != shapes_.end() && known->second.use_count() <= 2) shapes_.erase(known);
 }
 
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {

@@ -34,6 +34,11 @@ struct UnmadeShape {
     [[nodiscard]] std::size_t faceCount() const;  ///< about
 };
 
+struct MadeShape {
+    UnmadeShape of;
+    std::shared_ptr<const CollisionShape> shape;  ///< with its tree; null: nothing comes of it
+};
+
 /// Not thread-safe; the shapes it hands out may be read by any thread.
 class ShapeCache {
 public:
@@ -52,7 +57,7 @@ public:
     [[nodiscard]] static std::shared_ptr<const CollisionShape> make(const UnmadeShape& unmade);
     /// And then it is here, unless another one is by now.
     void put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
-    /// Lets go of it, if nobody else holds it.
+    /// Lets go of it, if but for the cache and the caller nobody holds it.
     void drop(const UnmadeShape& unmade);
     /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
     /// an error is allowed.
@@ -64,8 +69,6 @@ public:
 
     /// Lets go of shapes that only the cache holds, where they exceed the limit.
     void forgetIdle();
-    /// Only of shapes; whether there were so many.
-    bool forgetIdleShapes();
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:
@@ -74,6 +77,8 @@ private:
     [[nodiscard]] static Key plainKey(const MeshArrays& arrays) {
         return {arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, {}, {}};
     }
+    bool forgetIdleShapes();
+
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
     std::set<Key> uncovered_;  ///< levels that these cannot have

@@ -165,12 +165,16 @@ std::optional<PickHit> CollisionPipeline::pickNode(const Aspect& aspect, const R
     return impl_->picker.pick(aspect, impl_->handler, ray, patience);
 }
 
-void CollisionPipeline::putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
-    impl_->shapes->put(unmade, std::move(made));
+std::optional<AsidePick> CollisionPipeline::pickAside(const Aspect& aspect, const Ray& ray) {
+    return impl_->picker.pickAside(aspect, impl_->handler, ray);
 }
 
-void CollisionPipeline::dropShape(const UnmadeShape& unmade) {
-    impl_->shapes->drop(unmade);
+std::optional<AsideNearest> CollisionPipeline::nearestAside(const Aspect& aspect, const Vec3d& place, ObjectId below) {
+    return impl_->picker.nearestAside(aspect, impl_->handler, place, below);
+}
+
+ScenePicker::Released CollisionPipeline::putShapes(std::span<const MadeShape> made) {
+    return impl_->picker.put(made);
 }
 
 bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,
@@ -179,9 +183,8 @@ bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork&
 }
 
 std::optional<NearestSurface> CollisionPipeline::nearestSurface(const Aspect& aspect, const Vec3d& place,
-                                                                ObjectId below, QueryWork& work,
-                                                                PickPatience* patience) {
-    return impl_->picker.nearest(aspect, impl_->handler, place, below, work, patience);
+                                                                ObjectId below, PickPatience* patience) {
+    return impl_->picker.nearest(aspect, impl_->handler, place, below, patience);
 }
 
 }  // namespace tessera

@@ -26,7 +26,9 @@ struct InterestTerms;
 struct NearestSurface;
 struct PickHit;
 struct PickPatience;
-struct UnmadeShape;
+struct MadeShape;
+class AsideNearest;
+class AsidePick;
 class CollisionShape;
 
 /// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
@@ -79,16 +81,16 @@ public:
     /// The nearest visible triangle along a ray in world coordinates.
     [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray,
                                                   PickPatience* patience = nullptr);
-    /// What a question wanted first (PickPatience), made elsewhere.
-    void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
-    /// Nobody has asked about it in the end.
-    void dropShape(const UnmadeShape& unmade);
+    /// These questions to be answered elsewhere, and what answers have made (ScenePicker).
+    [[nodiscard]] std::optional<AsidePick> pickAside(const Aspect& aspect, const Ray& ray);
+    [[nodiscard]] std::optional<AsideNearest> nearestAside(const Aspect& aspect, const Vec3d& place, ObjectId below);
+    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> putShapes(std::span<const MadeShape> made);
     /// The visible triangles near a place (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,
                                PickPatience* patience = nullptr);
     /// The visible surface nearest to a place, at or below a node (ScenePicker::nearest).
     [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Aspect& aspect, const Vec3d& place, ObjectId below,
-                                                               QueryWork& work, PickPatience* patience = nullptr);
+                                                               PickPatience* patience = nullptr);
 
 private:
     struct Impl;

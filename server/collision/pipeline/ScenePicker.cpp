@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "common/cores/CollisionObject.h"
 #include "common/drawable/Drawable.h"
-#include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
 #include "server/collision/objects/SortOnce.h"
 #include "server/collision/pairwise/ConservativeBox.h"
@@ -29,19 +27,9 @@ bool isLookedThrough(const Aspect& aspect, ObjectId node) {
     return false;
 }
 
-/// No point of the box is nearer, whatever rounding does. Below 0 where that may be nothing at all.
-double distanceTo(const Box& box, const Vec3d& place) {
-    const Vec3d beyond = (box.lower - place).cwiseMax(place - box.upper).cwiseMax(0.0);
-    constexpr double kRounding = 1e-12;
-    return beyond.norm() - kRounding * (box.lower.norm() + box.upper.norm() + place.norm());
-}
+/// Where it stands, what it is of: as much as so many boxes of a tree.
+constexpr std::uint64_t kLookAtThing = 8;
 
-/// Points are balls. The octahedra that stand for them have their corners on these; the middles of their faces are the
-/// farthest from them. Of `face` of a mesh of octahedra.
-double errorOf(const Triangle& face, const Affine3d& world) {
-    const double radius = (face[1] - face[0]).norm() / std::numbers::sqrt2;
-    return radius * (1 - 1 / std::numbers::sqrt3) * singularStretchOf(world.linear()).most;
-}
 
 }  // namespace
 
@@ -57,20 +45,22 @@ Box ScenePicker::boxOf(const Aspect& aspect, const Place& place, WorldTransforms
 bool ScenePicker::isUnmade(const MeshArrays& arrays, PickPatience* patience) const {
     if (!patience || shapes_->isMade(arrays)) return false;
     UnmadeShape unmade = shapes_->unmade(arrays);
-    if (unmade.faceCount() <= patience->maxMadeFaces) return false;
+    if (const std::size_t faces = unmade.faceCount(); faces <= patience->maxMadeFaces) {
+        patience->maxMadeFaces -= faces;
+        return false;
+    }
     patience->unmade = std::move(unmade);
     return true;
 }
 
 std::shared_ptr<const CollisionShape> ScenePicker::shapeOf(const MeshArrays& arrays, PickPatience* patience) {
     if (isUnmade(arrays, patience)) return nullptr;
-    std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
-    constexpr std::uint64_t kSomeTimes = 8;  // the cache goes through all that it has
-    if (patience && shape && shape != recent_[0] && shapes_->unmade(arrays).faceCount() > patience->maxMadeFaces) {
-        recent_[1] = std::exchange(recent_[0], shape);
-        if (++changes_ % kSomeTimes == 0) (void)shapes_->forgetIdleShapes();
-    }
-    return shape;
+    return shapes_->shape(arrays);
+}
+
+void ScenePicker::wanted(const MeshArrays& arrays) {
+    const auto kept = std::ranges::find(kept_, shapes_->unmade(arrays).shape, &MadeShape::shape);
+    if (kept != kept_.end()) std::rotate(kept_.begin(), kept, kept + 1);
 }
 
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
@@ -111,10 +101,14 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     std::optional<PickHit> best;
     std::uint32_t bestPlace = Place::kNone;
     double limit = std::numeric_limits<double>::infinity();
-    const auto wanted = [&](const Box& box) { return meetsBox(box, ray, limit); };
+    const auto over = [&] { return work.exhausted() || (patience && patience->unmade); };
+    const auto met = [&](const Box& box) {
+        ++work.boxTests;
+        return !over() && meetsBox(box, ray, limit);
+    };
     const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
-    tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
-        if (patience && patience->unmade) return;
+    tree_.forItems(met, nearness, [&](std::uint32_t number) {
+        work.boxTests += kLookAtThing;
         const Place& place = handler.places()[number];
         if (isLookedThrough(aspect, place.node)) return;
         const Affine3d world = worldTransform(aspect, place.node);
@@ -133,8 +127,9 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         bestPlace = number;
         limit = hit->t;
     });
-    if (!best || work.exhausted() || (patience && patience->unmade)) return std::nullopt;
+    if (!best || over()) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
+    if (patience) wanted(arrays);
     if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
     return best;
 }
@@ -180,23 +175,26 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
 }
 
 std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectHandler& handler, const Vec3d& place,
-                                                   ObjectId below, QueryWork& work, PickPatience* patience) {
+                                                   ObjectId below, PickPatience* patience) {
     if (!(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return std::nullopt;
     follow(aspect, handler);
     const std::uint32_t top = handler.placeOf(below);
     if (top == Place::kNone) return std::nullopt;
     const PagedRow<Place>& places = handler.places();
+    QueryWork any;
+    QueryWork& work = patience ? patience->work : any;
     constexpr double kNothing = std::numeric_limits<double>::infinity();
     std::optional<NearestSurface> best;
     std::uint32_t bestPlace = Place::kNone;
     double limit = kMostCoordinate;
     const auto distance = [&](const Box& box) {
         ++work.boxTests;
-        return work.exhausted() ? kNothing : distanceTo(box, place);
+        return work.exhausted() ? kNothing : nearestOf(box, place);
     };
     tree_.forNearest(limit, distance, [&](std::uint32_t number) {
         constexpr double kNoFurther = -1;
-        if (patience && patience->unmade) return kNoFurther;
+        if (work.exhausted() || (patience && patience->unmade)) return kNoFurther;
+        work.boxTests += kLookAtThing;
         const Place& at = places[number];
         if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return limit;
         const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
@@ -210,16 +208,99 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
             .face = found->face,
             .point = found->point,
             .distance = found->distance,
-            .error = arrays.primitive == Primitive::kPoints ? errorOf(shape->mesh().triangle(found->face), world) : 0};
+            .error = errorOf(arrays, *shape, found->face, world)};
         bestPlace = number;
         return limit = found->distance;
     });
     if (!best || work.exhausted() || (patience && patience->unmade)) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, places[bestPlace].core).arrays();
+    if (patience) wanted(arrays);
     const Affine3d world = worldTransform(aspect, best->node);
     if (const std::optional<HitDetails> details = detailsOf(arrays, world, best->face, best->point))
         best->details = *details;
     return best;
+}
+
+AsideQuery::Thing ScenePicker::thingAt(const Aspect& aspect, const ObjectHandler& handler, std::uint32_t number,
+                                       const MeshArrays& arrays, const Affine3d& world) {
+    AsideQuery::Thing thing{.node = handler.places()[number].node,
+                            .rank = handler.rankOf(number),
+                            .box = boxAround(world, shapes_->bounds(arrays)),
+                            .world = world,
+                            .geometry = shapes_->unmade(arrays),
+                            .made = shapes_->isMade(arrays)};
+    return thing;
+}
+
+std::optional<AsidePick> ScenePicker::pickAside(const Aspect& aspect, ObjectHandler& handler, const Ray& ray) {
+    follow(aspect, handler);
+    constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
+    QueryWork work{.limit = kMostBoxes};
+    AsidePick question(ray);
+    const auto wanted = [&](const Box& box) {
+        ++work.boxTests;
+        return !work.exhausted() && meetsBox(box, ray, std::numeric_limits<double>::infinity());
+    };
+    const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
+    tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
+        work.boxTests += kLookAtThing;
+        const Place& place = handler.places()[number];
+        if (isLookedThrough(aspect, place.node)) return;
+        const Affine3d world = worldTransform(aspect, place.node);
+        if (isFlattened(world) || !world.inverse().matrix().allFinite()) return;
+        question.things.push_back(thingAt(aspect, handler, number, drawableOf(aspect, place.core).arrays(), world));
+    });
+    if (work.exhausted() || question.things.size() > AsideQuery::kMostThings) return std::nullopt;
+    return question;
+}
+
+std::optional<AsideNearest> ScenePicker::nearestAside(const Aspect& aspect, ObjectHandler& handler, const Vec3d& place,
+                                                      ObjectId below) {
+    follow(aspect, handler);
+    AsideNearest question(place);
+    const std::uint32_t top = handler.placeOf(below);
+    if (top == Place::kNone || !(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return question;
+    constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
+    QueryWork work{.limit = kMostBoxes};
+    question.within = kMostCoordinate;
+    const auto distance = [&](const Box& box) {
+        ++work.boxTests;
+        return work.exhausted() ? std::numeric_limits<double>::infinity() : nearestOf(box, place);
+    };
+    tree_.forNearest(question.within, distance, [&](std::uint32_t number) {
+        work.boxTests += kLookAtThing;
+        const Place& at = handler.places()[number];
+        if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return question.within;
+        const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
+        if (shapes_->isMade(arrays) && !shapes_->shape(arrays)) return question.within;  // nothing comes of it
+        question.things.push_back(thingAt(aspect, handler, number, arrays, worldTransform(aspect, at.node)));
+        // All of its surface lies in its box.
+        return question.within = std::min(question.within, farthestOf(question.things.back().box, place));
+    });
+    if (work.exhausted() || question.things.size() > AsideQuery::kMostThings) return std::nullopt;
+    return question;
+}
+
+ScenePicker::Released ScenePicker::put(std::span<const MadeShape> made) {
+    for (const MadeShape& one : made) {
+        shapes_->put(one.of, one.shape);
+        if (one.shape && shapes_->unmade(one.of.arrays).shape == one.shape) kept_.push_front(one);
+    }
+    Released released;
+    std::size_t faces = 0, count = 0;
+    for (const MadeShape& one : kept_) {
+        faces += one.shape->faceCount();
+        if (count > 0 && faces > kMostKept) break;
+        ++count;
+    }
+    while (kept_.size() > count) {
+        MadeShape last = std::move(kept_.back());
+        kept_.pop_back();
+        // One that somebody else has as well only looks as if it went.
+        released.push_back(std::move(last.shape));
+        shapes_->drop(last.of);
+    }
+    return released;
 }
 
 }  // namespace tessera

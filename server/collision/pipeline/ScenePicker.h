@@ -1,59 +1,28 @@
 /// What does a ray hit first? What is drawn near a place, and what of it is the nearest?
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "common/math/Ray.h"
-#include "common/rays/HitDetails.h"
 #include "common/rays/PickTree.h"
 #include "common/scene/Aspect.h"
-#include "server/collision/mesh/QueryWork.h"
 #include "server/collision/mesh/TriangleTriangle.h"
 #include "server/collision/objects/ObjectHandler.h"
+#include "server/collision/pipeline/AsideQuery.h"
+#include "server/collision/pipeline/SceneHits.h"
 
 namespace tessera {
 
 class WorldTransforms;
 
-struct NearestSurface {
-    ObjectId node;                ///< the node that bears the geometry
-    std::uint32_t face = 0;       ///< as of PickHit
-    Vec3d point = Vec3d::Zero();  ///< world
-    double distance = 0;          ///< world units
-    double error = 0;  ///< the truth is within it; 0: exact to rounding. Points are balls, and looked at as octahedra
-    HitDetails details = {};
-};
-
-struct PickHit {
-    ObjectId node;                ///< the node that bears the geometry
-    std::uint32_t face = 0;       ///< triangle index in the geometry; of points, 8 for each (common/geometry/Points.h)
-    Vec3d point = Vec3d::Zero();  ///< world
-    double t = 0;                 ///< in lengths of the ray's direction
-    HitDetails details = {};      ///< normal, barycentric weights, texture coordinate
-};
-
-/// What somebody who may wait lets a question take at once.
-struct PickPatience {
-    /// Of a geometry whose tree is not there: with more faces it is put down here, and the search ends without an
-    /// answer. The nearest comes first: what it hides is not wanted.
-    std::size_t maxMadeFaces = 2048;
-    std::optional<UnmadeShape> unmade = {};
-    QueryWork work = {};  ///< where it is exhausted, nothing is found
-};
-
-/// What was put down, with its tree; null where nothing comes of it. On any thread.
-[[nodiscard]] inline std::shared_ptr<const CollisionShape> makeShape(const UnmadeShape& unmade) {
-    return ShapeCache::make(unmade);
-}
-
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
 /// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
 /// gone or moved since the last one, or that what lay over the scene had carried elsewhere then, and for each that the
-/// ray comes near; their trees are built then. Not thread-safe.
+/// ray comes near; their trees are built then, but for who has no patience. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}
@@ -75,23 +44,36 @@ public:
     /// Nothing where nothing is seen below it; nothing, too, where the work was exhausted. What is farther away than
     /// kMostCoordinate does not count.
     [[nodiscard]] std::optional<NearestSurface> nearest(const Aspect& aspect, ObjectHandler& handler,
-                                                        const Vec3d& place, ObjectId below, QueryWork& work,
+                                                        const Vec3d& place, ObjectId below,
                                                         PickPatience* patience = nullptr);
     static constexpr double kMostCoordinate = 1e50;
 
+    /// The same questions, to be answered elsewhere. Nothing: more stands there than AsideQuery::kMostThings, or a look
+    /// at that takes too long.
+    [[nodiscard]] std::optional<AsidePick> pickAside(const Aspect& aspect, ObjectHandler& handler, const Ray& ray);
+    [[nodiscard]] std::optional<AsideNearest> nearestAside(const Aspect& aspect, ObjectHandler& handler,
+                                                           const Vec3d& place, ObjectId below);
+    /// What an answer has needed is there for the next question: the newest of it, up to kMostKept faces, and always
+    /// the very newest. Returns what went for that: to let go of it takes long.
+    using Released = std::vector<std::shared_ptr<const CollisionShape>>;
+    [[nodiscard]] Released put(std::span<const MadeShape> made);
+    static constexpr std::size_t kMostKept = 4'000'000;
+
 private:
+    [[nodiscard]] AsideQuery::Thing thingAt(const Aspect& aspect, const ObjectHandler& handler, std::uint32_t number,
+                                            const MeshArrays& arrays, const Affine3d& world);
     /// What is to be made elsewhere is put down.
     [[nodiscard]] bool isUnmade(const MeshArrays& arrays, PickPatience* patience) const;
     /// Null where nothing is to be found of these, or not yet.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const MeshArrays& arrays, PickPatience* patience);
+    /// It was what somebody has asked for: of what is kept it goes last.
+    void wanted(const MeshArrays& arrays);
     void follow(const Aspect& aspect, ObjectHandler& handler);
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
     PickTree tree_;                        // by place
-    /// Of large geometry, the last ones that were asked about: they took long to make, and the cache may let go of them.
-    std::array<std::shared_ptr<const CollisionShape>, 2> recent_;
-    std::uint64_t changes_ = 0;  // of these
+    std::deque<MadeShape> kept_;  // the newest first: they took long to make, and the cache may let go of them
     std::vector<std::uint32_t> laidOver_;  // places in it that stood elsewhere in the handler than in the scene
 };
 

@@ -4,42 +4,57 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
+#include <memory>
 
-#include "server/collision/pipeline/ScenePicker.h"
+#include "server/collision/pipeline/AsideQuery.h"
 #include "server/sim/desk/AimedRays.h"
 #include "server/sim/desk/DeedTable.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera::aim_deeds {
 
-/// So much at once; what takes longer is made beside the frames first, where that can be.
-inline std::optional<PickPatience> patienceOf(const Desk& desk) {
-    if (!desk.around.workBeside) return std::nullopt;
-    return PickPatience{.work = {.limit = desk.limits.maxMeasureWork}};
+/// So much at once; what takes longer is answered beside the frames, where that can be.
+inline PickPatience patienceOf(const Desk& desk) {
+    if (!desk.around.workBeside) return {.maxMadeFaces = std::numeric_limits<std::size_t>::max()};
+    return {.work = {.limit = desk.limits.maxPickWork}};
+}
+
+/// `begin` puts a question together once it is this application's turn (an optional AsidePick or AsideNearest), and
+/// `tell` is called with it once it has been answered elsewhere; null: too much stands there.
+template <typename Begin, typename Tell>
+ServerActions answerAside(Desk& desk, const Asker& asker, Begin begin, Tell tell) {
+    return desk.works.ask(asker, 0, [&desk, asker, begin, tell] {
+        const auto question = std::make_shared<decltype(begin())>(begin());
+        desk.around.workBeside([&desk, asker, tell, question]() -> WorkedOut {
+            if (*question) (*question)->answer();
+            return [&desk, asker, tell, question](TimePoint) mutable {
+                ServerActions told;
+                if (desk.applications.contains(asker.connection)) told = tell(*question ? &**question : nullptr);
+                std::span<const MadeShape> made;
+                if (*question) made = (*question)->made;
+                desk.keepMade(made, std::move(question));
+                desk.works.done();  // the next one finds what this one has made
+                return told;
+            };
+        });
+    });
 }
 
 inline ServerActions tooMuchToLookAt(const Desk& desk, const Asker& asker) {
-    return desk.refuse(asker, {ErrorCode::kLimit, "more stands on that way than can be looked at between two frames"});
+    return desk.refuse(asker, {ErrorCode::kLimit, "too much stands on that way; ask from nearer, or about less"});
 }
 
-inline ServerActions pickIn(Desk& desk, const Asker& asker, const request::PickAt& wish, int round) {
-    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
-    if (!ray) return desk.refuse(asker, ray.error());
-    std::optional<PickPatience> patience = patienceOf(desk);
-    const std::optional<PickHit> found = desk.around.simulation.pick(*ray, patience ? &*patience : nullptr);
-    if (patience && patience->unmade)
-        return desk.afterMaking(asker, *patience->unmade, round, [&desk, asker, wish, round](TimePoint) {
-            return pickIn(desk, asker, wish, round + 1);
-        });
-    if (patience && patience->work.exhausted()) return tooMuchToLookAt(desk, asker);
+inline ServerActions tellPicked(Desk& desk, const Asker& asker, const Aim& aim, const Ray& ray,
+                                const std::optional<PickHit>& hit) {
     answer::Picked picked{
-        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = wish.aim.xPx, .yPx = wish.aim.yPx};
-    if (const std::optional<PickHit>& hit = found) {
+        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = aim.xPx, .yPx = aim.yPx};
+    if (hit) {
         picked.hit = true;
         picked.node = hit->node;
         picked.face = hit->face;
         picked.point = hit->point;
-        picked.t = hit->t * ray->direction.norm();
+        picked.t = hit->t * ray.direction.norm();
         picked.normal = hit->details.normal;
         picked.corners = hit->details.weights.tail<2>();
         picked.texcoord = hit->details.texcoord;
@@ -50,7 +65,17 @@ inline ServerActions pickIn(Desk& desk, const Asker& asker, const request::PickA
 }
 
 inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt& wish, TimePoint) {
-    return pickIn(desk, asker, wish, 0);
+    const Expected<Ray> ray = rayOf(desk.around, wish.aim);
+    if (!ray) return desk.refuse(asker, ray.error());
+    PickPatience patience = patienceOf(desk);
+    const std::optional<PickHit> found = desk.around.simulation.pick(*ray, &patience);
+    if (!patience.over()) return tellPicked(desk, asker, wish.aim, *ray, found);
+    return answerAside(
+        desk, asker, [&desk, ray = *ray] { return desk.around.simulation.pickAside(ray); },
+        [&desk, asker, aim = wish.aim, ray = *ray](const AsidePick* question) {
+            if (!question || question->exhausted) return tooMuchToLookAt(desk, asker);
+            return tellPicked(desk, asker, aim, ray, question->found);
+        });
 }
 
 inline ServerActions grab(Desk& desk, const Asker& asker, const request::GrabHandle& wish, TimePoint) {
@@ -92,7 +117,33 @@ inline ServerActions release(Desk& desk, const Asker& asker, const request::Rele
     return desk.done(asker);
 }
 
-inline ServerActions measureIn(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, int round) {
+inline ServerActions tellMeasured(Desk& desk, const Asker& asker, const request::MeasureDistance& wish,
+                                  const std::optional<NearestSurface>& near) {
+    if (!near)
+        return desk.refuse(
+            asker, {ErrorCode::kNotFound, fmt::format("nothing is seen at or below node #{}", wish.node.value)});
+    return desk.answer(asker, answer::Measured{.from = wish.from,
+                                               .to = near->point,
+                                               .distance = near->distance,
+                                               .error = near->error,
+                                               .node = near->node,
+                                               .face = near->face,
+                                               .normal = near->details.normal});
+}
+
+/// `round`: of what shows nothing, whatever it holds, some is found out each time.
+inline ServerActions measureAside(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, int round) {
+    constexpr int kMostRounds = 64;
+    return answerAside(
+        desk, asker, [&desk, wish] { return desk.around.simulation.nearestAside(wish.from, wish.node); },
+        [&desk, asker, wish, round](const AsideNearest* question) {
+            if (question && question->again && round < kMostRounds) return measureAside(desk, asker, wish, round + 1);
+            if (!question || question->exhausted || question->again) return tooMuchToLookAt(desk, asker);
+            return tellMeasured(desk, asker, wish, question->found);
+        });
+}
+
+inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
     if (wish.to) {
         const double distance = (*wish.to - wish.from).stableNorm();
         if (!std::isfinite(distance))
@@ -103,32 +154,9 @@ inline ServerActions measureIn(Desk& desk, const Asker& asker, const request::Me
     if (!simulation.scene().get<Node>(wish.node))
         return desk.refuse(asker,
                            {ErrorCode::kNotFound, fmt::format("there is no node #{} to measure to", wish.node.value)});
-    QueryWork work{.limit = desk.limits.maxMeasureWork};
-    std::optional<PickPatience> patience = patienceOf(desk);
-    const std::optional<NearestSurface> near =
-        simulation.nearestSurface(wish.from, wish.node, work, patience ? &*patience : nullptr);
-    if (patience && patience->unmade)
-        return desk.afterMaking(asker, *patience->unmade, round, [&desk, asker, wish, round](TimePoint) {
-            return measureIn(desk, asker, wish, round + 1);
-        });
-    if (near)
-        return desk.answer(asker, answer::Measured{.from = wish.from,
-                                                   .to = near->point,
-                                                   .distance = near->distance,
-                                                   .error = near->error,
-                                                   .node = near->node,
-                                                   .face = near->face,
-                                                   .normal = near->details.normal});
-    if (work.exhausted())
-        return desk.refuse(asker, {ErrorCode::kLimit,
-                                   "too much stands between that place and the node to look at "
-                                   "between two frames; name a nearer place"});
-    return desk.refuse(asker,
-                       {ErrorCode::kNotFound, fmt::format("nothing is seen at or below node #{}", wish.node.value)});
-}
-
-inline ServerActions measure(Desk& desk, const Asker& asker, const request::MeasureDistance& wish, TimePoint) {
-    return measureIn(desk, asker, wish, 0);
+    PickPatience patience = patienceOf(desk);
+    const std::optional<NearestSurface> near = simulation.nearestSurface(wish.from, wish.node, &patience);
+    return patience.over() ? measureAside(desk, asker, wish, 0) : tellMeasured(desk, asker, wish, near);
 }
 
 inline constexpr DeedTable kRows{&pick, &grab, &drag, &release, &measure};

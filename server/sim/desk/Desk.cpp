@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "common/request/Check.h"
-#include "server/collision/pipeline/ScenePicker.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -42,21 +41,11 @@ ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found ma
     return afterLooking(asker, bytes, look);
 }
 
-ServerActions Desk::afterMaking(const Asker& asker, const UnmadeShape& unmade, int round, WorkedOut again) {
-    constexpr int kMostRounds = 64;
-    if (round >= kMostRounds)
-        return refuse(asker, {ErrorCode::kLimit,
-                              "what is there changes faster than it can be made ready, or is too much"});
-    return works.ask(asker, 0, [this, asker, unmade, again = std::move(again)] {
-        around.workBeside([this, asker, unmade, again]() -> WorkedOut {
-            return [this, asker, unmade, made = makeShape(unmade), again](TimePoint now) mutable {
-                around.simulation.putShape(unmade, std::move(made));
-                works.done();
-                ServerActions told = applications.contains(asker.connection) ? again(now) : ServerActions();
-                around.simulation.dropShape(unmade);  // unless it was what was asked about
-                return told;
-            };
-        });
+void Desk::keepMade(std::span<const MadeShape> made, std::shared_ptr<const void> question) const {
+    around.workBeside([gone = around.simulation.putShapes(made), question = std::move(question)]() mutable {
+        gone.clear();
+        question.reset();
+        return withoutWord([] {});
     });
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -15,7 +16,7 @@
 
 namespace tessera {
 
-struct UnmadeShape;
+struct MadeShape;
 
 /// All that waits for something, with what the server lends the desk. Frame thread only.
 struct Desk {
@@ -66,9 +67,9 @@ struct Desk {
     /// An answer that is found in the scene as it is then, beside the frames. `make` is called on another thread.
     using Found = std::function<Expected<ApplicationAnswer>(const Aspect& scene, Sequence sequence)>;
     [[nodiscard]] ServerActions answerBeside(const Asker& asker, std::size_t bytes, Found make);
-    /// Has it made beside the frames, and then `again` called. `round`: so often this has been done for the request;
-    /// what changes all the time is given up.
-    [[nodiscard]] ServerActions afterMaking(const Asker& asker, const UnmadeShape& unmade, int round, WorkedOut again);
+    /// An AsideQuery has been answered: what it has made is kept for others, and nothing is let go of here, which takes
+    /// long. `question`: whatever holds it, handed over.
+    void keepMade(std::span<const MadeShape> made, std::shared_ptr<const void> question) const;
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// Each application for itself: one that asks without end keeps no other from asking.

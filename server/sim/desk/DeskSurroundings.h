@@ -41,8 +41,9 @@ struct DeskLimits {
     std::size_t maxProposalChanges = 500'000;  ///< and references in them
     /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
     std::size_t maxFrameChanges = 50'000;
-    /// Of a search for the nearest surface, between two frames: boxes and faces that it looks at.
-    std::uint64_t maxMeasureWork = 1'000'000;
+    /// Of a pick or a search for the nearest surface, between two frames: boxes and faces that it looks at. What takes
+    /// more is answered beside them.
+    std::uint64_t maxPickWork = 20'000;
     FrameNews::Limits news;
 };
 

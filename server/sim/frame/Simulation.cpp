@@ -45,13 +45,16 @@ std::optional<PickHit> Simulation::pick(const Ray& ray, PickPatience* patience) 
     return pipeline_.pickNode(scene(), ray, patience);
 }
 
-void Simulation::putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
-    pipeline_.putShape(unmade, std::move(made));
+std::optional<AsidePick> Simulation::pickAside(const Ray& ray) {
+    return pipeline_.pickAside(scene(), ray);
 }
 
-std::optional<NearestSurface> Simulation::nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work,
-                                                         PickPatience* patience) {
-    return pipeline_.nearestSurface(scene(), place, below, work, patience);
+std::optional<AsideNearest> Simulation::nearestAside(const Vec3d& place, ObjectId below) {
+    return pipeline_.nearestAside(scene(), place, below);
+}
+
+std::optional<NearestSurface> Simulation::nearestSurface(const Vec3d& place, ObjectId below, PickPatience* patience) {
+    return pipeline_.nearestSurface(scene(), place, below, patience);
 }
 
 void Simulation::goOnFrom(Left left) {

@@ -110,16 +110,19 @@ public:
     [[nodiscard]] std::vector<std::uint64_t> openQuestions() const { return pipeline_.openQuestions(); }
     /// The nearest visible triangle on a world-space ray.
     [[nodiscard]] std::optional<PickHit> pick(const Ray& ray, PickPatience* patience = nullptr);
-    /// What a question wanted first (PickPatience), made elsewhere.
-    void putShape(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
-    void dropShape(const UnmadeShape& unmade) { pipeline_.dropShape(unmade); }
+    /// What takes longer, to be answered on another thread, and what that has made there (ScenePicker).
+    [[nodiscard]] std::optional<AsidePick> pickAside(const Ray& ray);
+    [[nodiscard]] std::optional<AsideNearest> nearestAside(const Vec3d& place, ObjectId below);
+    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> putShapes(std::span<const MadeShape> made) {
+        return pipeline_.putShapes(made);
+    }
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces,
                                PickPatience* patience = nullptr) {
         return pipeline_.facesIn(scene(), box, work, faces, patience);
     }
     /// The visible surface nearest to a place in world coordinates, at or below a node (ScenePicker::nearest).
-    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below, QueryWork& work,
+    [[nodiscard]] std::optional<NearestSurface> nearestSurface(const Vec3d& place, ObjectId below,
                                                                PickPatience* patience = nullptr);
 
 private:

@@ -6,17 +6,15 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "server/collision/mesh/QueryWork.h"
+#include "server/collision/pipeline/SceneHits.h"
 #include "server/sim/navigation/Navigator.h"
 
 namespace tessera {
 
-class CollisionShape;
 class Simulation;
-struct PickHit;
-struct UnmadeShape;
 
 /// Has things done beside the frames; what they return is called on the frame thread in a later frame. Empty: all is
 /// done at once.
@@ -34,15 +32,15 @@ struct LooksBeside {
 /// thread only; lives as long as anybody may call back.
 class Lookout {
 public:
-    /// As many faces and boxes one frame may look at: where there are more, a walker stays and nothing is hit.
-    static constexpr std::uint64_t kMaxWork = 1'000'000;
-    /// So often the geometry on a ray may change before its tree is there: then nothing is hit.
-    static constexpr int kMostRounds = 64;
+    /// As many faces and boxes one frame may look at for a walker: among more he stays where he is. And for a ray; what
+    /// takes more is found beside the frames.
+    static constexpr std::uint64_t kMaxWork = 1'000'000, kMaxPickWork = 20'000;
+    /// So many frames what a walker needed is kept for his next step.
+    static constexpr int kFramesHeld = 600;
+    /// So long an answer about a ray counts, where it is asked in each frame.
+    static constexpr int kFramesTrue = 30;
 
     Lookout(Simulation& simulation, LooksBeside beside) : simulation_(simulation), beside_(std::move(beside)) {}
-
-    /// So many frames what was made is kept for the next question.
-    static constexpr int kFramesHeld = 600;
 
     /// A new frame begins.
     void frame();
@@ -56,23 +54,28 @@ public:
     [[nodiscard]] std::optional<Box> boundsAt(const Ray& ray);
 
 private:
+    template <typename About, typename Answer>
     struct Question {
-        ObjectId node;
-        std::optional<Box> box;
+        About about;
+        std::optional<Answer> answer = {};
         bool asked = true;  ///< in this frame
+        int age = 0;        ///< of the answer, frames
     };
+    using Hit = std::optional<PickHit>;
     /// Empty: not yet.
-    [[nodiscard]] std::optional<std::optional<PickHit>> pick(const Ray& ray);
-    [[nodiscard]] QueryWork workLeft() const { return {.limit = kMaxWork - std::min(work_, kMaxWork)}; }
-    void wantMade(const UnmadeShape& unmade);
+    [[nodiscard]] std::optional<Hit> pick(const Ray& ray);
+    void findBeside(const Ray& ray);
+    void makeBeside(const UnmadeShape& unmade);
+    /// What an answer has made is kept; nothing is let go of here, which takes long. `with`: whatever else is to go.
+    void keep(std::span<const MadeShape> made, std::shared_ptr<const void> with = {});
 
     Simulation& simulation_;
     LooksBeside beside_;
-    std::optional<Question> bounds_;
-    bool finding_ = false, making_ = false, picked_ = false;
-    int unused_ = 0;                       ///< frames in which nobody looked at geometry
-    int rounds_ = 0;                       ///< of the pick that is asked frame by frame
-    std::deque<std::shared_ptr<const CollisionShape>> held_;  ///< the newest ones: the cache lets go of what nobody holds
+    std::optional<Question<ObjectId, Box>> bounds_;
+    std::optional<Question<Ray, Hit>> hit_;
+    bool finding_ = false, picking_ = false, making_ = false;
+    int unused_ = 0;                                          ///< frames in which nobody looked at geometry
+    std::deque<std::shared_ptr<const CollisionShape>> held_;  ///< the newest ones that a walker needed
     std::uint64_t work_ = 0;
 };
 

@@ -1,6 +1,8 @@
 /// Large answers of a name wait for each other, and each is asked once.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <random>
 
 #include "server/door/AnswerLanes.h"
@@ -120,6 +122,51 @@ TEST_F(Lanes, WhoHasHadTheLeastGoesNext) {
     for (int i = 0; i < 6; ++i) enter("GetTree", &fresh);
     while (!open.empty()) answer(open.begin()->first, kLarge);
     EXPECT_EQ(asked.size(), static_cast<std::size_t>(entered));
+}
+
+/// Many who always want more than one answer's room, and one who comes anew each time, in any phase of the round.
+TEST_F(Lanes, WhoAsksForLittleWaitsForOneAnswerAndStarvesNobody) {
+    const std::array<int, 44> greedy{};
+    std::map<int, std::size_t> of;  // by number: whose
+    const auto want = [&](std::size_t i) {
+        of[entered] = i;
+        enter("GetTree", &greedy[i]);
+    };
+    for (std::size_t i = 0; i < greedy.size(); ++i) want(i);
+    std::array<int, greedy.size()> had{};
+    std::vector<int> newcomers(300);
+    int longest = 0, old = 0;
+    const auto answerOldest = [&] {
+        const int number = open.begin()->first;
+        const auto who = of.find(number);
+        answer(number, who == of.end() ? 100 : 3 * kLarge);
+        if (who == of.end()) return;
+        ++had[who->second];
+        want(who->second);
+    };
+    for (std::size_t i = 0; i < greedy.size(); ++i) answerOldest();  // nothing is known of them before
+    for (std::size_t i = 0; i < newcomers.size(); ++i) {
+        // Every other one is one that has asked before.
+        enter("GetTree", i % 2 ? &old : &newcomers[i]);
+        const int mine = entered - 1;
+        int waited = 0;
+        for (; !std::ranges::count(asked, mine); ++waited) answerOldest();
+        longest = std::max(longest, waited);
+        answer(mine, 100);
+        for (std::size_t more = 0; more < i % 5; ++more) answerOldest();
+    }
+    EXPECT_LE(longest, 2);
+    const auto [least, most] = std::ranges::minmax(had);
+    EXPECT_GE(least, most - 2) << "the others share alike";
+    // A flood of those who come once and ask for little: the others go on.
+    const std::array<int, greedy.size()> before = had;
+    std::vector<int> flood(20'000);
+    std::size_t came = 0;
+    while (came < flood.size()) {
+        for (int i = 0; i < 4 && came < flood.size(); ++i) enter("GetTree", &flood[came++]);
+        answerOldest();
+    }
+    EXPECT_GT(had[0], before[0]);
 }
 
 TEST_F(Lanes, WhoLeavesIsNotCalled) {

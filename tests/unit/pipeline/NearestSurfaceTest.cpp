@@ -12,9 +12,33 @@
 namespace tessera {
 namespace {
 
+/// Answered apart from the scene, as by another thread.
+std::optional<NearestSurface> nearestAside(SceneMaker& scene, const Vec3d& place, ObjectId below) {
+    for (int round = 0; round < 64; ++round) {
+        std::optional<AsideNearest> question = scene.pipeline.nearestAside(scene.aspect, place, below);
+        if (!question) break;
+        question->answer();
+        EXPECT_FALSE(question->exhausted);
+        (void)scene.pipeline.putShapes(question->made);
+        if (!question->again) return question->found;
+    }
+    ADD_FAILURE() << "not answered";
+    return std::nullopt;
+}
+
+/// Both ways, that must say the very same.
 std::optional<NearestSurface> nearestIn(SceneMaker& scene, const Vec3d& place, ObjectId below = kRootNode) {
-    QueryWork work;
-    return scene.pipeline.nearestSurface(scene.aspect, place, below, work);
+    const std::optional<NearestSurface> aside = nearestAside(scene, place, below);
+    std::optional<NearestSurface> told = scene.pipeline.nearestSurface(scene.aspect, place, below);
+    EXPECT_EQ(aside.has_value(), told.has_value());
+    if (!aside || !told) return told;
+    EXPECT_EQ(aside->node, told->node);
+    EXPECT_EQ(aside->face, told->face);
+    EXPECT_EQ(aside->point, told->point);
+    EXPECT_EQ(aside->distance, told->distance);
+    EXPECT_EQ(aside->error, told->error);
+    EXPECT_EQ(aside->details.normal, told->details.normal);
+    return told;
 }
 
 /// All that is visible at or below a node, face by face.
@@ -192,15 +216,15 @@ TEST(NearestSurface, OfManyFewAreLookedAtAndNoMoreThanAllowed) {
     for (int i = 0; i < 1000; ++i)
         scene.node(scene.node(kRootNode, scene.transform(Vec3d(i % 10, i / 10 % 10, i / 100))), core);
     const Vec3d place(4.5, 5.5, 6.6);
-    QueryWork work;
-    const auto told = scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, work);
+    PickPatience any;
+    const auto told = scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, &any);
     ASSERT_TRUE(told);
-    EXPECT_LT(work.boxTests + work.triangleTests, 1000u);
-    QueryWork little{.limit = 20};
-    EXPECT_FALSE(scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, little));
-    EXPECT_TRUE(little.exhausted());
-    QueryWork enough{.limit = work.boxTests + work.triangleTests + 1};
-    const auto again = scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, enough);
+    EXPECT_LT(any.work.boxTests + any.work.triangleTests, 1000u);
+    PickPatience little{.work = {.limit = 20}};
+    EXPECT_FALSE(scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, &little));
+    EXPECT_TRUE(little.over());
+    PickPatience enough{.work = {.limit = any.work.boxTests + any.work.triangleTests + 1}};
+    const auto again = scene.pipeline.nearestSurface(scene.aspect, place, kRootNode, &enough);
     ASSERT_TRUE(again);
     EXPECT_EQ(again->distance, told->distance);
     EXPECT_EQ(again->node, told->node);

@@ -1,6 +1,8 @@
 // What a ray through the scene hits.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "server/collision/pipeline/ScenePicker.h"
 #include "tests/unit/pipeline/SceneMaker.h"
 
@@ -21,7 +23,7 @@ TEST(Pick, TheNearestVisibleTriangle) {
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, {Vec3d(0.6, 0, 0), -Vec3d::UnitZ()}));
 }
 
-TEST(Pick, WhatIsLargeIsPutDownFirstAndThenKept) {
+TEST(Pick, WhatIsLargeIsAnsweredAsideAndThenKept) {
     SceneMaker scene;
     const auto near = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0, -2));
     const auto far = scene.body(kRootNode, shapes::box(Vec3d(9, 9, 1)), Vec3d(0, 0, -5));
@@ -29,36 +31,123 @@ TEST(Pick, WhatIsLargeIsPutDownFirstAndThenKept) {
     ObjectHandler handler(cache);
     handler.update(scene.aspect, nullptr);
     ScenePicker picker(cache);
-    const auto pick = [&](double x, std::optional<UnmadeShape>& unmade) {
+    const auto rayAt = [](double x) { return Ray{Vec3d(x, 0.1, 0), -Vec3d::UnitZ()}; };
+    const auto atOnce = [&](double x, bool& over) {
         PickPatience patience{.maxMadeFaces = 4};
-        const auto hit = picker.pick(scene.aspect, handler, {Vec3d(x, 0.1, 0), -Vec3d::UnitZ()}, &patience);
-        unmade = patience.unmade;
+        const auto hit = picker.pick(scene.aspect, handler, rayAt(x), &patience);
+        over = patience.over();
         return hit;
     };
-    std::optional<UnmadeShape> unmade;
-    EXPECT_FALSE(pick(0.1, unmade)) << "what is far may not be told while something nearer is not there";
-    ASSERT_TRUE(unmade) << "the nearest, and not what it hides";
-    const UnmadeShape first = *unmade;
-    cache->put(*unmade, makeShape(*unmade));
-    EXPECT_EQ(pick(0.1, unmade)->node, near.shape);
-    EXPECT_FALSE(pick(3, unmade));
-    ASSERT_TRUE(unmade);
-    cache->put(*unmade, makeShape(*unmade));
-    EXPECT_EQ(pick(3, unmade)->node, far.shape);
-    // What nobody has asked about in the end goes.
-    ShapeCache other;
-    other.put(first, makeShape(first));
-    EXPECT_TRUE(other.isMade(first.arrays));
-    other.drop(first);
-    EXPECT_FALSE(other.isMade(first.arrays));
+    const auto aside = [&](double x) {
+        std::optional<AsidePick> question = picker.pickAside(scene.aspect, handler, rayAt(x));
+        question->answer();
+        const std::size_t made = question->made.size();
+        EXPECT_TRUE(picker.put(question->made).empty());
+        return std::pair(question->found->node, made);
+    };
+    bool over = false;
+    EXPECT_FALSE(atOnce(0.1, over)) << "what is far may not be told while something nearer is not there";
+    EXPECT_TRUE(over);
+    EXPECT_EQ(aside(0.1), std::pair(near.shape, std::size_t{1})) << "what the nearest hides is not made";
+    EXPECT_EQ(atOnce(0.1, over)->node, near.shape);
+    EXPECT_FALSE(over);
+    EXPECT_FALSE(atOnce(3, over));
+    EXPECT_TRUE(over);
+    EXPECT_EQ(aside(3), std::pair(far.shape, std::size_t{1}));
+    EXPECT_EQ(aside(3), std::pair(far.shape, std::size_t{0})) << "it is there by now";
     cache->forgetIdle();
-    EXPECT_EQ(pick(0.1, unmade)->node, near.shape) << "both are asked about";
-    EXPECT_EQ(pick(3, unmade)->node, far.shape);
-    EXPECT_FALSE(unmade);
+    EXPECT_EQ(atOnce(0.1, over)->node, near.shape) << "both have been asked about";
+    EXPECT_EQ(atOnce(3, over)->node, far.shape);
+    EXPECT_FALSE(over);
     // Too much to look at: nothing, and not something.
     PickPatience little{.work = {.limit = 1}};
-    EXPECT_FALSE(picker.pick(scene.aspect, handler, {Vec3d(3, 0.1, 0), -Vec3d::UnitZ()}, &little));
-    EXPECT_TRUE(little.work.exhausted());
+    EXPECT_FALSE(picker.pick(scene.aspect, handler, rayAt(3), &little));
+    EXPECT_TRUE(little.over());
+}
+
+TEST(Pick, OfManySmallOnesNoMoreAreMadeAtOnceThanOfOneLargeOne) {
+    SceneMaker scene;
+    for (int i = 0; i < 100; ++i) scene.body(kRootNode, shapes::sphere(1 + 0.001 * i, 8, 12), Vec3d(3 * i, 0, 0));
+    PickPatience patience{.maxMadeFaces = 1000};
+    const Ray beside{Vec3d(-5, 0.9, 0.9), Vec3d::UnitX()};  // within their boxes
+    EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, beside, &patience));
+    EXPECT_TRUE(patience.over());
+    std::optional<AsidePick> question = scene.pipeline.pickAside(scene.aspect, beside);
+    ASSERT_TRUE(question);
+    question->answer();
+    EXPECT_FALSE(question->found);
+    EXPECT_EQ(question->made.size(), 95u) << "five are there";
+    // What has been asked for is kept to a bound, and what goes for that is handed out.
+    PickPatience all;
+    (void)scene.pipeline.putShapes(question->made);
+    EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, beside, &all));
+    EXPECT_FALSE(all.over());
+}
+
+/// Turned, stretched and flat things in one another's way, of which some share a geometry and some lie in one place.
+TEST(Pick, AsideIsWhatItIsAtOnce) {
+    const char* given = std::getenv("TESSERA_SEED");
+    const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=Pick.Aside*");
+    std::mt19937 random(seed);
+    const auto number = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
+    const auto somewhere = [&](double reach) {
+        return Vec3d(number(-reach, reach), number(-reach, reach), number(-reach, reach));
+    };
+    int hits = 0, misses = 0;
+    for (int round = 0; round < 6; ++round) {
+        SceneMaker scene;
+        const std::vector<ObjectId> cores{scene.geometry(shapes::sphere(1, 8, 12)), scene.geometry(shapes::sheet(2, 3)),
+                                          scene.geometry(shapes::box({9, 1e-7, 1e-9}))};
+        std::vector<ObjectId> transforms;
+        for (int i = 0; i < 40; ++i) {
+            const Vec3d scale = i % 5 == 0 ? Vec3d(1, 3, 0.2) : i % 7 == 0 ? Vec3d(1, 0, 1) : Vec3d::Ones();
+            const Quatd turn = Quatd(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1)).normalized();
+            transforms.push_back(scene.transform(somewhere(6), turn, scale));
+            for (int twice = 0; twice < 1 + i % 2; ++twice)
+                scene.node(scene.node(kRootNode, transforms.back()), cores[static_cast<std::size_t>(i) % 3]);
+        }
+        for (int change = 0; change < 50; ++change) {
+            scene.set<Transform>(transforms[random() % transforms.size()], fieldId<&Transform::translation>,
+                                 somewhere(6));
+            const Vec3d from = somewhere(9);
+            const Ray ray{from, change % 3 == 0 ? somewhere(1) : Vec3d(somewhere(6) - from)};
+            std::optional<AsidePick> question = scene.pipeline.pickAside(scene.aspect, ray);
+            ASSERT_TRUE(question);
+            question->answer();
+            (void)scene.pipeline.putShapes(question->made);
+            const std::optional<PickHit> told = scene.pipeline.pickNode(scene.aspect, ray);
+            ASSERT_EQ(question->found.has_value(), told.has_value());
+            ++(told ? hits : misses);
+            if (!told) continue;
+            ASSERT_EQ(question->found->node, told->node);
+            ASSERT_EQ(question->found->face, told->face);
+            ASSERT_EQ(question->found->t, told->t);
+            ASSERT_EQ(question->found->point, told->point);
+            ASSERT_EQ(question->found->details.weights, told->details.weights);
+        }
+    }
+    EXPECT_GT(hits, 30);
+    EXPECT_GT(misses, 30);
+}
+
+TEST(Pick, WhatIsKeptHasABound) {
+    const auto cache = std::make_shared<ShapeCache>(0);
+    ScenePicker picker(cache);
+    std::vector<MadeShape> made;
+    const shapes::Soup ball = shapes::sphere(1, 64, 1024);  // 129,024 faces
+    const MeshArrays arrays{.positions = Blob::of(std::span<const float>(ball.positions)),
+                            .indices = Blob::of(std::span<const std::uint32_t>(ball.indices))};
+    for (int i = 0; i < 40; ++i) {
+        MadeShape one{.of = {.arrays = arrays, .shape = nullptr}, .shape = nullptr};
+        one.of.arrays.pointRadius = i;  // others to the cache
+        one.shape = i == 0 ? ShapeCache::make(one.of) : made[0].shape;
+        made.push_back(one);
+    }
+    const std::size_t fits = ScenePicker::kMostKept / made[0].shape->faceCount();
+    ASSERT_LT(fits, made.size());
+    EXPECT_EQ(picker.put(made).size(), made.size() - fits);
+    EXPECT_EQ(picker.put(std::span(made).first(1)).size(), 1u) << "one that went comes again, for the oldest";
 }
 
 TEST(Pick, APointIsAsLargeAsItsRadius) {

@@ -9,6 +9,7 @@
 #include "common/cores/Skin.h"
 #include "common/geometry/Mesh.h"
 #include "common/scene/FieldTable.h"
+#include "server/collision/pipeline/AsideQuery.h"
 #include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
@@ -151,7 +152,8 @@ TEST_F(DeskBeside, LargeGeometryIsMadeReadyElsewhereBeforeItIsPicked) {
     EXPECT_EQ(answers<answer::Picked>(one)[0].node, findNode(simulation.scene(), "/place/box").value());
     ask(one, at(20.3));
     EXPECT_EQ(server.sent<message::Reply>(one).size(), 1u);
-    EXPECT_EQ(work(), 1u);
+    EXPECT_EQ(besides.size(), 1u);
+    work();
     ASSERT_EQ(answers<answer::Picked>(one).size(), 2u);
     EXPECT_EQ(answers<answer::Picked>(one)[1].node, findNode(simulation.scene(), "/wall").value());
     ask(one, at(20.4));
@@ -175,10 +177,54 @@ TEST_F(DeskBeside, SoIsWhatIsMeasured) {
     const ConnectionId one = join("one");
     ask(one, request::MeasureDistance{.from = Vec3d(0, 2, 0), .node = kRootNode});
     EXPECT_TRUE(server.sent<message::Reply>(one).empty());
-    EXPECT_EQ(work(), 1u);
+    EXPECT_EQ(besides.size(), 1u);
+    work();
     const auto replies = server.sent<message::Reply>(one);
     ASSERT_EQ(replies.size(), 1u);
     EXPECT_DOUBLE_EQ(std::get<answer::Measured>(decodeAnswer(replies[0].body).value()).distance, 1.5);
+}
+
+TEST_F(DeskBeside, WhatChangesMeanwhileIsToldAsItWasWhenItWasAsked) {
+    test::ListMaker make;
+    const ObjectId shape = make.sheet(64);
+    make.node("wall", kRootNode, shape);
+    load(make.builder.take());
+    const ConnectionId one = join("one"), other = join("other");
+    const request::PickAt wish{{.ray = Ray{Vec3d(20.3, 10.1, 20), -Vec3d::UnitZ()}}};
+    for (int i = 0; i < 8; ++i) ask(one, wish);
+    ask(other, wish);
+    // The sheet is another one while the first answer is under way.
+    const Aspect& scene = simulation.scene();
+    const ObjectId at = scene.get<Node>(findNode(scene, "/wall").value())->core;
+    const std::span<const float> flat = scene.get<Geometry>(at)->positions.as<float>();
+    std::vector<float> raised(flat.begin(), flat.end());
+    for (std::size_t i = 2; i < raised.size(); i += 3) raised[i] = 3;
+    ChangeListBuilder change;
+    setField<&Geometry::positions>(change, at, Blob::of(std::span<const float>(raised)));
+    (void)simulation.step(true, {Edit{.list = change.take()}});
+    work();
+    EXPECT_EQ(answers<answer::Picked>(one)[0].point.z(), 0) << "as it was when it was asked";
+    EXPECT_EQ(answers<answer::Picked>(one)[1].point.z(), 3);
+    EXPECT_EQ(answers<answer::Picked>(one).size(), 8u);
+    EXPECT_EQ(answers<answer::Picked>(other).size(), 1u);
+    ask(one, wish);
+    EXPECT_EQ(answers<answer::Picked>(one).size(), 9u) << "at once: it is there";
+}
+
+TEST_F(DeskBeside, TooMuchOnOneWayIsRefused) {
+    test::ListMaker make;
+    const ObjectId box = make.box(Vec3d::Ones());
+    const ObjectId place = make.node("place", kRootNode, make.transform(Vec3d(0, 9, 0)));
+    for (std::size_t i = 0; i <= AsideQuery::kMostThings; ++i) make.node("", place, box);
+    load(make.builder.take());
+    const ConnectionId one = join("one");
+    ask(one, request::MeasureDistance{.from = Vec3d(0, 8, 0), .node = kRootNode});
+    ask(one, request::PickAt{{.ray = Ray{Vec3d(0.4, 8, 0.6), Vec3d::UnitY()}}});
+    work();
+    const auto replies = server.sent<message::Reply>(one);
+    ASSERT_EQ(replies.size(), 2u);
+    EXPECT_TRUE(replies[0].error.empty()) << "no box is met: at once. " << replies[0].error;
+    EXPECT_EQ(replies[1].code, ErrorCode::kLimit) << replies[1].error;
 }
 
 TEST_F(DeskBeside, ReferencesCountAsChangesDo) {

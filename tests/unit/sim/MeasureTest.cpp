@@ -18,8 +18,7 @@ protected:
         return std::get<answer::Measured>(decodeAnswer(replies[0].body).value());
     }
 
-    RequestDesk::Limits limits{.maxMeasureWork = 60};
-    RequestDesk desk{surroundings(), limits};
+    RequestDesk desk{surroundings()};
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
 };
 
@@ -65,18 +64,6 @@ TEST_F(Measure, WhatCannotBeToldIsSaidInWords) {
     EXPECT_NE(empty.error().message.find("nothing is seen"), std::string::npos) << empty.error().message;
     EXPECT_EQ(ask({.from = Vec3d::Zero()}).error().code, ErrorCode::kBadInput) << "neither a place nor a node";
     EXPECT_EQ(ask({.from = Vec3d::Zero(), .to = Vec3d::Ones(), .node = kRootNode}).error().code, ErrorCode::kBadInput);
-}
-
-TEST_F(Measure, TooMuchWorkIsRefused) {
-    ASSERT_TRUE(simulation.load({test::craneScene(false)}));
-    test::ListMaker maker;
-    const ObjectId box = maker.box(Vec3d::Ones());
-    for (int i = 0; i < 50; ++i)
-        maker.node("box", maker.node("place", kRootNode, maker.transform(Vec3d(0, 9, 0))), box);
-    (void)simulation.step(true, {Edit{.list = maker.builder.take()}});
-    const auto told = ask({.from = Vec3d(0, 8, 0), .node = kRootNode});  // all are as near
-    ASSERT_FALSE(told);
-    EXPECT_EQ(told.error().code, ErrorCode::kLimit);
 }
 
 }  // namespace
