@@ -173,12 +173,12 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
 
 bool ShapeCache::isMade(const MeshArrays& arrays) const {
     if (!resident(arrays)) return true;  // nothing is made of it
-    const auto known = shapes_.find(plainKey(arrays));
+    const auto known = shapes_.find(keyOf(arrays));
     return known != shapes_.end() && (!known->second || known->second->hasTree());
 }
 
 UnmadeShape ShapeCache::unmade(const MeshArrays& arrays) const {
-    const auto known = shapes_.find(plainKey(arrays));
+    const auto known = shapes_.find(keyOf(arrays));
     return {arrays, known == shapes_.end() ? nullptr : known->second};
 }
 
@@ -196,12 +196,15 @@ std::shared_ptr<const CollisionShape> ShapeCache::make(const UnmadeShape& unmade
 }
 
 void ShapeCache::put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made) {
-    shapes_.try_emplace(plainKey(unmade.arrays), std::move(made));
+    shapes_.try_emplace(keyOf(unmade.arrays), std::move(made));
 }
 
-void ShapeCache::drop(const UnmadeShape& unmade) {
-    const auto known = shapes_.find(plainKey(unmade.arrays));
-    if (known != shapes_.end() && known->second.use_count() <= 2) shapes_.erase(known);
+bool ShapeCache::drop(const Key& key) {
+    const auto known = shapes_.find(key);
+    if (known == shapes_.end()) return true;
+    if (known->second.use_count() > 2) return false;
+    shapes_.erase(known);
+    return true;
 }
 
 std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {

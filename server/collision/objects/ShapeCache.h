@@ -57,8 +57,14 @@ public:
     [[nodiscard]] static std::shared_ptr<const CollisionShape> make(const UnmadeShape& unmade);
     /// And then it is here, unless another one is by now.
     void put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
-    /// Lets go of it, if but for the cache and the caller nobody holds it.
-    void drop(const UnmadeShape& unmade);
+    /// Positions, indices; the radius of points; of a smooth surface what it is made of.
+    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice, Hash128>;
+    /// Of triangles or points as they are.
+    [[nodiscard]] static Key keyOf(const MeshArrays& arrays) {
+        return {arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, {}, {}};
+    }
+    /// Lets go of it. False: it does not, because somebody holds it beside the cache and the caller.
+    [[nodiscard]] bool drop(const Key& key);
     /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
     /// an error is allowed.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
@@ -72,11 +78,6 @@ public:
     [[nodiscard]] std::size_t size() const { return shapes_.size(); }
 
 private:
-    /// Positions, indices; the radius of points; of a smooth surface what it is made of.
-    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice, Hash128>;
-    [[nodiscard]] static Key plainKey(const MeshArrays& arrays) {
-        return {arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, {}, {}};
-    }
     bool forgetIdleShapes();
 
     std::size_t maxIdleTriangles_;

@@ -1,6 +1,7 @@
 /// Picks and searches that take longer than a frame has: put together on the frame thread, answered on any other one.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -31,12 +32,15 @@ public:
     std::vector<Thing> things;  ///< the nearest first
     /// What the answer has needed, for ScenePicker::put.
     std::vector<MadeShape> made;
-    /// It has taken too long (kMostWork, kLongest): there is no answer.
+    /// It has taken too long, or was to end: there is no answer.
     bool exhausted = false;
 
 protected:
+    class Budget;
     /// With its tree; null: nothing comes of it.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const Thing& thing);
+    /// But for what was made nothing is held any more.
+    void forget();
 
 private:
     ShapeCache cache_;
@@ -45,8 +49,8 @@ private:
 class AsidePick : public AsideQuery {
 public:
     explicit AsidePick(const Ray& ray) : ray_(ray) {}
-    /// Once.
-    void answer();
+    /// Once. `stop`: set by any thread, it ends before the next thing is looked at; may be null.
+    void answer(const std::atomic<bool>* stop = nullptr);
     std::optional<PickHit> found;  ///< as of ScenePicker::pick
 
 private:
@@ -56,8 +60,8 @@ private:
 class AsideNearest : public AsideQuery {
 public:
     explicit AsideNearest(const Vec3d& place) : place_(place) {}
-    /// Once.
-    void answer();
+    /// As of AsidePick.
+    void answer(const std::atomic<bool>* stop = nullptr);
     std::optional<NearestSurface> found;  ///< as of ScenePicker::nearest
 
     double within = 0;   ///< something of what the things show is no farther away, if anything comes of each of them

@@ -173,8 +173,12 @@ std::optional<AsideNearest> CollisionPipeline::nearestAside(const Aspect& aspect
     return impl_->picker.nearestAside(aspect, impl_->handler, place, below);
 }
 
-ScenePicker::Released CollisionPipeline::putShapes(std::span<const MadeShape> made) {
-    return impl_->picker.put(made);
+void CollisionPipeline::putShapes(std::vector<MadeShape> made) {
+    impl_->picker.put(std::move(made));
+}
+
+std::vector<std::shared_ptr<const CollisionShape>> CollisionPipeline::takeReleased() {
+    return impl_->picker.takeReleased();
 }
 
 bool CollisionPipeline::facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,

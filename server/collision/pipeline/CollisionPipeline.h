@@ -84,7 +84,8 @@ public:
     /// These questions to be answered elsewhere, and what answers have made (ScenePicker).
     [[nodiscard]] std::optional<AsidePick> pickAside(const Aspect& aspect, const Ray& ray);
     [[nodiscard]] std::optional<AsideNearest> nearestAside(const Aspect& aspect, const Vec3d& place, ObjectId below);
-    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> putShapes(std::span<const MadeShape> made);
+    void putShapes(std::vector<MadeShape> made);
+    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> takeReleased();
     /// The visible triangles near a place (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Aspect& aspect, const Box& box, QueryWork& work, std::vector<Triangle>& faces,
                                PickPatience* patience = nullptr);

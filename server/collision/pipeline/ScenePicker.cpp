@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -19,13 +20,39 @@ namespace tessera {
 
 namespace {
 
-/// The wall's own marks of contacts, for one.
-bool isLookedThrough(const Aspect& aspect, ObjectId node) {
-    for (ObjectId id = node; id; id = aspect.get<Node>(id)->parent)
-        if (const CollisionObject* object = aspect.coreOf<CollisionObject>(*aspect.get<Node>(id)))
-            if (object->layers == 0 && object->node == id) return true;
-    return false;
-}
+/// What is above things, each looked at once for all of them.
+class Above {
+public:
+    explicit Above(const Aspect& aspect) : aspect_(aspect), worlds_(aspect) {}
+
+    /// The wall's own marks of contacts are, for one. What that takes counts.
+    [[nodiscard]] bool isLookedThrough(ObjectId node, QueryWork& work) {
+        const std::size_t begin = way_.size();
+        bool through = false;
+        for (ObjectId id = node; id; id = aspect_.get<Node>(id)->parent) {
+            ++work.boxTests;
+            if (const auto known = through_.find(id); known != through_.end()) {
+                through = known->second;
+                break;
+            }
+            way_.push_back(id);
+            const CollisionObject* object = aspect_.coreOf<CollisionObject>(*aspect_.get<Node>(id));
+            if (object && object->layers == 0 && object->node == id) {
+                through = true;
+                break;
+            }
+        }
+        for (; way_.size() > begin; way_.pop_back()) through_.emplace(way_.back(), through);
+        return through;
+    }
+    [[nodiscard]] Affine3d world(ObjectId node) { return worlds_.of(node); }
+
+private:
+    const Aspect& aspect_;
+    WorldTransforms worlds_;
+    std::unordered_map<ObjectId, bool> through_;
+    std::vector<ObjectId> way_;
+};
 
 /// Where it stands, what it is of: as much as so many boxes of a tree.
 constexpr std::uint64_t kLookAtThing = 8;
@@ -55,12 +82,10 @@ bool ScenePicker::isUnmade(const MeshArrays& arrays, PickPatience* patience) con
 
 std::shared_ptr<const CollisionShape> ScenePicker::shapeOf(const MeshArrays& arrays, PickPatience* patience) {
     if (isUnmade(arrays, patience)) return nullptr;
-    return shapes_->shape(arrays);
-}
-
-void ScenePicker::wanted(const MeshArrays& arrays) {
-    const auto kept = std::ranges::find(kept_, shapes_->unmade(arrays).shape, &MadeShape::shape);
-    if (kept != kept_.end()) std::rotate(kept_.begin(), kept, kept + 1);
+    const bool isNew = !shapes_->isMade(arrays);
+    std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
+    if (isNew) kept_.add(arrays, shape);
+    return shape;
 }
 
 void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
@@ -98,6 +123,7 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     follow(aspect, handler);
     QueryWork any;
     QueryWork& work = patience ? patience->work : any;
+    Above above(aspect);
     std::optional<PickHit> best;
     std::uint32_t bestPlace = Place::kNone;
     double limit = std::numeric_limits<double>::infinity();
@@ -110,8 +136,8 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     tree_.forItems(met, nearness, [&](std::uint32_t number) {
         work.boxTests += kLookAtThing;
         const Place& place = handler.places()[number];
-        if (isLookedThrough(aspect, place.node)) return;
-        const Affine3d world = worldTransform(aspect, place.node);
+        if (above.isLookedThrough(place.node, work)) return;
+        const Affine3d world = above.world(place.node);
         if (isFlattened(world)) return;
         const Affine3d local = world.inverse();
         if (!local.matrix().allFinite()) return;
@@ -129,7 +155,8 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     });
     if (!best || over()) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
-    if (patience) wanted(arrays);
+    kept_.used(shapes_->unmade(arrays).shape);
+    if (!patience) (void)kept_.takeReleased();
     if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
     return best;
 }
@@ -151,14 +178,15 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
     if (work.exhausted()) return giveUp();
     std::sort(near.begin(), near.end());
     std::vector<std::uint32_t> found;
+    Above above(aspect);
     for (const std::uint32_t number : near) {
         const Place& place = handler.places()[number];
-        if (isLookedThrough(aspect, place.node)) continue;
+        if (above.isLookedThrough(place.node, work)) continue;
         const MeshArrays arrays = drawableOf(aspect, place.core).arrays();
         if (isUnmade(arrays, patience)) return giveUp();
         const std::shared_ptr<const CollisionShape> shape = shapes_->shape(arrays);
         if (!shape) continue;
-        const Affine3d world = worldTransform(aspect, place.node);
+        const Affine3d world = above.world(place.node);
         // What is flattened has no map back; all of it is looked at.
         Box local = shape->mesh().bounds();
         if (const Affine3d back = world.inverse(); !isFlattened(world) && back.matrix().allFinite()) local = boxAround(back, box);
@@ -183,6 +211,7 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
     const PagedRow<Place>& places = handler.places();
     QueryWork any;
     QueryWork& work = patience ? patience->work : any;
+    Above above(aspect);
     constexpr double kNothing = std::numeric_limits<double>::infinity();
     std::optional<NearestSurface> best;
     std::uint32_t bestPlace = Place::kNone;
@@ -196,11 +225,11 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         if (work.exhausted() || (patience && patience->unmade)) return kNoFurther;
         work.boxTests += kLookAtThing;
         const Place& at = places[number];
-        if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return limit;
+        if (!handler.holds(top, number) || above.isLookedThrough(at.node, work)) return limit;
         const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
         const std::shared_ptr<const CollisionShape> shape = shapeOf(arrays, patience);
         if (!shape) return patience && patience->unmade ? kNoFurther : limit;
-        const Affine3d world = worldTransform(aspect, at.node);
+        const Affine3d world = above.world(at.node);
         const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
         if (!found || (best && found->distance == best->distance && !handler.precedes(number, bestPlace))) return limit;
         best = NearestSurface{
@@ -214,14 +243,15 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
     });
     if (!best || work.exhausted() || (patience && patience->unmade)) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, places[bestPlace].core).arrays();
-    if (patience) wanted(arrays);
+    kept_.used(shapes_->unmade(arrays).shape);
+    if (!patience) (void)kept_.takeReleased();
     const Affine3d world = worldTransform(aspect, best->node);
     if (const std::optional<HitDetails> details = detailsOf(arrays, world, best->face, best->point))
         best->details = *details;
     return best;
 }
 
-AsideQuery::Thing ScenePicker::thingAt(const Aspect& aspect, const ObjectHandler& handler, std::uint32_t number,
+AsideQuery::Thing ScenePicker::thingAt(const ObjectHandler& handler, std::uint32_t number,
                                        const MeshArrays& arrays, const Affine3d& world) {
     AsideQuery::Thing thing{.node = handler.places()[number].node,
                             .rank = handler.rankOf(number),
@@ -236,6 +266,7 @@ std::optional<AsidePick> ScenePicker::pickAside(const Aspect& aspect, ObjectHand
     follow(aspect, handler);
     constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
     QueryWork work{.limit = kMostBoxes};
+    Above above(aspect);
     AsidePick question(ray);
     const auto wanted = [&](const Box& box) {
         ++work.boxTests;
@@ -245,10 +276,10 @@ std::optional<AsidePick> ScenePicker::pickAside(const Aspect& aspect, ObjectHand
     tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
         work.boxTests += kLookAtThing;
         const Place& place = handler.places()[number];
-        if (isLookedThrough(aspect, place.node)) return;
-        const Affine3d world = worldTransform(aspect, place.node);
+        if (above.isLookedThrough(place.node, work)) return;
+        const Affine3d world = above.world(place.node);
         if (isFlattened(world) || !world.inverse().matrix().allFinite()) return;
-        question.things.push_back(thingAt(aspect, handler, number, drawableOf(aspect, place.core).arrays(), world));
+        question.things.push_back(thingAt(handler, number, drawableOf(aspect, place.core).arrays(), world));
     });
     if (work.exhausted() || question.things.size() > AsideQuery::kMostThings) return std::nullopt;
     return question;
@@ -262,6 +293,7 @@ std::optional<AsideNearest> ScenePicker::nearestAside(const Aspect& aspect, Obje
     if (top == Place::kNone || !(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return question;
     constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
     QueryWork work{.limit = kMostBoxes};
+    Above above(aspect);
     question.within = kMostCoordinate;
     const auto distance = [&](const Box& box) {
         ++work.boxTests;
@@ -270,10 +302,10 @@ std::optional<AsideNearest> ScenePicker::nearestAside(const Aspect& aspect, Obje
     tree_.forNearest(question.within, distance, [&](std::uint32_t number) {
         work.boxTests += kLookAtThing;
         const Place& at = handler.places()[number];
-        if (!handler.holds(top, number) || isLookedThrough(aspect, at.node)) return question.within;
+        if (!handler.holds(top, number) || above.isLookedThrough(at.node, work)) return question.within;
         const MeshArrays arrays = drawableOf(aspect, at.core).arrays();
         if (shapes_->isMade(arrays) && !shapes_->shape(arrays)) return question.within;  // nothing comes of it
-        question.things.push_back(thingAt(aspect, handler, number, arrays, worldTransform(aspect, at.node)));
+        question.things.push_back(thingAt(handler, number, arrays, above.world(at.node)));
         // All of its surface lies in its box.
         return question.within = std::min(question.within, farthestOf(question.things.back().box, place));
     });
@@ -281,26 +313,13 @@ std::optional<AsideNearest> ScenePicker::nearestAside(const Aspect& aspect, Obje
     return question;
 }
 
-ScenePicker::Released ScenePicker::put(std::span<const MadeShape> made) {
-    for (const MadeShape& one : made) {
+void ScenePicker::put(std::vector<MadeShape> made) {
+    for (MadeShape& one : made) {
         shapes_->put(one.of, one.shape);
-        if (one.shape && shapes_->unmade(one.of.arrays).shape == one.shape) kept_.push_front(one);
+        // Another one may have come first.
+        if (shapes_->unmade(one.of.arrays).shape == one.shape) kept_.add(one.of.arrays, std::move(one.shape));
+        one = {};
     }
-    Released released;
-    std::size_t faces = 0, count = 0;
-    for (const MadeShape& one : kept_) {
-        faces += one.shape->faceCount();
-        if (count > 0 && faces > kMostKept) break;
-        ++count;
-    }
-    while (kept_.size() > count) {
-        MadeShape last = std::move(kept_.back());
-        kept_.pop_back();
-        // One that somebody else has as well only looks as if it went.
-        released.push_back(std::move(last.shape));
-        shapes_->drop(last.of);
-    }
-    return released;
 }
 
 }  // namespace tessera

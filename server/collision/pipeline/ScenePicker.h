@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "server/collision/mesh/TriangleTriangle.h"
 #include "server/collision/objects/ObjectHandler.h"
 #include "server/collision/pipeline/AsideQuery.h"
+#include "server/collision/pipeline/KeptShapes.h"
 #include "server/collision/pipeline/SceneHits.h"
 
 namespace tessera {
@@ -25,7 +25,7 @@ class WorldTransforms;
 /// ray comes near; their trees are built then, but for who has no patience. Not thread-safe.
 class ScenePicker {
 public:
-    explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)) {}
+    explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)), kept_(shapes_) {}
 
     /// In the scene as the handler has seen it last, without what is laid over it. Of equal distances the first node in
     /// document order. Geometry that is absent or malformed is not hit.
@@ -53,27 +53,24 @@ public:
     [[nodiscard]] std::optional<AsidePick> pickAside(const Aspect& aspect, ObjectHandler& handler, const Ray& ray);
     [[nodiscard]] std::optional<AsideNearest> nearestAside(const Aspect& aspect, ObjectHandler& handler,
                                                            const Vec3d& place, ObjectId below);
-    /// What an answer has needed is there for the next question: the newest of it, up to kMostKept faces, and always
-    /// the very newest. Returns what went for that: to let go of it takes long.
-    using Released = std::vector<std::shared_ptr<const CollisionShape>>;
-    [[nodiscard]] Released put(std::span<const MadeShape> made);
-    static constexpr std::size_t kMostKept = 4'000'000;
+    /// What an answer has needed is there for the next question (KeptShapes).
+    void put(std::vector<MadeShape> made);
+    /// What went for that.
+    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> takeReleased() { return kept_.takeReleased(); }
 
 private:
-    [[nodiscard]] AsideQuery::Thing thingAt(const Aspect& aspect, const ObjectHandler& handler, std::uint32_t number,
+    [[nodiscard]] AsideQuery::Thing thingAt(const ObjectHandler& handler, std::uint32_t number,
                                             const MeshArrays& arrays, const Affine3d& world);
     /// What is to be made elsewhere is put down.
     [[nodiscard]] bool isUnmade(const MeshArrays& arrays, PickPatience* patience) const;
     /// Null where nothing is to be found of these, or not yet.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const MeshArrays& arrays, PickPatience* patience);
-    /// It was what somebody has asked for: of what is kept it goes last.
-    void wanted(const MeshArrays& arrays);
     void follow(const Aspect& aspect, ObjectHandler& handler);
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
     PickTree tree_;                        // by place
-    std::deque<MadeShape> kept_;  // the newest first: they took long to make, and the cache may let go of them
+    KeptShapes kept_;
     std::vector<std::uint32_t> laidOver_;  // places in it that stood elsewhere in the handler than in the scene
 };
 

@@ -26,14 +26,13 @@ template <typename Begin, typename Tell>
 ServerActions answerAside(Desk& desk, const Asker& asker, Begin begin, Tell tell) {
     return desk.works.ask(asker, 0, [&desk, asker, begin, tell] {
         const auto question = std::make_shared<decltype(begin())>(begin());
-        desk.around.workBeside([&desk, asker, tell, question]() -> WorkedOut {
-            if (*question) (*question)->answer();
+        desk.around.workBeside([&desk, asker, tell, question, closing = desk.closing]() -> WorkedOut {
+            if (*question) (*question)->answer(closing.get());
             return [&desk, asker, tell, question](TimePoint) mutable {
                 ServerActions told;
                 if (desk.applications.contains(asker.connection)) told = tell(*question ? &**question : nullptr);
-                std::span<const MadeShape> made;
-                if (*question) made = (*question)->made;
-                desk.keepMade(made, std::move(question));
+                if (*question) desk.around.simulation.putShapes(std::move((*question)->made));
+                desk.letGo(std::move(question));
                 desk.works.done();  // the next one finds what this one has made
                 return told;
             };
@@ -69,6 +68,7 @@ inline ServerActions pick(Desk& desk, const Asker& asker, const request::PickAt&
     if (!ray) return desk.refuse(asker, ray.error());
     PickPatience patience = patienceOf(desk);
     const std::optional<PickHit> found = desk.around.simulation.pick(*ray, &patience);
+    desk.letGo();
     if (!patience.over()) return tellPicked(desk, asker, wish.aim, *ray, found);
     return answerAside(
         desk, asker, [&desk, ray = *ray] { return desk.around.simulation.pickAside(ray); },
@@ -156,6 +156,7 @@ inline ServerActions measure(Desk& desk, const Asker& asker, const request::Meas
                            {ErrorCode::kNotFound, fmt::format("there is no node #{} to measure to", wish.node.value)});
     PickPatience patience = patienceOf(desk);
     const std::optional<NearestSurface> near = simulation.nearestSurface(wish.from, wish.node, &patience);
+    desk.letGo();
     return patience.over() ? measureAside(desk, asker, wish, 0) : tellMeasured(desk, asker, wish, near);
 }
 

@@ -41,10 +41,12 @@ ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found ma
     return afterLooking(asker, bytes, look);
 }
 
-void Desk::keepMade(std::span<const MadeShape> made, std::shared_ptr<const void> question) const {
-    around.workBeside([gone = around.simulation.putShapes(made), question = std::move(question)]() mutable {
+void Desk::letGo(std::shared_ptr<const void> with) const {
+    std::vector<std::shared_ptr<const CollisionShape>> gone = around.simulation.takeReleased();
+    if (!around.workBeside || (gone.empty() && !with)) return;
+    around.workBeside([gone = std::move(gone), with = std::move(with)]() mutable {
         gone.clear();
-        question.reset();
+        with.reset();
         return withoutWord([] {});
     });
 }

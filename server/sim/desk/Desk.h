@@ -1,8 +1,9 @@
 /// What a deed has at hand.
 #pragma once
 
+#include <atomic>
 #include <map>
-#include <span>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -15,8 +16,6 @@
 #include "server/sim/desk/ProposalRequests.h"
 
 namespace tessera {
-
-struct MadeShape;
 
 /// All that waits for something, with what the server lends the desk. Frame thread only.
 struct Desk {
@@ -38,6 +37,7 @@ struct Desk {
           news(around.session, limits.news),
           looks(around.session),
           works(around.session) {}
+    ~Desk() { *closing = true; }
     Desk(const Desk&) = delete;
     Desk& operator=(const Desk&) = delete;
 
@@ -52,6 +52,8 @@ struct Desk {
     ViewRequests views;
     FrameNews news;
     BesideRequests looks, works;
+    /// For what is under way on other threads: nobody waits for it any more.
+    const std::shared_ptr<std::atomic<bool>> closing = std::make_shared<std::atomic<bool>>(false);
 
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
         return answerTo(around.session, asker, answer);
@@ -67,9 +69,8 @@ struct Desk {
     /// An answer that is found in the scene as it is then, beside the frames. `make` is called on another thread.
     using Found = std::function<Expected<ApplicationAnswer>(const Aspect& scene, Sequence sequence)>;
     [[nodiscard]] ServerActions answerBeside(const Asker& asker, std::size_t bytes, Found make);
-    /// An AsideQuery has been answered: what it has made is kept for others, and nothing is let go of here, which takes
-    /// long. `question`: whatever holds it, handed over.
-    void keepMade(std::span<const MadeShape> made, std::shared_ptr<const void> question) const;
+    /// Lets go of what is kept for picks no more, and of this, beside the frames: that takes as long as one.
+    void letGo(std::shared_ptr<const void> with = {}) const;
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// Each application for itself: one that asks without end keeps no other from asking.

@@ -49,6 +49,10 @@ std::optional<AsidePick> Simulation::pickAside(const Ray& ray) {
     return pipeline_.pickAside(scene(), ray);
 }
 
+void Simulation::putShapes(std::vector<MadeShape> made) {
+    pipeline_.putShapes(std::move(made));
+}
+
 std::optional<AsideNearest> Simulation::nearestAside(const Vec3d& place, ObjectId below) {
     return pipeline_.nearestAside(scene(), place, below);
 }

@@ -113,9 +113,9 @@ public:
     /// What takes longer, to be answered on another thread, and what that has made there (ScenePicker).
     [[nodiscard]] std::optional<AsidePick> pickAside(const Ray& ray);
     [[nodiscard]] std::optional<AsideNearest> nearestAside(const Vec3d& place, ObjectId below);
-    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> putShapes(std::span<const MadeShape> made) {
-        return pipeline_.putShapes(made);
-    }
+    void putShapes(std::vector<MadeShape> made);
+    /// What is kept for picks no more, for whoever has the time to let go of it.
+    [[nodiscard]] std::vector<std::shared_ptr<const CollisionShape>> takeReleased() { return pipeline_.takeReleased(); }
     /// The visible triangles near a place, in world coordinates (ScenePicker::facesIn).
     [[nodiscard]] bool facesIn(const Box& box, QueryWork& work, std::vector<Triangle>& faces,
                                PickPatience* patience = nullptr) {

@@ -21,14 +21,16 @@ Box boundsOf(const Aspect& scene, ObjectId node) {
 void Lookout::frame() {
     unused_ = work_ > 0 ? 0 : unused_ + 1;
     if (unused_ > kFramesHeld && !held_.empty())
-        keep({}, std::make_shared<const decltype(held_)>(std::exchange(held_, {})));
+        letGo(std::make_shared<const decltype(held_)>(std::exchange(held_, {})));
     work_ = 0;
     if (bounds_ && !std::exchange(bounds_->asked, false)) bounds_.reset();
     if (hit_ && (!std::exchange(hit_->asked, false) || (hit_->answer && ++hit_->age > kFramesTrue))) hit_.reset();
 }
 
-void Lookout::keep(std::span<const MadeShape> made, std::shared_ptr<const void> with) {
-    beside_.work([gone = simulation_.putShapes(made), with = std::move(with)]() mutable -> LooksBeside::Then {
+void Lookout::letGo(std::shared_ptr<const void> with) {
+    std::vector<std::shared_ptr<const CollisionShape>> gone = simulation_.takeReleased();
+    if (!beside_.work || (gone.empty() && !with)) return;
+    beside_.work([gone = std::move(gone), with = std::move(with)]() mutable -> LooksBeside::Then {
         gone.clear();
         with.reset();
         return [] {};
@@ -42,7 +44,8 @@ void Lookout::makeBeside(const UnmadeShape& unmade) {
             making_ = false;
             held_.push_back(made.shape);
             if (held_.size() > kMostHeld) held_.pop_front();
-            keep(std::span(&made, 1));
+            simulation_.putShapes({made});
+            letGo();
         };
     });
 }
@@ -66,6 +69,7 @@ std::optional<Lookout::Hit> Lookout::pick(const Ray& ray) {
     PickPatience patience{.work = {.limit = kMaxPickWork}};
     const Hit hit = simulation_.pick(ray, beside_.work ? &patience : nullptr);
     work_ += patience.work.boxTests + patience.work.triangleTests;
+    letGo();
     if (!beside_.work || !patience.over()) return std::optional(hit);
     hit_ = Question<Ray, Hit>{.about = ray};
     if (!picking_) findBeside(ray);
@@ -81,8 +85,8 @@ void Lookout::findBeside(const Ray& ray) {
         return [this, ray, question]() mutable {
             picking_ = false;
             if (hit_ && hit_->about == ray) hit_->answer = (*question)->found;
-            const std::span<const MadeShape> made = (*question)->made;
-            keep(made, std::move(question));
+            simulation_.putShapes(std::move((*question)->made));
+            letGo(std::move(question));
         };
     });
 }

@@ -6,7 +6,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "server/collision/pipeline/SceneHits.h"
@@ -66,8 +65,8 @@ private:
     [[nodiscard]] std::optional<Hit> pick(const Ray& ray);
     void findBeside(const Ray& ray);
     void makeBeside(const UnmadeShape& unmade);
-    /// What an answer has made is kept; nothing is let go of here, which takes long. `with`: whatever else is to go.
-    void keep(std::span<const MadeShape> made, std::shared_ptr<const void> with = {});
+    /// Lets go of what is kept for picks no more, and of this, beside the frames: that takes as long as one.
+    void letGo(std::shared_ptr<const void> with = {});
 
     Simulation& simulation_;
     LooksBeside beside_;

@@ -19,7 +19,7 @@ std::optional<NearestSurface> nearestAside(SceneMaker& scene, const Vec3d& place
         if (!question) break;
         question->answer();
         EXPECT_FALSE(question->exhausted);
-        (void)scene.pipeline.putShapes(question->made);
+        scene.pipeline.putShapes(question->made);
         if (!question->again) return question->found;
     }
     ADD_FAILURE() << "not answered";

@@ -42,7 +42,8 @@ TEST(Pick, WhatIsLargeIsAnsweredAsideAndThenKept) {
         std::optional<AsidePick> question = picker.pickAside(scene.aspect, handler, rayAt(x));
         question->answer();
         const std::size_t made = question->made.size();
-        EXPECT_TRUE(picker.put(question->made).empty());
+        picker.put(std::move(question->made));
+        EXPECT_TRUE(picker.takeReleased().empty());
         return std::pair(question->found->node, made);
     };
     bool over = false;
@@ -77,9 +78,14 @@ TEST(Pick, OfManySmallOnesNoMoreAreMadeAtOnceThanOfOneLargeOne) {
     question->answer();
     EXPECT_FALSE(question->found);
     EXPECT_EQ(question->made.size(), 95u) << "five are there";
+    std::optional<AsidePick> stopped = scene.pipeline.pickAside(scene.aspect, beside);
+    const std::atomic<bool> stop = true;
+    stopped->answer(&stop);
+    EXPECT_TRUE(stopped->exhausted);
+    EXPECT_TRUE(stopped->made.empty());
     // What has been asked for is kept to a bound, and what goes for that is handed out.
     PickPatience all;
-    (void)scene.pipeline.putShapes(question->made);
+    scene.pipeline.putShapes(question->made);
     EXPECT_FALSE(scene.pipeline.pickNode(scene.aspect, beside, &all));
     EXPECT_FALSE(all.over());
 }
@@ -115,7 +121,7 @@ TEST(Pick, AsideIsWhatItIsAtOnce) {
             std::optional<AsidePick> question = scene.pipeline.pickAside(scene.aspect, ray);
             ASSERT_TRUE(question);
             question->answer();
-            (void)scene.pipeline.putShapes(question->made);
+            scene.pipeline.putShapes(question->made);
             const std::optional<PickHit> told = scene.pipeline.pickNode(scene.aspect, ray);
             ASSERT_EQ(question->found.has_value(), told.has_value());
             ++(told ? hits : misses);
@@ -131,23 +137,69 @@ TEST(Pick, AsideIsWhatItIsAtOnce) {
     EXPECT_GT(misses, 30);
 }
 
-TEST(Pick, WhatIsKeptHasABound) {
-    const auto cache = std::make_shared<ShapeCache>(0);
-    ScenePicker picker(cache);
-    std::vector<MadeShape> made;
+TEST(KeptShapes, HaveABoundAndTheOldestGoes) {
+    const auto cache = std::make_shared<ShapeCache>();
+    KeptShapes kept(cache);
     const shapes::Soup ball = shapes::sphere(1, 64, 1024);  // 129,024 faces
-    const MeshArrays arrays{.positions = Blob::of(std::span<const float>(ball.positions)),
-                            .indices = Blob::of(std::span<const std::uint32_t>(ball.indices))};
-    for (int i = 0; i < 40; ++i) {
-        MadeShape one{.of = {.arrays = arrays, .shape = nullptr}, .shape = nullptr};
-        one.of.arrays.pointRadius = i;  // others to the cache
-        one.shape = i == 0 ? ShapeCache::make(one.of) : made[0].shape;
-        made.push_back(one);
+    const auto arraysOf = [&](int which) {
+        return MeshArrays{.positions = Blob::of(std::span<const float>(ball.positions)),
+                          .indices = Blob::of(std::span<const std::uint32_t>(ball.indices)),
+                          .pointRadius = static_cast<double>(which)};  // another one to the cache
+    };
+    const auto make = [&](int which) { return cache->shape(arraysOf(which)); };
+    std::shared_ptr<const CollisionShape> mine = make(1);
+    const int all = 60;
+    for (int i = 0; i < all; ++i) {
+        kept.add(arraysOf(i), make(i));
+        if (i > 0) kept.used(cache->shape(arraysOf(0)));
     }
-    const std::size_t fits = ScenePicker::kMostKept / made[0].shape->faceCount();
-    ASSERT_LT(fits, made.size());
-    EXPECT_EQ(picker.put(made).size(), made.size() - fits);
-    EXPECT_EQ(picker.put(std::span(made).first(1)).size(), 1u) << "one that went comes again, for the oldest";
+    const std::size_t fits = kept.size();
+    EXPECT_GT(fits, 20u);
+    EXPECT_LT(fits, 40u);
+    EXPECT_EQ(cache->size(), fits + 1) << "one is held elsewhere";
+    EXPECT_EQ(kept.takeReleased().size(), all - fits - 1);
+    EXPECT_TRUE(cache->isMade(arraysOf(0))) << "somebody asks for it all the time";
+    EXPECT_TRUE(cache->isMade(arraysOf(1)));
+    EXPECT_FALSE(cache->isMade(arraysOf(2)));
+    EXPECT_TRUE(cache->isMade(arraysOf(all - 1)));
+    mine.reset();
+    kept.add(arraysOf(all), make(all));
+    EXPECT_FALSE(cache->isMade(arraysOf(1))) << "it goes once nobody has it any more";
+    EXPECT_EQ(kept.takeReleased().size(), 2u);
+}
+
+/// All that picks have made, at once or aside, whatever becomes of it.
+TEST(Pick, WhatIsMadeForPicksIsLetGoOf) {
+    SceneMaker scene;
+    const auto cache = std::make_shared<ShapeCache>();
+    ObjectHandler handler(cache);
+    const ObjectId geometry = scene.geometry(shapes::sphere(1, 16, 64));
+    scene.node(kRootNode, geometry);
+    handler.update(scene.aspect, nullptr);
+    ScenePicker picker(cache);
+    const std::size_t before = cache->size();
+    const Ray ray{Vec3d(0, 0, 9), -Vec3d::UnitZ()};
+    const std::size_t bytes = 100 * std::size_t{16 * 64 * 2};  // of one, at least
+    const std::size_t rounds = 2 * KeptShapes::kMostBytes / bytes;
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(rounds, 5000); ++i) {
+        shapes::Soup soup = shapes::sphere(1 + 1e-4 * static_cast<double>(i), 16, 64);
+        ChangeListBuilder b;
+        setField<&Geometry::positions>(b, geometry, Blob::of(std::span<const float>(soup.positions)));
+        const ChangeList list = b.take();
+        ASSERT_TRUE(scene.aspect.apply(list));
+        handler.update(scene.aspect, &list);
+        PickPatience patience{.maxMadeFaces = i % 2 == 0 ? std::size_t{5000} : std::size_t{0}};
+        if (!picker.pick(scene.aspect, handler, ray, &patience)) {
+            std::optional<AsidePick> question = picker.pickAside(scene.aspect, handler, ray);
+            question->answer();
+            picker.put(std::move(question->made));
+        }
+        (void)picker.takeReleased();
+        most = std::max(most, cache->size());
+    }
+    EXPECT_LT(most - before, 2 * KeptShapes::kMostBytes / bytes);
+    EXPECT_GT(most - before, 1000u);
 }
 
 TEST(Pick, APointIsAsLargeAsItsRadius) {
