@@ -71,7 +71,7 @@ std::optional<Lookout::Hit> Lookout::pick(const Ray& ray) {
     work_ += patience.work.boxTests + patience.work.triangleTests;
     letGo();
     if (!beside_.work || !patience.over()) return std::optional(hit);
-    hit_ = Question<Ray, Hit>{.about = ray};
+    hit_ = HitQuestion{.about = ray};
     if (!picking_) findBeside(ray);
     return std::nullopt;
 }
@@ -100,7 +100,7 @@ std::optional<double> Lookout::hit(const Ray& ray) {
 std::optional<Box> Lookout::bounds(ObjectId node) {
     if (!beside_.look) return boundsOf(simulation_.scene(), node);
     if (bounds_ && bounds_->about == node && bounds_->answer) return std::exchange(bounds_, {})->answer;
-    bounds_ = Question<ObjectId, Box>{.about = node};
+    bounds_ = BoundsQuestion{.about = node};
     if (std::exchange(finding_, true)) return std::nullopt;
     beside_.look([this, node](const Aspect& scene) -> LooksBeside::Then {
         return [this, node, box = boundsOf(scene, node)] {

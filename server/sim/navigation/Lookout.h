@@ -53,14 +53,19 @@ public:
     [[nodiscard]] std::optional<Box> boundsAt(const Ray& ray);
 
 private:
-    template <typename About, typename Answer>
-    struct Question {
-        About about;
-        std::optional<Answer> answer = {};
-        bool asked = true;  ///< in this frame
-        int age = 0;        ///< of the answer, frames
-    };
     using Hit = std::optional<PickHit>;
+    // Each asked in this frame or the last one.
+    struct BoundsQuestion {
+        ObjectId about;
+        std::optional<Box> answer = {};
+        bool asked = true;
+    };
+    struct HitQuestion {
+        Ray about;
+        std::optional<Hit> answer = {};
+        bool asked = true;
+        int age = 0;  ///< of the answer, frames
+    };
     /// Empty: not yet.
     [[nodiscard]] std::optional<Hit> pick(const Ray& ray);
     void findBeside(const Ray& ray);
@@ -70,8 +75,8 @@ private:
 
     Simulation& simulation_;
     LooksBeside beside_;
-    std::optional<Question<ObjectId, Box>> bounds_;
-    std::optional<Question<Ray, Hit>> hit_;
+    std::optional<BoundsQuestion> bounds_;
+    std::optional<HitQuestion> hit_;
     bool finding_ = false, picking_ = false, making_ = false;
     int unused_ = 0;                                          ///< frames in which nobody looked at geometry
     std::deque<std::shared_ptr<const CollisionShape>> held_;  ///< the newest ones that a walker needed
