@@ -17,7 +17,7 @@ namespace tessera {
 /// What may be hit, as it was in the scene then: an answer holds of that scene, whatever has become of it meanwhile.
 class AsideQuery {
 public:
-    /// More stand in no question's way; where they do it is refused.
+    /// A question with more things in its way is refused.
     static constexpr std::size_t kMostThings = 8192;
 
     struct Thing {

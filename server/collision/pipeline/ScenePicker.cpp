@@ -56,6 +56,8 @@ private:
 
 /// Where it stands, what it is of: as much as so many boxes of a tree.
 constexpr std::uint64_t kLookAtThing = 8;
+/// That may be looked at to put a question together.
+constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
 
 
 }  // namespace
@@ -118,16 +120,10 @@ void ScenePicker::follow(const Aspect& aspect, ObjectHandler& handler) {
     tree_.build(std::move(items));
 }
 
-std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray,
-                                         PickPatience* patience) {
-    follow(aspect, handler);
-    QueryWork any;
-    QueryWork& work = patience ? patience->work : any;
+template <typename Over, typename Visit>
+void ScenePicker::along(const Aspect& aspect, ObjectHandler& handler, const Ray& ray, const double& limit,
+                        QueryWork& work, const Over& over, const Visit& visit) const {
     Above above(aspect);
-    std::optional<PickHit> best;
-    std::uint32_t bestPlace = Place::kNone;
-    double limit = std::numeric_limits<double>::infinity();
-    const auto over = [&] { return work.exhausted() || (patience && patience->unmade); };
     const auto met = [&](const Box& box) {
         ++work.boxTests;
         return !over() && meetsBox(box, ray, limit);
@@ -140,19 +136,35 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
         const Affine3d world = above.world(place.node);
         if (isFlattened(world)) return;
         const Affine3d local = world.inverse();
-        if (!local.matrix().allFinite()) return;
+        if (local.matrix().allFinite()) visit(number, drawableOf(aspect, place.core).arrays(), world, local);
+    });
+}
+
+std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray,
+                                         PickPatience* patience) {
+    follow(aspect, handler);
+    QueryWork any;
+    QueryWork& work = patience ? patience->work : any;
+    std::optional<PickHit> best;
+    std::uint32_t bestPlace = Place::kNone;
+    double limit = std::numeric_limits<double>::infinity();
+    const auto over = [&] { return work.exhausted() || (patience && patience->unmade); };
+    const auto look = [&](std::uint32_t number, const MeshArrays& arrays, const Affine3d&, const Affine3d& local) {
         // An affine map keeps t, so distances along the ray compare between frames.
-        const MeshArrays arrays = drawableOf(aspect, place.core).arrays();
         const Ray localRay{local * ray.origin, local.linear() * ray.direction};
         if (!meetsBox(shapes_->bounds(arrays), localRay, limit)) return;
         const std::shared_ptr<const CollisionShape> shape = shapeOf(arrays, patience);
         if (!shape) return;
         const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit, work);
         if (!hit || (best && (hit->t > best->t || (hit->t == best->t && !handler.precedes(number, bestPlace))))) return;
-        best = PickHit{.node = place.node, .face = hit->face, .point = ray.origin + hit->t * ray.direction, .t = hit->t};
+        best = PickHit{.node = handler.places()[number].node,
+                       .face = hit->face,
+                       .point = ray.origin + hit->t * ray.direction,
+                       .t = hit->t};
         bestPlace = number;
         limit = hit->t;
-    });
+    };
+    along(aspect, handler, ray, limit, work, over, look);
     if (!best || over()) return std::nullopt;
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
     kept_.used(shapes_->unmade(arrays).shape);
@@ -264,24 +276,15 @@ AsideQuery::Thing ScenePicker::thingAt(const ObjectHandler& handler, std::uint32
 
 std::optional<AsidePick> ScenePicker::pickAside(const Aspect& aspect, ObjectHandler& handler, const Ray& ray) {
     follow(aspect, handler);
-    constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
     QueryWork work{.limit = kMostBoxes};
-    Above above(aspect);
     AsidePick question(ray);
-    const auto wanted = [&](const Box& box) {
-        ++work.boxTests;
-        return !work.exhausted() && meetsBox(box, ray, std::numeric_limits<double>::infinity());
+    constexpr double kToTheEnd = std::numeric_limits<double>::infinity();
+    const auto over = [&] { return work.exhausted() || question.things.size() > AsideQuery::kMostThings; };
+    const auto take = [&](std::uint32_t number, const MeshArrays& arrays, const Affine3d& world, const Affine3d&) {
+        question.things.push_back(thingAt(handler, number, arrays, world));
     };
-    const auto nearness = [&](const Box& box) { return (box.center() - ray.origin).dot(ray.direction); };
-    tree_.forItems(wanted, nearness, [&](std::uint32_t number) {
-        work.boxTests += kLookAtThing;
-        const Place& place = handler.places()[number];
-        if (above.isLookedThrough(place.node, work)) return;
-        const Affine3d world = above.world(place.node);
-        if (isFlattened(world) || !world.inverse().matrix().allFinite()) return;
-        question.things.push_back(thingAt(handler, number, drawableOf(aspect, place.core).arrays(), world));
-    });
-    if (work.exhausted() || question.things.size() > AsideQuery::kMostThings) return std::nullopt;
+    along(aspect, handler, ray, kToTheEnd, work, over, take);
+    if (over()) return std::nullopt;
     return question;
 }
 
@@ -291,7 +294,6 @@ std::optional<AsideNearest> ScenePicker::nearestAside(const Aspect& aspect, Obje
     AsideNearest question(place);
     const std::uint32_t top = handler.placeOf(below);
     if (top == Place::kNone || !(place.cwiseAbs().maxCoeff() <= kMostCoordinate)) return question;
-    constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
     QueryWork work{.limit = kMostBoxes};
     Above above(aspect);
     question.within = kMostCoordinate;

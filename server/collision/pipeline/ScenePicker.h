@@ -22,7 +22,7 @@ class WorldTransforms;
 /// Looks at every visible geometry, from either side, but for what is below a CollisionObject of layers 0 that stands
 /// at the very node it names. Follows what the handler has seen: a pick costs O(log n) for each geometry that has come,
 /// gone or moved since the last one, or that what lay over the scene had carried elsewhere then, and for each that the
-/// ray comes near; their trees are built then, but for who has no patience. Not thread-safe.
+/// ray comes near; their trees are built then, as far as PickPatience allows it. Not thread-safe.
 class ScenePicker {
 public:
     explicit ScenePicker(std::shared_ptr<ShapeCache> shapes) : shapes_(std::move(shapes)), kept_(shapes_) {}
@@ -66,6 +66,10 @@ private:
     /// Null where nothing is to be found of these, or not yet.
     [[nodiscard]] std::shared_ptr<const CollisionShape> shapeOf(const MeshArrays& arrays, PickPatience* patience);
     void follow(const Aspect& aspect, ObjectHandler& handler);
+    /// visit(number, arrays, world_T_mesh, mesh_T_world) for what may be hit before `limit`, until over().
+    template <typename Over, typename Visit>
+    void along(const Aspect& aspect, ObjectHandler& handler, const Ray& ray, const double& limit, QueryWork& work,
+               const Over& over, const Visit& visit) const;
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;

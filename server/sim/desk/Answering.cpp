@@ -2,7 +2,7 @@
 
 namespace tessera {
 
-ServerActions answerTo(ServerSession& session, const Asker& asker, const Expected<ApplicationAnswer>& answer) {
+message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& answer) {
     message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
     if (answer) {
         reply.body = encodeAnswer(*answer);
@@ -10,7 +10,11 @@ ServerActions answerTo(ServerSession& session, const Asker& asker, const Expecte
         reply.code = answer.error().code;
         reply.error = answer.error().message;
     }
-    return session.reply(asker.connection, std::move(reply));
+    return reply;
+}
+
+ServerActions answerTo(ServerSession& session, const Asker& asker, const Expected<ApplicationAnswer>& answer) {
+    return session.reply(asker.connection, replyTo(asker, answer));
 }
 
 }  // namespace tessera

@@ -12,6 +12,8 @@ struct Asker {
     std::uint64_t request = 0;
 };
 
+/// What is sent. On any thread.
+[[nodiscard]] message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& answer);
 [[nodiscard]] ServerActions answerTo(ServerSession& session, const Asker& asker,
                                      const Expected<ApplicationAnswer>& answer);
 

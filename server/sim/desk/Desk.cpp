@@ -27,16 +27,10 @@ ServerActions Desk::afterLooking(const Asker& asker, std::size_t bytes, Look loo
 
 ServerActions Desk::answerBeside(const Asker& asker, std::size_t bytes, Found make) {
     const auto look = [this, asker, make = std::move(make)](const Aspect& scene, Sequence at) -> WorkedOut {
-        const Expected<ApplicationAnswer> found = make(scene, at);
         // Encoded there, too: that takes as long.
-        message::Reply reply{.id = asker.request, .code = {}, .error = {}, .body = {}};
-        if (found) {
-            reply.body = encodeAnswer(*found);
-        } else {
-            reply.code = found.error().code;
-            reply.error = found.error().message;
-        }
-        return [this, to = asker.connection, reply](TimePoint) { return around.session.reply(to, reply); };
+        return [this, to = asker.connection, reply = replyTo(asker, make(scene, at))](TimePoint) {
+            return around.session.reply(to, reply);
+        };
     };
     return afterLooking(asker, bytes, look);
 }
