@@ -46,9 +46,9 @@ public:
     /// When the oldest has had its time. Not when it is empty.
     [[nodiscard]] TimePoint due() const { return links_.front()->stranger->since + limits_.patience; }
 
-    /// One that is being closed has had its own.
+    /// One that is being closed has had its own; into one that is sealed no plain word goes.
     void sayLastWord(TransportLink& link) const {
-        if (link.state != TransportLinkState::kClosing) sayLastWord(link.socket);
+        if (link.state != TransportLinkState::kClosing && !link.sealed) sayLastWord(link.socket);
     }
     void sayLastWord(boost::asio::ip::tcp::socket& socket) const {
         const auto& [type, payload] = limits_.lastWord;

@@ -1,495 +1,9 @@
 #include "common/net/Transport.h"
 
-#include <fmt/format.h>
-
-#include <array>
-#include <atomic>
-#include <boost/asio/connect.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/write.hpp>
-#include <thread>
-#include <unordered_map>
-
-#include "common/base/Turn.h"
-#include "common/net/AbsenceTimer.h"
-#include "common/net/FrameHeader.h"
-#include "common/net/FrameReader.h"
-#include "common/net/LinkTable.h"
-#include "common/net/OwnAddress.h"
 #include "common/net/PortHolder.h"
-#include "common/net/Strangers.h"
-#include "common/net/TransportLink.h"
+#include "common/net/TransportImpl.h"
 
 namespace tessera {
-namespace {
-namespace asio = boost::asio;
-using boost::system::error_code;
-using tcp = asio::ip::tcp;
-using namespace std::chrono_literals;
-
-constexpr auto kAcceptPause = 50ms;  ///< after a failed accept (no descriptors left): time for some to be closed
-constexpr auto kFlushTime = 1s;      ///< for what is queued when a link is closed by us
-constexpr Duration kAtOnce = 1ns;
-constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work for a thread of its own
-constexpr std::size_t kMessageCost = 256;         ///< of a message that waits to be taken, beside its payload
-constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
-
-using LinkPtr = std::shared_ptr<TransportLink>;
-
-std::string describe(const tcp::endpoint& endpoint) {
-    return toString(Address{endpoint.address().to_string(), endpoint.port()});
-}
-
-std::string reasonFor(const error_code& error, bool midFrame) {
-    if (error == asio::error::eof)
-        return midFrame ? "the peer closed the connection in the middle of a message"
-                        : "the peer closed the connection";
-    return fmt::format("the connection broke: {}", error.message());
-}
-
-}  // namespace
-
-struct Transport::Impl {
-    Impl(TransportLimits l, std::function<void(LinkEvent)> f)
-        : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks), work(io.get_executor()) {
-        TESSERA_CHECK(limits.maxPayload != nullptr, "a transport needs to know how long messages may be");
-        thread = std::thread([this] { runInside(); });
-    }
-
-    // ---- whose turn it is: whoever holds `turn` is the network thread ----------------------------------------------
-
-    /// The thread inside.
-    void runInside() {
-        if (limits.onThread) limits.onThread();
-        for (;; absence.wait()) {
-            const Turn::Hold hold = turn.take();
-            if (!closing && !busy() && now() < attendantLeft + kAbsence) continue;
-            while (!wanted && !io.stopped()) io.run_one();
-            if (io.stopped()) return;
-        }
-    }
-
-    /// Runs on the caller's thread.
-    bool attend(TimePoint until) {
-        if (busy()) return false;
-        if (until <= now()) return glance();
-        if (delivered.exchange(false) || woken.exchange(false)) return true;
-        if (const Turn::Hold hold = turn.tryTake(); hold) {
-            runHere(until);
-        } else {
-            wanted = true;
-            asio::post(io, [] {});  // the thread inside may wait in the reactor
-            const Turn::Hold waitedFor = turn.take();
-            wanted = false;
-            runHere(until);
-        }
-        return true;
-    }
-
-    /// Does what is ready, and not for long: who calls has something else to do.
-    bool glance() {
-        constexpr int kMostHandlers = 64;
-        if (const Turn::Hold hold = turn.tryTake(); hold) {
-            absence.back();
-            for (int count = 0; count < kMostHandlers && io.poll_one() > 0; ++count) {
-            }
-            attendantLeft = now();
-            absence.left(busy() ? kAtOnce : kAbsence);
-        }
-        return true;
-    }
-
-    void runHere(TimePoint until) {
-        absence.back();
-        while (!delivered.exchange(false) && !woken.exchange(false) && !busy() && now() < until) {
-            wakeAt(until);
-            io.run_one();
-        }
-        attendantLeft = now();
-        absence.left(busy() ? kAtOnce : kAbsence);
-    }
-
-    static bool isRecent(Duration large) {
-        return large != Duration::zero() && now().time_since_epoch() < large + kQuiet;
-    }
-    [[nodiscard]] bool busy() const { return isRecent(lastLarge); }
-    /// Whether it was busy already.
-    bool seeLarge() { return isRecent(lastLarge.exchange(now().time_since_epoch())); }
-
-    /// An alarm that comes too early stays: who is woken by it looks at the clock and asks again.
-    void wakeAt(TimePoint until) {
-        if (alarmAt <= until) return;
-        alarmAt = until;
-        alarm.expires_at(until);
-        alarm.async_wait([this](const error_code& error) {
-            if (!error) alarmAt = TimePoint::max();
-        });
-    }
-
-    /// Runs on any thread: what does `f` on the network thread, after all that was posted before.
-    template <typename F>
-    void post(F f) {
-        ++posted;
-        asio::post(io, [this, f = std::move(f)]() mutable {
-            f();
-            --posted;
-        });
-    }
-
-    /// Runs on any thread. When it is nobody's turn the caller writes, so that nobody needs to be woken for it; not
-    /// past what was posted before.
-    void send(LinkId id, std::uint16_t type, Epoch epoch, SharedChain payload) {
-        const bool large = payload && payload->size() >= kLarge;
-        if (!large && !turn.mine())
-            if (const Turn::Hold hold = turn.tryTake(); hold && posted == 0) return queue(id, type, epoch, payload);
-        post([this, id, type, epoch, payload = std::move(payload)] { queue(id, type, epoch, payload); });
-        // While there is much to do the thread inside does it: nobody has to wake it for each of many.
-        if (large && !seeLarge()) absence.left(kAtOnce);
-    }
-
-    // ---- all members below run on the network thread but those that say otherwise ----------------------------------
-
-    static TimePoint now() { return std::chrono::steady_clock::now(); }
-
-    void emit(decltype(LinkEvent::what) what, TimePoint at = now()) {
-        if (ending) return;
-        onEvent({at, std::move(what)});
-        delivered = true;
-    }
-
-    struct Listener {
-        explicit Listener(asio::io_context& io) : acceptor(io), pause(io) {}
-        tcp::acceptor acceptor;
-        asio::steady_timer pause;
-    };
-
-    void accept(Listener& listener) {
-        listener.acceptor.async_accept([this, &listener](const error_code& error, tcp::socket socket) {
-            if (ending || error == asio::error::operation_aborted) return;
-            if (!error) return admit(listener, std::move(socket));
-            // It stays in the backlog, and trying again at once would only burn the processor.
-            const bool crowded = error == asio::error::no_descriptors && !strangers.empty();
-            const TimePoint due = crowded ? makeRoom() : now() + kAcceptPause;
-            later(listener, due, [this, &listener] { accept(listener); });
-        });
-    }
-    void admit(Listener& listener, tcp::socket socket) {
-        if (const auto id = strangers.full() ? std::nullopt : table.claim()) {
-            const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
-            links.emplace(*id, link);
-            strangers.add(link, now());
-            open(link);
-            return accept(listener);
-        }
-        if (strangers.empty()) {
-            strangers.sayLastWord(socket);
-            return accept(listener);
-        }
-        const auto held = std::make_shared<tcp::socket>(std::move(socket));
-        later(listener, makeRoom(), [this, &listener, held] { admit(listener, std::move(*held)); });
-    }
-    template <typename F>
-    void later(Listener& listener, TimePoint due, F f) {
-        listener.pause.expires_at(due);
-        listener.pause.async_wait([f = std::move(f)](const error_code& stopped) {
-            if (!stopped) f();
-        });
-    }
-    /// When to look for room again.
-    TimePoint makeRoom() {
-        const LinkPtr oldest = strangers.givesWay(now());
-        if (!oldest) return strangers.due();
-        strangers.sayLastWord(*oldest);
-        finish(oldest, oldest->closeReason.empty() ? "others want in, and it has said nothing" : oldest->closeReason);
-        return now();
-    }
-
-    void open(const LinkPtr& link) {
-        error_code ignored;
-        link->socket.set_option(tcp::no_delay(true), ignored);
-        link->socket.non_blocking(true, ignored);
-        error_code error;
-        const tcp::endpoint peer = link->socket.remote_endpoint(error);
-        link->state = TransportLinkState::kOpen;
-        link->timer.cancel();
-        // A program may choose from which of the machine's addresses it comes.
-        const bool near = !error && isOwnAddress(peer.address().to_string());
-        emit(link_event::Opened{link->id, error ? link->target : describe(peer), near});
-        read(link);
-        write(link);
-    }
-
-    void dial(LinkId id, const Address& address, std::chrono::milliseconds timeout) {
-        const auto link = std::make_shared<TransportLink>(id, tcp::socket(io), limits);
-        link->target = toString(address);
-        links.emplace(id, link);
-        if (!table.holds(id))
-            return finish(link, fmt::format("cannot connect to {}: {} connections are open already, which is the limit",
-                                            link->target, limits.maxLinks));
-        link->timer.expires_after(timeout);
-        link->timer.async_wait([this, link, timeout](const error_code& error) {
-            if (!error && link->state == TransportLinkState::kConnecting)
-                finish(link, fmt::format("no answer from {} within {} ms", link->target, timeout.count()));
-        });
-        error_code notNumeric;
-        const auto numeric = asio::ip::make_address(address.host, notNumeric);
-        if (!notNumeric) return connectTo(link, std::array{tcp::endpoint(numeric, address.port)});
-        // Asio resolves names on a thread of its own.
-        const auto resolver = std::make_shared<tcp::resolver>(io);
-        resolver->async_resolve(
-            address.host, std::to_string(address.port),
-            [this, link, resolver](const error_code& error, const tcp::resolver::results_type& found) {
-                if (link->state != TransportLinkState::kConnecting) return;
-                if (error) return finish(link, fmt::format("cannot find {}: {}", link->target, error.message()));
-                std::vector<tcp::endpoint> endpoints;
-                for (const auto& entry : found) endpoints.push_back(entry.endpoint());
-                connectTo(link, endpoints);
-            });
-    }
-
-    template <typename Endpoints>
-    void connectTo(const LinkPtr& link, const Endpoints& endpoints) {
-        asio::async_connect(link->socket, endpoints, [this, link](const error_code& error, const tcp::endpoint&) {
-            if (link->state != TransportLinkState::kConnecting) return;
-            if (error) return finish(link, fmt::format("cannot connect to {}: {}", link->target, error.message()));
-            open(link);
-        });
-    }
-
-    void read(const LinkPtr& link) {
-        const std::span<std::byte> room =
-            link->state == TransportLinkState::kClosing ? std::span<std::byte>(discarded) : link->reader.room();
-        link->socket.async_read_some(asio::buffer(room.data(), room.size()),
-                                     [this, link](const error_code& error, std::size_t count) {
-                                         const TimePoint now = std::chrono::steady_clock::now();
-                                         if (link->state == TransportLinkState::kClosed) return;
-                                         if (link->state == TransportLinkState::kClosing)
-                                             return error ? finish(link, link->closeReason) : read(link);
-                                         if (error) return finish(link, reasonFor(error, link->reader.midFrame()));
-                                         take(link, count, now);
-                                     });
-    }
-
-    void take(const LinkPtr& link, std::size_t count, TimePoint arrived) {
-        frames.clear();
-        received.fetch_add(count, std::memory_order_relaxed);
-        const Expected<void> good = link->reader.filled(count, frames);
-        if (link->reader.arriving() >= kLarge) seeLarge();
-        std::size_t untaken = 0;
-        for (ReceivedFrame& frame : frames) {
-            untaken = table.handOut(link->id, costOf(frame.payload.size()));
-            emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
-        }
-        if (!frames.empty()) {
-            strangers.forget(*link);
-            link->heardAt = arrived;
-        } else if (arrived >= link->heardAt + limits.heardEvery) {
-            link->heardAt = arrived;
-            emit(link_event::Heard{link->id}, arrived);
-        }
-        if (!good) return finish(link, good.error().message);
-        if (untaken <= limits.maxUntakenBytes) return read(link);
-        table.rest(link->id, true);
-        goOn(link);  // it may have been taken in between
-    }
-
-    /// Reads a resting link again once half of what it may hold has been taken.
-    void goOn(const LinkPtr& link) {
-        if (!table.resting(link->id) || table.untaken(link->id) > limits.maxUntakenBytes / 2) return;
-        table.rest(link->id, false);
-        read(link);
-    }
-
-    /// A small message takes room beside its bytes.
-    static std::size_t costOf(std::size_t payloadBytes) { return payloadBytes + kMessageCost; }
-
-    void queue(LinkId id, std::uint16_t type, Epoch epoch, const SharedChain& payload) {
-        const auto found = links.find(id);
-        OutgoingFrame frame{{}, payload};
-        if (found == links.end() || found->second->state == TransportLinkState::kClosing)
-            return table.discharge(id, frame.bytes());
-        frame.header = headerOf(type, epoch, payload);
-        found->second->queue.push(std::move(frame));
-        write(found->second);
-    }
-
-    /// One large payload for many links is hashed once.
-    std::array<std::byte, FrameHeader::kBytes> headerOf(std::uint16_t type, Epoch epoch, const SharedChain& payload) {
-        if (!payload || payload->size() < kWorthCaching)
-            return encodeHeader(type, epoch, payload ? *payload : ByteChain());
-        if (cached.type != type || cached.epoch != epoch || cached.payload.lock() != payload)
-            cached = {type, epoch, payload, encodeHeader(type, epoch, *payload)};
-        return cached.header;
-    }
-
-    void write(const LinkPtr& link) {
-        using enum TransportLinkState;
-        if (link->queue.writing() || link->state == kConnecting || link->state == kClosed) return;
-        while (!link->queue.empty()) {
-            std::vector<asio::const_buffer> buffers;
-            for (const ByteSpan piece : link->queue.next()) buffers.emplace_back(piece.data(), piece.size());
-            // Nearly always all of it goes at once. What does not, and every error, is the reactor's.
-            error_code laterAgain;
-            std::size_t done = link->socket.write_some(buffers, laterAgain);
-            sent.fetch_add(done, std::memory_order_relaxed);
-            if (laterAgain || done < asio::buffer_size(buffers)) return writeRest(link, std::move(buffers), done);
-            link->sentAt = now();
-            table.discharge(link->id, link->queue.written());
-        }
-        if (link->state != TransportLinkState::kClosing) return;
-        // The peer reads our last words and closes; closing first would take them away from it if anything of its own
-        // were still unread here (TCP answers that with a reset).
-        error_code ignored;
-        link->socket.shutdown(tcp::socket::shutdown_send, ignored);
-    }
-
-    void writeRest(const LinkPtr& link, std::vector<asio::const_buffer> buffers, std::size_t done) {
-        for (asio::const_buffer& buffer : buffers) {
-            const std::size_t part = std::min(done, buffer.size());
-            buffer += part;
-            done -= part;
-        }
-        asio::async_write(link->socket, std::move(buffers), [this, link](const error_code& error, std::size_t bytes) {
-            sent.fetch_add(bytes, std::memory_order_relaxed);
-            if (link->state == TransportLinkState::kClosed) return;
-            if (error)
-                return finish(
-                    link, link->state == TransportLinkState::kClosing ? link->closeReason : reasonFor(error, false));
-            link->sentAt = now();
-            table.discharge(link->id, link->queue.written());
-            write(link);
-        });
-    }
-
-    void keepAlive(LinkId id, TransportLink::KeepAlive beat) {
-        const auto found = links.find(id);
-        if (found == links.end()) return;
-        pulseEvery = std::min(pulseEvery, std::max<Duration>(beat.interval / 2, 1ms));
-        found->second->keepAlive = std::move(beat);
-        if (!std::exchange(pulsing, true)) pulse();
-    }
-
-    void pulse() {
-        pulseTimer.expires_after(pulseEvery);
-        pulseTimer.async_wait([this](const error_code& error) {
-            if (error || ending) return;
-            const TimePoint at = now();
-            bool any = false;
-            for (const auto& [id, link] : links) {
-                if (!link->keepAlive) continue;
-                any = true;
-                // Where bytes wait, the peer hears of us as soon as it can.
-                if (link->state != TransportLinkState::kOpen || !link->queue.empty() ||
-                    at < link->sentAt + link->keepAlive->interval)
-                    continue;
-                const TransportLink::KeepAlive& life = *link->keepAlive;
-                // It is one of `links`, so it has a slot.
-                static_cast<void>(table.charge(id, FrameHeader::kBytes + (life.payload ? life.payload->size() : 0)));
-                queue(id, life.type, life.epoch, life.payload);
-            }
-            pulsing = any;
-            if (any) pulse();
-        });
-    }
-
-    void beginClose(const LinkPtr& link, std::string reason) {
-        if (link->state == TransportLinkState::kConnecting) return finish(link, std::move(reason));
-        if (link->state != TransportLinkState::kOpen) return;
-        if (link->target.empty()) strangers.add(link, now());  // what it keeps may be wanted by another
-        link->state = TransportLinkState::kClosing;
-        link->closeReason = std::move(reason);
-        if (table.resting(link->id)) {  // its end is read, whatever has not been taken
-            table.rest(link->id, false);
-            read(link);
-        }
-        link->timer.expires_after(kFlushTime);
-        link->timer.async_wait([this, link](const error_code& error) {
-            if (!error) finish(link, link->closeReason);
-        });
-        write(link);
-    }
-
-    void finish(const LinkPtr& link, std::string reason) {
-        if (link->state == TransportLinkState::kClosed) return;
-        link->state = TransportLinkState::kClosed;
-        strangers.forget(*link);
-        link->timer.cancel();
-        error_code ignored;
-        link->socket.close(ignored);
-        // The queue itself stays until the last handler lets go of the link: a write may still point into it.
-        table.discharge(link->id, link->queue.bytes());
-        table.release(link->id);
-        links.erase(link->id);
-        emit(link_event::Closed{link->id, std::move(reason)});
-        if (ending && links.empty()) io.stop();
-    }
-
-    void endAll() {
-        ending = true;
-        pulseTimer.cancel();
-        for (const auto& listener : listeners) {
-            error_code ignored;
-            listener->acceptor.close(ignored);
-            listener->pause.cancel();
-        }
-        if (links.empty()) return io.stop();
-        std::vector<LinkPtr> all;
-        for (const auto& [id, link] : links) all.push_back(link);
-        for (const LinkPtr& link : all) beginClose(link, {});
-    }
-
-    /// Runs on the caller's thread.
-    Expected<tcp::endpoint> resolveHere(const Address& address) {
-        error_code error;
-        const auto numeric = asio::ip::make_address(address.host, error);
-        if (!error) return tcp::endpoint(numeric, address.port);
-        tcp::resolver resolver(io);
-        const auto found = resolver.resolve(address.host, std::to_string(address.port), error);
-        if (error || found.empty())
-            return fail(ErrorCode::kNetwork,
-                        fmt::format("cannot listen on {}: {}", toString(address), error.message()));
-        return found.begin()->endpoint();
-    }
-
-    struct CachedHeader {
-        std::uint16_t type = 0;
-        Epoch epoch;
-        std::weak_ptr<const ByteChain> payload;
-        std::array<std::byte, FrameHeader::kBytes> header{};
-    };
-
-    TransportLimits limits;
-    std::function<void(LinkEvent)> onEvent;
-    LinkTable table;
-    asio::io_context io{1};
-    asio::executor_work_guard<asio::io_context::executor_type> work;
-    std::vector<std::unique_ptr<Listener>> listeners;
-    std::unordered_map<LinkId, LinkPtr> links;
-    Strangers strangers{limits};
-    std::vector<ReceivedFrame> frames;
-    std::array<std::byte, 4096> discarded;
-    CachedHeader cached;
-    bool ending = false;
-
-    Turn turn;
-    std::atomic<bool> wanted{false};  ///< somebody wants to attend
-    std::atomic<bool> closing{false};
-    std::atomic<bool> delivered{false}, woken{false};
-    std::atomic<std::uint64_t> sent{0}, received{0};    ///< bytes
-    std::atomic<std::size_t> posted{0};                 ///< and not yet done
-    std::atomic<Duration> lastLarge{Duration::zero()};  ///< on the clock; zero: never
-    TimePoint attendantLeft{};                          ///< with the turn
-    AbsenceTimer absence;
-    asio::steady_timer alarm{io};
-    TimePoint alarmAt = TimePoint::max();  ///< with the turn
-    asio::steady_timer pulseTimer{io};
-    Duration pulseEvery = 1s;  ///< half the shortest interval in which anybody wants to be heard of
-    bool pulsing = false;
-    std::thread thread;
-};
 
 Transport::Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent)
     : impl_(std::make_unique<Impl>(std::move(limits), std::move(onEvent))) {}
@@ -501,17 +15,17 @@ Transport::~Transport() {
 void Transport::end() {
     if (!impl_->thread.joinable()) return;
     asio::post(impl_->io, [impl = impl_.get()] { impl->endAll(); });
-    impl_->closing = true;
-    impl_->absence.left(kAtOnce);
     impl_->thread.join();
+    impl_->handshakes.close();
+    if (impl_->shaker.joinable()) impl_->shaker.join();
 }
 
 bool Transport::attend(TimePoint until) {
-    return impl_->attend(until);
+    return impl_->thread.attend(until);
 }
 
 void Transport::wake() {
-    if (!impl_->woken.exchange(true)) asio::post(impl_->io, [] {});
+    impl_->thread.wake();
 }
 
 Expected<std::uint16_t> Transport::listen(const Address& address, const std::function<void(std::uint16_t)>& onBound) {
@@ -534,7 +48,7 @@ Expected<std::uint16_t> Transport::listen(const Address& address, const std::fun
     if (error)
         return fail(ErrorCode::kNetwork, fmt::format("cannot listen on {}: {}", toString(address), error.message()));
     const std::uint16_t port = listener->acceptor.local_endpoint(error).port();
-    impl_->post([impl = impl_.get(), listener = std::move(listener)]() mutable {
+    impl_->thread.post([impl = impl_.get(), listener = std::move(listener)]() mutable {
         if (impl->ending) return;
         impl->listeners.push_back(std::move(listener));
         impl->accept(*impl->listeners.back());
@@ -545,7 +59,7 @@ Expected<std::uint16_t> Transport::listen(const Address& address, const std::fun
 LinkId Transport::connect(const Address& address, std::chrono::milliseconds timeout) {
     const std::optional<LinkId> claimed = impl_->table.claim();
     const LinkId id = claimed ? *claimed : impl_->table.stillborn();
-    impl_->post([impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
+    impl_->thread.post([impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
     return id;
 }
 
@@ -555,7 +69,7 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
     if (!queued) return;
     if (*queued > impl_->limits.maxSendQueueBytes) {
         impl_->table.discharge(link, bytes);
-        impl_->post([impl = impl_.get(), link, waiting = *queued - bytes] {
+        impl_->thread.post([impl = impl_.get(), link, waiting = *queued - bytes] {
             if (const auto found = impl->links.find(link); found != impl->links.end())
                 impl->finish(LinkPtr(found->second),
                              fmt::format("the peer reads too slowly: {} bytes wait for it and at most {} may", waiting,
@@ -568,7 +82,7 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
 
 void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
                           SharedChain payload) {
-    impl_->post([impl = impl_.get(), link,
+    impl_->thread.post([impl = impl_.get(), link,
                  wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
         impl->keepAlive(link, std::move(wanted));
     });
@@ -577,20 +91,25 @@ void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::
 void Transport::taken(LinkId link, std::size_t payloadBytes) {
     const std::size_t left = impl_->table.take(link, Impl::costOf(payloadBytes));
     if (!impl_->table.resting(link) || left > impl_->limits.maxUntakenBytes / 2) return;
-    impl_->post([impl = impl_.get(), link] {
+    impl_->thread.post([impl = impl_.get(), link] {
         if (const auto found = impl->links.find(link); found != impl->links.end()) impl->goOn(LinkPtr(found->second));
     });
 }
 
 void Transport::close(LinkId link, std::string reason) {
-    impl_->post([impl = impl_.get(), link, reason = std::move(reason)]() mutable {
+    impl_->thread.post([impl = impl_.get(), link, reason = std::move(reason)]() mutable {
         if (const auto found = impl->links.find(link); found != impl->links.end())
             impl->beginClose(LinkPtr(found->second), std::move(reason));
     });
 }
 
+void Transport::judgeAgain() {
+    impl_->thread.post([impl = impl_.get()] { impl->judgeAgain(); });
+}
+
 Transport::Traffic Transport::traffic() const {
-    return {impl_->sent.load(std::memory_order_relaxed), impl_->received.load(std::memory_order_relaxed)};
+    const auto read = [](const std::atomic<std::uint64_t>& count) { return count.load(std::memory_order_relaxed); };
+    return {read(impl_->sent), read(impl_->received), read(impl_->shakes), read(impl_->resumed)};
 }
 
 std::size_t Transport::queuedBytes(LinkId link) const {

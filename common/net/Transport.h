@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -12,8 +13,11 @@
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/HistoryIds.h"
+#include "common/base/Identity.h"
 
 namespace tessera {
+
+class TlsContext;
 
 using LinkId = StrongId<struct LinkIdTag>;
 
@@ -32,6 +36,11 @@ struct Opened {
     std::string peer;   ///< its address, for logs
     bool near = false;  ///< it is on this machine
 };
+/// The link is sealed: from here on nobody else reads it or writes into it. Comes before whatever is received on it.
+struct Secured {
+    LinkId link;
+    std::optional<Credential> peer;  ///< none: it has shown no certificate. Only who accepts is told of a fault in one
+};
 struct Received {
     LinkId link;
     std::uint16_t type = 0;
@@ -46,12 +55,14 @@ struct Heard {
 struct Closed {
     LinkId link;
     std::string reason;  ///< for a person; closed by us: what `close` was given
+    ErrorCode code = ErrorCode::kNetwork;  ///< kRefused: keys do not fit, and dialling again changes nothing
 };
 }  // namespace link_event
 
 struct LinkEvent {
     TimePoint at;  ///< when the bytes arrived (steady clock)
-    std::variant<link_event::Opened, link_event::Received, link_event::Heard, link_event::Closed> what;
+    std::variant<link_event::Opened, link_event::Secured, link_event::Received, link_event::Heard, link_event::Closed>
+        what;
 };
 [[nodiscard]] inline LinkId linkOf(const LinkEvent& event) {
     return std::visit([](const auto& what) { return what.link; }, event.what);
@@ -75,6 +86,11 @@ struct TransportLimits {
     /// once.
     std::size_t maxUntakenBytes = std::numeric_limits<std::size_t>::max();
     std::chrono::milliseconds heardEvery{20};
+    /// The keys as they are now. Where it is given, links that are dialled are sealed (TLS 1.3), and those that are
+    /// accepted are where their peers begin so; who may come in plainly is for the caller to say. Called on the network
+    /// thread. Empty: nothing is sealed.
+    std::function<std::shared_ptr<const TlsContext>()> tls = {};
+    std::chrono::milliseconds handshakeTime{10'000};  ///< of a link that is sealed; then it is closed
     /// Called first on the thread inside, before it does anything. May be empty.
     std::function<void()> onThread = {};
     /// Largest payload for a message type; 0 refuses the type. Called on the network thread.
@@ -132,9 +148,12 @@ public:
     void wake();
     /// What destruction does, but `wake` may still be called. Not while somebody attends.
     void end();
+    /// The keys have changed: links whose peers would not be let in any more are closed. From any thread.
+    void judgeAgain();
     /// On all links so far, headers included.
     struct Traffic {
-        std::uint64_t sent = 0, received = 0;  ///< bytes
+        std::uint64_t sent = 0, received = 0;       ///< bytes
+        std::uint64_t handshakes = 0, resumed = 0;  ///< that ended well, and those of them that went on with a session
     };
     [[nodiscard]] Traffic traffic() const;
     /// Bytes waiting to be sent, headers included. Never waits.

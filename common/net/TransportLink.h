@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/net/FrameReader.h"
+#include "common/net/SealedLink.h"
 #include "common/net/SendQueue.h"
 #include "common/net/Transport.h"
 
@@ -32,6 +33,8 @@ struct TransportLink {
     TransportLinkState state = TransportLinkState::kConnecting;
     FrameReader reader;
     SendQueue queue;
+    std::unique_ptr<SealedLink> sealed;  ///< null: plain, or nothing has come yet that would tell
+    bool heard = false;                  ///< something has come
     TimePoint heardAt{};  ///< the last event that told of bytes
     TimePoint sentAt{};   ///< the last write
     struct KeepAlive {

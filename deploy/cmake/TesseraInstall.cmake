@@ -3,7 +3,7 @@
 # below it.
 include(CMakePackageConfigHelpers)
 
-set(application_layers base input math change field cores scene session wall output request codec net access application)
+set(application_layers base input math change field cores scene session wall output request codec tls net access application)
 list(TRANSFORM application_layers PREPEND tessera_ OUTPUT_VARIABLE application_targets)
 # Tessera::rays, for applications that ask what rays meet; and the layers that it needs besides.
 set(ray_layers geometry freeform drawable rays)
@@ -18,7 +18,7 @@ install(TARGETS ${application_targets} tessera_proto EXPORT TesseraTargets
 install(EXPORT TesseraTargets NAMESPACE Tessera:: DESTINATION ${package_folder} COMPONENT application)
 
 # Headers keep their paths from the root: #include "common/application/Application.h". Those that only a module's own .cpp files
-# include stay here; they need Asio or protobuf.
+# include stay here; they need Asio, OpenSSL or protobuf.
 foreach(layer ${application_layers} ${ray_layers})
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/common/${layer} DESTINATION include/tessera/common COMPONENT application
     FILES_MATCHING PATTERN "*.h"
@@ -28,7 +28,11 @@ foreach(layer ${application_layers} ${ray_layers})
     PATTERN "common/codec/TrackingMessage.h" EXCLUDE PATTERN "common/codec/NavigationMessage.h" EXCLUDE
     PATTERN "common/wall/WallNames.h" EXCLUDE
     PATTERN "common/application/Connection.h" EXCLUDE
-    PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE)
+    PATTERN "common/net/FrameReader.h" EXCLUDE PATTERN "common/net/LinkTable.h" EXCLUDE
+    PATTERN "common/net/NetworkThread.h" EXCLUDE PATTERN "common/net/SealedLink.h" EXCLUDE
+    PATTERN "common/net/Strangers.h" EXCLUDE PATTERN "common/net/TransportImpl.h" EXCLUDE
+    PATTERN "common/net/TransportLink.h" EXCLUDE PATTERN "common/tls/OpenSsl.h" EXCLUDE
+    PATTERN "common/tls/Tickets.h" EXCLUDE PATTERN "common/tls/TlsContextImpl.h" EXCLUDE)
 endforeach()
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/TesseraConfig.cmake.in ${CMAKE_BINARY_DIR}/TesseraConfig.cmake
@@ -46,7 +50,8 @@ foreach(folder walls scenes screens examples)
     PATTERN "__pycache__" EXCLUDE)
 endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screens.md ${CMAKE_SOURCE_DIR}/deploy/test-picture.png
-  ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/server/import/WRITING.md DESTINATION share/tessera COMPONENT share)
+  ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/deploy/security.md ${CMAKE_SOURCE_DIR}/server/import/WRITING.md
+  DESTINATION share/tessera COMPONENT share)
 install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera COMPONENT share RENAME README.md)
 
 # What deploy/install builds: all that is installed.

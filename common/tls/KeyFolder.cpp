@@ -1,0 +1,285 @@
+#include "common/tls/KeyFolder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <thread>
+
+#include "common/base/FileHandle.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kBundleEnd = "end of keys\n";
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+
+tl::unexpected<Error> systemError(std::string_view what, const std::string& path) {
+    const ErrorCode code = errno == ENOENT   ? ErrorCode::kNotFound
+                           : errno == EACCES ? ErrorCode::kRefused
+                                             : ErrorCode::kFailed;
+    return fail(code, fmt::format("{}: {} ({})", path, what, std::strerror(errno)));
+}
+
+/// What nobody but the owner may do with a file.
+constexpr unsigned kMayLook = 0077, kMayWrite = 0022;
+
+/// Whether it is this user's, or root's, and nobody else may do that.
+bool isOwn(const struct stat& info, unsigned nobodyElse) {
+    return (info.st_uid == geteuid() || info.st_uid == 0) && (info.st_mode & nobodyElse) == 0;
+}
+
+bool writeAll(int file, std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t count = ::write(file, text.data(), text.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return false;
+        text.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return true;
+}
+
+/// Nothing where it is no line of the file.
+std::optional<IssuedKey> keyIn(std::string_view line) {
+    std::vector<std::string_view> words;
+    for (std::size_t at = 0; at <= line.size();) {
+        const std::size_t end = std::min(line.find(' ', at), line.size());
+        words.push_back(line.substr(at, end - at));
+        at = end + 1;
+    }
+    if (words.size() < 3 || words.size() > 4 || words[0].empty()) return std::nullopt;
+    const Expected<Identity> holder = parseIdentity(words[1]);
+    std::int64_t until = 0;
+    const char* const end = words[2].data() + words[2].size();
+    const auto [stopped, error] = std::from_chars(words[2].data(), end, until);
+    if (!holder || error != std::errc() || stopped != end) return std::nullopt;
+    if (words.size() == 4 && words[3] != "revoked") return std::nullopt;
+    constexpr std::int64_t kLast = std::chrono::duration_cast<std::chrono::seconds>(DateTime::duration::max()).count();
+    return IssuedKey{.serial = std::string(words[0]),
+                     .holder = *holder,
+                     .until = DateTime(std::chrono::seconds(std::clamp<std::int64_t>(until, 0, kLast))),
+                     .revoked = words.size() == 4};
+}
+
+long long secondsOf(DateTime time) {
+    return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
+}
+
+}  // namespace
+
+KeyFolder::KeyFolder(std::string path) : path_(std::move(path)) {
+    while (path_.size() > 1 && path_.back() == '/') path_.pop_back();  // the folder above it is another one
+}
+
+std::string KeyFolder::fileOf(const Identity& holder) {
+    switch (holder.kind) {
+        case Identity::Kind::kServer:
+            return "server.pem";
+        case Identity::Kind::kHost:
+            return fmt::format("host-{}{}", holder.name, kEnding);
+        case Identity::Kind::kPerson:
+            break;
+    }
+    return fmt::format("{}{}{}", kPerson, holder.name, kEnding);
+}
+
+Expected<std::string> KeyFolder::readOwn(const std::string& file) const {
+    return read(file, kMayLook, "may read this key");
+}
+
+Expected<std::string> KeyFolder::read(const std::string& file, unsigned nobodyElse, std::string_view might) const {
+    const std::string path = path_ + "/" + file;
+    const FileHandle handle(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (handle.get() < 0) return systemError("cannot be read", path);
+    struct stat info {};
+    if (::fstat(handle.get(), &info) != 0) return systemError("cannot be read", path);
+    if (!S_ISREG(info.st_mode)) return fail(ErrorCode::kBadInput, path + ": is no file");
+    if (!isOwn(info, nobodyElse))
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{0}: others {1}, or it is somebody else's: chmod 600 {0}", path, might));
+    std::string text;
+    std::array<char, 4096> part{};
+    for (ssize_t count = 0; (count = ::read(handle.get(), part.data(), part.size())) != 0;) {
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return systemError("cannot be read", path);
+        text.append(part.data(), static_cast<std::size_t>(count));
+        if (text.size() > kMostBytes) return fail(ErrorCode::kBadInput, path + ": is too large for a key");
+    }
+    return text;
+}
+
+Expected<Authority> KeyFolder::authority() const {
+    const Expected<std::string> text = readOwn("authority.pem");
+    if (!text) return tl::unexpected(text.error());
+    Expected<Authority> read = Authority::read(*text);
+    if (!read) return failWith(path_ + "/authority.pem", read.error());
+    return read;
+}
+
+Expected<std::string> KeyFolder::authorityCertificate() const {
+    return read("authority.crt", kMayWrite, "may change this file");
+}
+
+Expected<std::vector<IssuedKey>> KeyFolder::issued() const {
+    std::vector<IssuedKey> all;
+    const Expected<std::string> text = readOwn(std::string(kIssued));
+    if (!text && text.error().code == ErrorCode::kNotFound) return all;
+    if (!text) return tl::unexpected(text.error());
+    std::size_t number = 0;
+    for (std::size_t at = 0; at < text->size();) {
+        const std::size_t end = std::min(text->find('\n', at), text->size());
+        const std::string line = text->substr(at, end - at);
+        at = end + 1;
+        ++number;
+        std::optional<IssuedKey> key = keyIn(line);
+        if (!key)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{}/{}:{}: is not SERIAL HOLDER SECONDS [revoked]", path_, kIssued, number));
+        all.push_back(std::move(*key));
+    }
+    return all;
+}
+
+Expected<TlsKeys> KeyFolder::of(const std::string& file, const std::string& lacking) const {
+    TlsKeys keys;
+    Expected<std::string> authority = authorityCertificate();
+    if (!authority) return tl::unexpected(authority.error());
+    Expected<std::string> own = readOwn(file);
+    if (!own && own.error().code == ErrorCode::kNotFound)
+        return fail(ErrorCode::kNotFound, fmt::format("{}: {}", path_, lacking));
+    if (!own) return tl::unexpected(own.error());
+    keys.own = std::move(*own);
+    keys.authority = std::move(*authority);
+    return keys;
+}
+
+Expected<TlsKeys> KeyFolder::ofServer() const {
+    Expected<TlsKeys> keys =
+        of("server.pem", "no keys of a server are there: tessera-keys init --wall WALL makes them");
+    if (!keys) return keys;
+    const Expected<std::vector<IssuedKey>> all = issued();
+    if (!all) return tl::unexpected(all.error());
+    for (const IssuedKey& key : *all)
+        if (key.revoked) keys->revoked.insert(key.serial);
+    return keys;
+}
+
+Expected<TlsKeys> KeyFolder::ofHost(const std::string& name) const {
+    return of(fileOf({.wall = {}, .kind = Identity::Kind::kHost, .name = name}),
+              fmt::format("no key of the host '{0}' is there: tessera-keys host {0} makes it, on the server", name));
+}
+
+Expected<TlsKeys> KeyFolder::ofPerson(const std::string& name) const {
+    if (!name.empty())
+        return of(
+            fileOf({.wall = {}, .kind = Identity::Kind::kPerson, .name = name}),
+            fmt::format("no key of '{0}' is there: tessera-keys person {0} --role ROLE makes it, on the server", name));
+    std::vector<std::string> files;
+    std::error_code error;
+    for (std::filesystem::directory_iterator each(path_, error), none; !error && each != none; each.increment(error))
+        if (const std::string file = each->path().filename(); file.starts_with(kPerson) && file.ends_with(kEnding))
+            files.push_back(file);
+    std::ranges::sort(files);
+    if (files.size() > 1)
+        return fail(ErrorCode::kUsage, fmt::format("{}: the keys of several people are there ({}): say whose", path_,
+                                                   fmt::join(files, ", ")));
+    return of(files.empty() ? std::string(kPerson) : files.front(),
+              "no key of a person is there: tessera-keys person NAME --role ROLE makes one, on the server");
+}
+
+std::string KeyFolder::bundleOf(const TlsKeys& keys) {
+    return fmt::format("{}{}{}", keys.authority, keys.own, kBundleEnd);
+}
+
+Expected<TlsKeys> KeyFolder::readBundle(int descriptor, std::chrono::milliseconds patience) {
+    constexpr std::size_t kMostOfABundle = std::size_t{64} << 10;
+    const auto until = std::chrono::steady_clock::now() + patience;
+    std::string text;
+    while (text.find(kBundleEnd) == std::string::npos) {
+        const auto left =
+            std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+        pollfd wait{descriptor, POLLIN, 0};
+        const int ready = left.count() <= 0 ? 0 : ::poll(&wait, 1, static_cast<int>(left.count()));
+        if (ready < 0 && errno == EINTR) continue;
+        if (ready <= 0) return fail(ErrorCode::kNetwork, fmt::format("no keys came within {} ms", patience.count()));
+        std::array<char, 4096> part{};
+        const ssize_t count = ::read(descriptor, part.data(), part.size());
+        if (count < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+        if (count <= 0 || text.size() > kMostOfABundle)
+            return fail(ErrorCode::kBadInput, "what came are no keys of tessera-wall");
+        text.append(part.data(), static_cast<std::size_t>(count));
+    }
+    const std::size_t own = std::min(text.find("-----BEGIN PRIVATE KEY-----"), text.size());
+    TlsKeys keys;
+    keys.authority = text.substr(0, own);
+    keys.own = text.substr(own, text.find(kBundleEnd) - own);
+    return keys;
+}
+
+Expected<KeyFolder::Writer> KeyFolder::Writer::open(const KeyFolder& folder) {
+    const std::string& path = folder.path();
+    std::error_code ignored;  // what is missing afterwards is said by mkdir
+    if (const auto above = std::filesystem::path(path).parent_path(); !above.empty())
+        std::filesystem::create_directories(above, ignored);
+    if (::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) return systemError("cannot be made", path);
+    struct stat info {};
+    if (::stat(path.c_str(), &info) != 0) return systemError("cannot be looked at", path);
+    if (!S_ISDIR(info.st_mode) || !isOwn(info, kMayLook))
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{0} is not a folder of this user alone: chmod 700 {0}, or name another one", path));
+    const int lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock < 0) return systemError("cannot be opened", path);
+    for (int tries = 0; ::flock(lock, LOCK_EX | LOCK_NB) != 0; ++tries) {
+        constexpr int kMostTries = 500;
+        if (errno != EWOULDBLOCK && errno != EINTR) {
+            const auto error = systemError("cannot be locked", path);
+            ::close(lock);
+            return error;
+        }
+        if (tries == kMostTries) {
+            ::close(lock);
+            return fail(ErrorCode::kRefused, path + ": another program writes keys there, and does not end");
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return Writer(path, lock);
+}
+
+KeyFolder::Writer::~Writer() {
+    if (lock_ >= 0) ::close(lock_);
+}
+
+Expected<void> KeyFolder::Writer::write(const std::string& file, std::string_view text) const {
+    const std::string path = path_ + "/" + file, unfinished = path_ + "/." + file + ".new";
+    ::unlink(unfinished.c_str());
+    FileHandle handle(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (handle.get() < 0) return systemError("cannot be written", path);
+    if (!writeAll(handle.get(), text) || ::fsync(handle.get()) != 0 ||
+        ::rename(unfinished.c_str(), path.c_str()) != 0) {
+        auto error = systemError("cannot be written", path);
+        ::unlink(unfinished.c_str());
+        return error;
+    }
+    (void)::fsync(lock_);
+    return {};
+}
+
+Expected<void> KeyFolder::Writer::write(const std::vector<IssuedKey>& issued) const {
+    std::string text;
+    for (const IssuedKey& key : issued)
+        text += fmt::format("{} {} {}{}\n", key.serial, toUri(key.holder), secondsOf(key.until),
+                            key.revoked ? " revoked" : "");
+    return write(std::string(kIssued), text);
+}
+
+}  // namespace tessera

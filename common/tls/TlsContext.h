@@ -1,0 +1,67 @@
+/// One side of TLS 1.3: what it proves itself with, and whom it believes.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/tls/Certificate.h"
+
+struct ssl_ctx_st;
+
+namespace tessera {
+
+/// What a side has, as read from files.
+struct TlsKeys {
+    std::string own = {};        ///< PEM of its key and certificate; empty: it dials with a token instead
+    std::string authority = {};  ///< PEM of the wall's authority's certificate; empty: the pinned one
+    std::string pinned = {};     ///< SHA-256 of the authority's certificate, hexadecimal: for links that carry it
+    std::set<std::string> revoked = {};  ///< serials that let nobody in any more
+};
+
+/// Immutable but for the tickets of sessions that may be resumed; any thread. For links that are accepted and for
+/// those that are dialled.
+///
+/// Who dials believes a server whose certificate this wall's authority made, whatever its address. Who accepts lets
+/// anybody finish the handshake and says afterwards what is wrong with them (`Credential::fault`): a program that is
+/// refused is told so in words, not with the number of an alert. Tickets end with their context: whoever comes after a
+/// change of keys is looked at whole.
+class TlsContext {
+public:
+    /// kBadInput: a key, certificate or fingerprint is none, or they do not belong together.
+    [[nodiscard]] static Expected<std::shared_ptr<const TlsContext>> make(TlsKeys keys);
+    ~TlsContext();
+    TlsContext(const TlsContext&) = delete;
+    TlsContext& operator=(const TlsContext&) = delete;
+
+    /// None: it has no key of its own, and so accepts nobody.
+    [[nodiscard]] const std::optional<Certificate>& own() const { return own_; }
+    [[nodiscard]] bool mayAccept() const { return own_ && own_->holder->kind == Identity::Kind::kServer; }
+    /// Of the wall's authority, hexadecimal.
+    [[nodiscard]] const std::string& authorityFingerprint() const { return authority_; }
+    /// Its certificate, PEM; empty: it is known by its fingerprint alone.
+    [[nodiscard]] const std::string& authorityCertificate() const { return authorityPem_; }
+    /// Why a certificate lets nobody in now; empty: it does. Chains have been looked at in the handshake.
+    /// `otherClock`: what the other side's says; zero: it did not tell.
+    [[nodiscard]] std::string faultOf(const Certificate& certificate, DateTime now, DateTime otherClock) const;
+
+    /// For `asio::ssl`, and TlsChannel.
+    [[nodiscard]] ssl_ctx_st* native() const;
+
+private:
+    friend class TlsChannel;
+    friend struct TlsCallbacks;
+    struct Impl;
+    TlsContext();
+
+    std::unique_ptr<Impl> impl_;
+    std::optional<Certificate> own_;
+    std::string authority_;
+    std::set<std::string> revoked_;
+    std::string authorityPem_;
+};
+
+}  // namespace tessera
