@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "client/draw/Surface.h"
 #include "client/replica/HostCheck.h"
@@ -18,13 +19,14 @@
 #include "common/access/LocalWalls.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
+#include "common/tls/KeyRing.h"
 
 namespace {
 
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, tokenFile, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
+    std::string server, host, tokenFile, keys, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false;
@@ -102,6 +104,14 @@ Expected<void> check(const Arguments& arguments) {
     return fail(ErrorCode::kUnsupported, "this machine cannot show what is asked for");
 }
 
+/// "-": what tessera-wall --start brings, on the standard input, before its signs of life.
+Expected<CurrentKeys> keysFor(const Arguments& arguments) {
+    constexpr std::chrono::seconds kPatience(30);
+    if (arguments.keys != "-") return keysOfHost(arguments.keys, arguments.host);
+    Expected<TlsKeys> brought = KeyFolder::readBundle(STDIN_FILENO, kPatience);
+    return brought ? keysThatStay(std::move(*brought)) : tl::unexpected(brought.error());
+}
+
 Expected<void> serve(const Arguments& arguments, Log& log) {
     if (auto good = checkName(arguments.host); !good) return good;
     const auto server = parseAddress(arguments.server);
@@ -112,11 +122,18 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
         if (!parsed) return failWith("--culler", parsed.error());
         culler = *parsed;
     }
-    auto access = accessLater(arguments.tokenFile);
+    auto access = accessLater(arguments.tokenFile, !arguments.keys.empty());
     if (!access) return tl::unexpected(access.error());
+    CurrentKeys keys;
+    if (!arguments.keys.empty()) {
+        Expected<CurrentKeys> read = keysFor(arguments);
+        if (!read) return failWith("--keys", read.error());
+        keys = std::move(*read);
+    }
     HostOptions options{.server = *server,
                         .name = arguments.host,
                         .access = std::move(*access),
+                        .keys = std::move(keys),
                         .output = arguments.output,
                         .surface = arguments.surface,
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
@@ -175,6 +192,8 @@ int main(int argc, char** argv) {
         .option("--token-file", arguments.tokenFile,
                 "With the server's token (TESSERA_TOKEN_FILE, else\nof this user's server on this machine)")
         .typeName("FILE");
+    options.option("--keys", arguments.keys, "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
+        .typeName("DIR");
     options.option("--output", arguments.output, "Keep images below DIR/tiles").typeName("DIR");
     options.flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
     options.option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing").typeName("NAME");

@@ -19,6 +19,7 @@
 #include "common/codec/WallCodec.h"
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
+#include "common/tls/KeyRing.h"
 #include "server/door/Door.h"
 #include "server/sim/FrameLoop.h"
 
@@ -36,7 +37,7 @@ struct Arguments {
     std::string listen = "127.0.0.1:0";
     std::string console = "127.0.0.1:0";
     bool noConsole = false;
-    std::string tokenFile, group;
+    std::string tokenFile, group, keys;
     std::vector<std::string> assets, allowed;
     std::uint64_t frames = 0;
     double rate = -1;
@@ -52,6 +53,7 @@ struct Arguments {
     bool progress = false;
     bool testPicture = false;
     bool allowUnconfined = false;
+    bool insecure = false;
 };
 
 Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
@@ -160,6 +162,30 @@ std::string nameOfUser() {
     return fmt::format("user {}", geteuid());
 }
 
+/// Beyond this machine nobody comes in without a key, but where a person says so.
+Expected<void> takeKeys(const Arguments& arguments, ServerOptions& options) {
+    if (!arguments.keys.empty()) {
+        const KeyFolder folder(arguments.keys);
+        Expected<std::unique_ptr<KeyRing>> keys = KeyRing::open(folder.path(), [folder] { return folder.ofServer(); });
+        if (!keys) return failWith("--keys", keys.error());
+        const Certificate& own = *(*keys)->current()->own();
+        if (own.holder->kind != Identity::Kind::kServer || own.holder->wall != options.wall.name)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("--keys {}: the key is of {}, and this is the wall '{}'", arguments.keys,
+                                    describe(*own.holder), options.wall.name));
+        if (const std::string fault = (*keys)->current()->faultOf(own, std::chrono::system_clock::now(), {});
+            !fault.empty())
+            return fail(ErrorCode::kBadInput, fmt::format("--keys {}: {}", arguments.keys, fault));
+        options.keys = std::move(*keys);
+        return {};
+    }
+    if (options.listen.isLoopback() || arguments.insecure) return {};
+    return fail(ErrorCode::kUsage,
+                fmt::format("--listen {}: whoever reaches that address could come in. `tessera-keys --keys DIR init "
+                            "--wall {}` makes keys, and --keys DIR takes them; --insecure lets anybody in",
+                            arguments.listen, arguments.wall));
+}
+
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
@@ -190,6 +216,10 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         return fail(
             ErrorCode::kUsage,
             fmt::format("--console {}: the console opens on this machine alone, as 127.0.0.1:PORT", arguments.console));
+    options.insecure = arguments.insecure;
+    if (options.insecure)
+        log.warning("--insecure: whoever reaches this server may do all, and others may read and change what is sent");
+    if (const Expected<void> good = takeKeys(arguments, options); !good) return good;
     Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), options.wall.name, log);
     if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
         return taken;
@@ -254,6 +284,10 @@ int main(int argc, char** argv) {
         .option("--token-file", arguments.tokenFile,
                 "Its first line lets programs of this machine in\n(a word that this user's programs find)")
         .typeName("FILE");
+    options.option("--keys", arguments.keys, "Of this wall (tessera-keys init): who comes from\nanother machine needs one")
+        .typeName("DIR")
+        .check(named);
+    options.flag("--insecure", arguments.insecure, "Whoever comes from another machine may do all");
     options.option("--group", arguments.group, "Its people's programs find it too").typeName("NAME").check(named);
     options.option("--assets", arguments.assets, "Folders for asset://NAME").typeName("DIR");
     options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")

@@ -261,6 +261,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     app.add_option("--token-file", in.line.tokenFile,
                    "With the server's token (TESSERA_TOKEN_FILE, else\nof this user's server on this machine)")
         ->type_name("FILE");
+    app.add_option("--keys", in.line.keys,
+                   "With a person's key (tessera-keys person NAME), or\nthat key's file: for servers of other machines")
+        ->type_name("DIR");
     app.add_flag("--json", in.line.json, "Answer in JSON");
     app.add_option("--timeout", in.timeoutSeconds, "Seconds to wait for the server (10)")
         ->type_name("S")

@@ -145,7 +145,7 @@ using Verb = std::variant<verb::Status, verb::Who, verb::Link, verb::Tree, verb:
                           verb::Inlines, verb::Play, verb::Clone, verb::Find>;
 
 struct CommandLine {
-    std::string server, tokenFile;
+    std::string server, tokenFile, keys;
     bool json = false;
     std::chrono::milliseconds timeout{10'000};
     Verb verb;

@@ -482,6 +482,7 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     Application::Options options;
     options.address = line.server;
     options.tokenFile = line.tokenFile;
+    options.keys = line.keys;
     options.name = "tessera-ctl";
     options.timeout = line.timeout;
     // Every other verb costs its answer, however large the scene is.

@@ -122,6 +122,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         ServerLinkOptions{.server = options.server,
                           .name = options.name,
                           .access = options.access,
+                          .keys = options.keys,
                           .pixelProbe = *probe,
                           .machine = neighbourhood ? machineIdentity() : "",
                           .board = neighbourhood ? neighbourhood->place() : "",

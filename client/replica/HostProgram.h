@@ -7,6 +7,7 @@
 #include "client/replica/ShareMode.h"
 #include "client/replica/TileWindows.h"
 #include "common/net/Transport.h"
+#include "common/tls/KeyRing.h"
 #include "common/wall/Culler.h"
 
 namespace tessera {
@@ -15,6 +16,7 @@ struct HostOptions {
     Address server;
     std::string name;
     std::function<std::string(const std::string& peer)> access = {};  ///< see ServerLinkOptions
+    CurrentKeys keys = {};  ///< empty: links are plain
     std::string output;
     std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
     std::optional<int> device;       ///< of the surface "egl"

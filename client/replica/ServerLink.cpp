@@ -30,6 +30,7 @@ ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* c
       pause_(options_.firstPause) {
     TransportLimits limits;
     limits.maxPayload = maxPayloadBytes;
+    limits.tls = options_.keys;
     // Where this one is away, that thread wakes it.
     if (options_.ahead) limits.onThread = [] { (void)tessera::askToRunAhead(Urgency::kShowing); };
     transport_ =
@@ -131,7 +132,9 @@ void ServerLink::on(const LinkEvent& event) {
         session_->heard(*channel, event.at);
     } else if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         links_.erase(*channel);
-        if (*channel == ChannelKind::kControl)
+        if (*channel == ChannelKind::kControl && closed->code == ErrorCode::kRefused)
+            noWayIn({ErrorCode::kNetwork, closed->reason});
+        else if (*channel == ChannelKind::kControl)
             retryLater(closed->reason.empty() ? "the connection closed" : closed->reason);
         else
             carryOut(session_->channelClosed(*channel, event.at));
@@ -241,9 +244,12 @@ std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> ServerLink::place() {
 
 void ServerLink::carryOut(client_action::Disconnect&& broken) {
     if (broken.retry) return retryLater(broken.reason);
+    noWayIn({broken.code, broken.reason});
+}
+
+void ServerLink::noWayIn(const Error& why) {
     hangUp("refused");
-    end({.error = {broken.code,
-                   fmt::format("the server at {} refuses: {}", toString(options_.server), broken.reason)}});
+    end({.error = {why.code, fmt::format("no way in at the server at {}: {}", toString(options_.server), why.message)}});
 }
 
 void ServerLink::carryOut(client_action::Finish&& finished) {

@@ -18,6 +18,7 @@
 #include "common/base/Log.h"
 #include "common/net/Transport.h"
 #include "common/session/ClientSession.h"
+#include "common/tls/KeyRing.h"
 
 namespace tessera {
 
@@ -26,6 +27,7 @@ struct ServerLinkOptions {
     std::string name;  ///< of the host in the wall
     std::function<std::string(const std::string& peer)> access =
         {};  ///< the word that lets it in: see ClientSessionConfig
+    CurrentKeys keys = {};  ///< empty: links are plain
     std::uint64_t pixelProbe = 0;
     std::string machine, board;  ///< for neighbours (message::Hello)
     std::chrono::milliseconds connectTimeout{2'000};
@@ -99,6 +101,7 @@ private:
     [[nodiscard]] std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> place();
     void hangUp(const std::string& reason);
     void retryLater(const std::string& reason);
+    void noWayIn(const Error& why);
     void end(HostEnd end);
     void give(decltype(Work::what) what);
     [[nodiscard]] TimePoint nextDeadline() const;

@@ -249,10 +249,11 @@ Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile
     return wall == walls->end() ? std::string() : wall->tokens.of(Role::kOperator);
 }
 
-Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile) {
+Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile, bool sealed) {
     if (const Expected<std::string> now = accessTo({}, tokenFile); !now) return tl::unexpected(now.error());
-    return [tokenFile](const std::string& peer) {
+    return [tokenFile, sealed](const std::string& peer) {
         const Expected<Address> address = parseAddress(peer);
+        if (!sealed && !(address && isOwnAddress(plainAddress(address->host)))) return std::string();
         return accessTo(address ? *address : Address(), tokenFile).value_or("");
     };
 }

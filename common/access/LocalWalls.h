@@ -44,8 +44,9 @@ struct LocalWall {
 /// `peer`: the other end of a connection, as a number: at what a name stands for somebody else may listen.
 [[nodiscard]] Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile = {});
 /// The same of each connection that will be made ("ADDR:PORT"). What is wrong with a file is said now; later there is
-/// then no word.
-[[nodiscard]] Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile);
+/// then no word. None leaves this machine but where the connections are `sealed`: others could read it.
+[[nodiscard]] Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile,
+                                                                                        bool sealed);
 
 /// A server's own place among them: a file of mode 0600, locked as long as it runs.
 ///

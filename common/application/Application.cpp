@@ -8,7 +8,6 @@
 #include <thread>
 #include <variant>
 
-#include "common/access/LocalWalls.h"
 #include "common/application/Connection.h"
 #include "common/application/Proposal.h"
 #include "common/codec/ApplicationCodec.h"
@@ -308,18 +307,9 @@ Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Application::~Application() = default;
 
 Expected<std::unique_ptr<Application>> Application::connect(const Options& options) {
-    const Expected<Address> address = serverMeant(options.address);
-    if (!address) return tl::unexpected(address.error());
-    ConnectionOptions connectionOptions;
-    connectionOptions.address = *address;
-    connectionOptions.name = options.name;
-    connectionOptions.lists = options.followScene;
-    connectionOptions.blobs = options.followScene && options.wantBlobs;
-    connectionOptions.connectTimeout = options.timeout;
-    auto access = accessLater(options.tokenFile);
-    if (!access) return tl::unexpected(access.error());
-    connectionOptions.access = std::move(*access);
-    auto impl = std::make_unique<Impl>(std::move(connectionOptions), options);
+    Expected<ConnectionOptions> connectionOptions = connectionOptionsOf(options);
+    if (!connectionOptions) return tl::unexpected(connectionOptions.error());
+    auto impl = std::make_unique<Impl>(std::move(*connectionOptions), options);
 
     // A little more than the transport's own timeout, whose message is the better one.
     const TimePoint deadline = clockNow() + options.timeout + milliseconds(100);

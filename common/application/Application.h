@@ -35,6 +35,7 @@ public:
         std::string name = "application";           ///< for the server's log and status
         std::string tokenFile = {};  ///< whose first line lets it in; empty: TESSERA_TOKEN_FILE, else what the server
                                      ///< of this user has left on this machine
+        std::string keys = {};  ///< folder with a person's key, or that key's file: links are sealed. Empty: plain ones
         bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request

@@ -42,8 +42,9 @@ ApplicationSession::~ApplicationSession() {
     for (const auto& [channel, link] : links_) transport_.close(link, "");
 }
 
-TransportLimits ApplicationSession::limits() {
+TransportLimits ApplicationSession::limits(CurrentKeys keys) {
     TransportLimits limits;
+    limits.tls = std::move(keys);
     limits.maxPayload = maxPayloadBytes;
     limits.maxSendQueueBytes = 2 * limits::kMaxUploadBytes;  // they lie where they are
     return limits;
@@ -88,7 +89,7 @@ void ApplicationSession::on(const LinkEvent& event) {
         links_.erase(*channel);
         // The transport knows better than the session why.
         if (*channel == ChannelKind::kControl)
-            return end({.error = {ErrorCode::kNetwork, closed->reason}, .retry = true});
+            return end({.error = {ErrorCode::kNetwork, closed->reason}, .retry = closed->code != ErrorCode::kRefused});
         carryOut(session_.channelClosed(*channel, event.at));
     }
 }
@@ -192,8 +193,8 @@ void ApplicationSession::end(incoming::Ended end) {
         error.message = fmt::format("the server at {} is over: {}", address, error.message);
     else if (welcomed_)
         error.message = fmt::format("the connection to the server at {} ended: {}", address, error.message);
-    else if (error.code != ErrorCode::kNetwork)
-        error.message = fmt::format("the server at {} refuses: {}", address, error.message);
+    else if (error.code != ErrorCode::kNetwork || !end.retry)
+        error.message = fmt::format("no way in at the server at {}: {}", address, error.message);
     else if (error.message.find(address) == std::string::npos)
         error.message = fmt::format("no Tessera server at {}: {}", address, error.message);
     give_(std::move(end));

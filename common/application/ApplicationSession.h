@@ -14,6 +14,7 @@
 #include "common/codec/ApplicationCodec.h"
 #include "common/net/Transport.h"
 #include "common/session/ClientSession.h"
+#include "common/tls/KeyRing.h"
 
 namespace tessera {
 
@@ -51,6 +52,7 @@ struct ApplicationSessionOptions {
     std::string name;
     /// The word that lets it in, or an empty one: asked for once the server is there. May be empty.
     std::function<std::string(const std::string& peer)> access = {};
+    CurrentKeys keys = {};  ///< empty: links are plain; for `limits` of the transport, too
     bool lists = true;  ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
@@ -73,7 +75,7 @@ public:
     ApplicationSession& operator=(const ApplicationSession&) = delete;
 
     /// What a transport of sessions needs.
-    [[nodiscard]] static TransportLimits limits();
+    [[nodiscard]] static TransportLimits limits(CurrentKeys keys = {});
 
     [[nodiscard]] bool owns(LinkId link) const;
     void on(const LinkEvent& event);

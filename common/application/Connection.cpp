@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+
+#include "common/access/LocalWalls.h"
 
 namespace tessera {
 
@@ -23,9 +26,29 @@ std::size_t bytesOf(const Incoming& incoming) {
 
 }  // namespace
 
+Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& options) {
+    ConnectionOptions made;
+    const Expected<Address> address = serverMeant(options.address);
+    if (!address) return tl::unexpected(address.error());
+    made.address = *address;
+    made.name = options.name;
+    made.lists = options.followScene;
+    made.blobs = options.followScene && options.wantBlobs;
+    made.connectTimeout = options.timeout;
+    if (!options.keys.empty()) {
+        Expected<CurrentKeys> keys = keysOfPerson(options.keys);
+        if (!keys) return tl::unexpected(keys.error());
+        made.keys = std::move(*keys);
+    }
+    auto access = accessLater(options.tokenFile, made.keys != nullptr);
+    if (!access) return tl::unexpected(access.error());
+    made.access = std::move(*access);
+    return made;
+}
+
 Connection::Connection(ConnectionOptions options)
     : options_(std::move(options)), events_(kMaxEvents), out_(options_.maxWaiting + kSpareRoom) {
-    transport_ = std::make_unique<Transport>(ApplicationSession::limits(),
+    transport_ = std::make_unique<Transport>(ApplicationSession::limits(options_.keys),
                                              [this](LinkEvent event) { events_.push(std::move(event)); });
     session_ = std::make_unique<ApplicationSession>(options_, *transport_,
                                                     [this](Incoming incoming) { give(std::move(incoming)); });

@@ -9,6 +9,7 @@
 #include <thread>
 #include <variant>
 
+#include "common/application/Application.h"
 #include "common/application/ApplicationSession.h"
 #include "common/base/Channel.h"
 
@@ -23,6 +24,9 @@ struct ConnectionOptions : ApplicationSessionOptions {
     std::size_t maxWaiting = 32'768;
     std::size_t maxWaitingBytes = std::size_t{512} << 20;
 };
+
+/// Those of an application. Errors: no server is meant, or its token or its keys cannot be read.
+[[nodiscard]] Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& options);
 
 /// Owns two threads: the transport's and the session's. Members are called by one thread, the owner's.
 class Connection {

@@ -24,17 +24,49 @@ Admission::Verdict Admission::program(const message::Hello& hello) const {
     return {};
 }
 
-Expected<Role> Admission::roleOf(const message::Hello& hello, Whence whence) const {
-    const AccessTokens& tokens = config_.access;
-    if (tokens.empty()) return Role::kOperator;
-    if (hello.access.empty()) {
-        if (whence == Whence::kElsewhere) return Role::kOperator;
-        return fail(ErrorCode::kRefused,
-                    fmt::format("on this machine the server takes programs of its own user ({}) alone: run this one as "
-                                "that user, or name a file with the server's token (--token-file FILE)",
-                                config_.owner));
+Expected<Role> Admission::roleOf(const message::Hello& hello, const PeerOrigin& origin) const {
+    if (origin.key) return byKey(hello, *origin.key);
+    if (config_.access.empty()) return Role::kOperator;
+    const bool host = hello.role == PeerRole::kHost;
+    if (!origin.sealed && !origin.near) {
+        if (config_.insecure) return hello.access.empty() ? Role::kOperator : byWord(hello);
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("from another machine nobody comes in without a key: `tessera-keys {}`, on the server's "
+                                "machine, makes one, and --keys DIR names where it is",
+                                host ? "host " + hello.name : "person NAME --role ROLE"));
     }
-    const std::optional<Role> role = tokens.roleOf(hello.access);
+    if (origin.sealed && host)
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("a render host needs a key of its own: `tessera-keys host {}`, on the server's machine, "
+                                "makes it",
+                                hello.name));
+    if (!hello.access.empty()) return byWord(hello);
+    if (origin.sealed)
+        return fail(ErrorCode::kNetwork,
+                    "nobody comes in without a key or a token: `tessera-keys person NAME --role ROLE`, on the server's "
+                    "machine, makes a key");
+    return fail(ErrorCode::kRefused,
+                fmt::format("on this machine the server takes programs of its own user ({}) alone: run this one as "
+                            "that user, or name a file with the server's token (--token-file FILE)",
+                            config_.owner));
+}
+
+/// The names in it are the authority's word: what a program says of itself counts for nothing beside it.
+Expected<Role> Admission::byKey(const message::Hello& hello, const Credential& key) const {
+    if (!key.fault.empty()) return fail(ErrorCode::kNetwork, key.fault);
+    const Identity& who = key.identity;
+    const bool host = hello.role == PeerRole::kHost;
+    if (who.kind == Identity::Kind::kPerson && !host) return who.role;
+    if (who.kind == Identity::Kind::kHost && host && hello.name == who.name) return Role::kOperator;
+    if (who.kind == Identity::Kind::kHost && host)
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("the key is of the host '{}', and not of '{}'", who.name, hello.name));
+    return fail(ErrorCode::kNetwork, fmt::format("the key is of {}, and lets in no {}", describe(who),
+                                                 host ? "render host" : "application"));
+}
+
+Expected<Role> Admission::byWord(const message::Hello& hello) const {
+    const std::optional<Role> role = config_.access.roleOf(hello.access);
     if (!role)
         return fail(ErrorCode::kRefused,
                     fmt::format("the token is not this server's: take it from where the server's user ({}) finds it",
@@ -44,6 +76,11 @@ Expected<Role> Admission::roleOf(const message::Hello& hello, Whence whence) con
                     fmt::format("a render host needs the token of an operator, and this one is a token for the role {}",
                                 nameOf(*role)));
     return *role;
+}
+
+bool Admission::goTogether(const PeerOrigin& control, const PeerOrigin& bulk) {
+    if (control.sealed != bulk.sealed || control.key.has_value() != bulk.key.has_value()) return false;
+    return !bulk.key || (bulk.key->fault.empty() && bulk.key->serial == control.key->serial);
 }
 
 Admission::Verdict Admission::application(std::size_t connected) const {

@@ -32,8 +32,11 @@ public:
     [[nodiscard]] Epoch epoch() const { return epoch_; }
 
     [[nodiscard]] Verdict program(const message::Hello& hello) const;
-    /// As what it comes in. kRefused: as nothing, and it does no good to ask again.
-    [[nodiscard]] Expected<Role> roleOf(const message::Hello& hello, Whence whence) const;
+    /// As what it comes in, by its key or its word. kRefused, kNetwork (it needs a key): as nothing, and it does no good
+    /// to ask again.
+    [[nodiscard]] Expected<Role> roleOf(const message::Hello& hello, const PeerOrigin& origin) const;
+    /// Whether a bulk connection may be that of a control connection: both are of one key, and the key still holds.
+    [[nodiscard]] static bool goTogether(const PeerOrigin& control, const PeerOrigin& bulk);
     /// One more application, beside so many.
     [[nodiscard]] Verdict application(std::size_t connected) const;
     [[nodiscard]] Refusal unknownHost(const std::string& name) const;
@@ -49,6 +52,9 @@ public:
     [[nodiscard]] EpochVerdict epochOf(const std::string& host, Epoch seen, bool entered);
 
 private:
+    [[nodiscard]] Expected<Role> byKey(const message::Hello& hello, const Credential& key) const;
+    [[nodiscard]] Expected<Role> byWord(const message::Hello& hello) const;
+
     struct Claim {
         ConnectionId from;  ///< the holder
         TimePoint since{}, last{};

@@ -59,7 +59,7 @@ struct ServerSession::Impl {
     explicit Impl(ServerSessionConfig c) : config(std::move(c)) {}
 
     void look(TimePoint now);
-    void opened(ConnectionId connection, TimePoint now, Whence whence);
+    void opened(ConnectionId connection, TimePoint now, bool near);
     void closed(ConnectionId connection, TimePoint now);
     void received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);
     void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
@@ -124,10 +124,10 @@ void ServerSession::Impl::look(TimePoint now) {
     roster.followers.look(*grace.lastLook());
 }
 
-void ServerSession::Impl::opened(ConnectionId connection, TimePoint now, Whence whence) {
+void ServerSession::Impl::opened(ConnectionId connection, TimePoint now, bool near) {
     frames.started(now);
     look(now);
-    if (!finished) return entrance.opened(connection, now, whence);
+    if (!finished) return entrance.opened(connection, now, near);
     roster.send(connection, message::Over{finishReason});
     roster.out.push_back(server_action::Close{connection, finishReason});
 }
@@ -243,9 +243,16 @@ void ServerSession::Impl::finish(const std::string& reason) {
 ServerSession::ServerSession(ServerSessionConfig config) : impl_(std::make_unique<Impl>(std::move(config))) {}
 ServerSession::~ServerSession() = default;
 
-ServerActions ServerSession::connectionOpened(ConnectionId connection, TimePoint now, Whence whence) {
-    impl_->opened(connection, now, whence);
+ServerActions ServerSession::connectionOpened(ConnectionId connection, TimePoint now, bool near) {
+    impl_->opened(connection, now, near);
     return impl_->take();
+}
+
+void ServerSession::connectionSecured(ConnectionId connection, std::optional<Credential> key) {
+    SessionPeer* const peer = impl_->roster.peers.find(connection);
+    if (peer == nullptr) return;
+    peer->origin.sealed = true;
+    peer->origin.key = std::move(key);
 }
 
 ServerActions ServerSession::received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now) {

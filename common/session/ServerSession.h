@@ -5,11 +5,13 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/base/AccessToken.h"
+#include "common/base/Identity.h"
 #include "common/session/Messages.h"
 #include "common/session/SwapBarrier.h"
 
@@ -73,9 +75,11 @@ struct ServerSessionConfig {
     std::size_t maxAnnouncements = 256;
     /// A BlobRequest for more than this is a protocol fault.
     std::uint32_t maxChunkBytes = 4u << 20;
-    /// Who comes in as what. Without a word nobody of this machine does, while links from others are plain; a wrong one
-    /// lets nobody in. Empty: all may do all.
+    /// Who comes in as what, where their keys do not say so. Without a word or a key nobody does; a wrong one lets
+    /// nobody in. Empty: all may do all.
     AccessTokens access = {};
+    /// Whoever comes from another machine needs neither key nor word, and may do all (--insecure).
+    bool insecure = false;
     std::string owner = {};  ///< whose programs they are, for people
     /// Bytes that wait to be sent to a peer, as whoever sends them knows. May be empty: none ever wait.
     std::function<std::size_t(ConnectionId)> unsentBytes;
@@ -219,7 +223,12 @@ inline void append(ServerActions& to, ServerActions more) {
     to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-enum class Whence : bool { kElsewhere, kThisMachine };
+/// What is known of a connection before its peer has said anything.
+struct PeerOrigin {
+    bool near = false;                     ///< it comes from this machine
+    bool sealed = false;                   ///< nobody else reads it (TLS)
+    std::optional<Credential> key = {};    ///< what its peer has proved to be
+};
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
 /// clock and returns what is to be done, in order. Not thread-safe.
@@ -231,8 +240,9 @@ public:
     explicit ServerSession(ServerSessionConfig config);
     ~ServerSession();
 
-    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now,
-                                                 Whence whence = Whence::kElsewhere);
+    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now, bool near = true);
+    /// It is sealed now. Before its first message.
+    void connectionSecured(ConnectionId connection, std::optional<Credential> key);
     /// `now` is when the bytes arrived, not when they are looked at.
     /// `epoch` is what the message came with; another one than ours is refused, except by who knows none yet (zero).
     [[nodiscard]] ServerActions received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);

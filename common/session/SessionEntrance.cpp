@@ -6,14 +6,14 @@
 
 namespace tessera {
 
-void SessionEntrance::opened(ConnectionId connection, TimePoint now, Whence whence) {
-    roster_.peers.open(connection, now).whence = whence;
+void SessionEntrance::opened(ConnectionId connection, TimePoint now, bool near) {
+    roster_.peers.open(connection, now).origin.near = near;
 }
 
 void SessionEntrance::hello(SessionPeer& peer, const message::Hello& hello, TimePoint now) {
     if (Admission::Verdict verdict = admission_.program(hello)) return refuse(peer, std::move(*verdict));
     if (hello.channel == ChannelKind::kBulk) return bulk(peer, hello);
-    const Expected<Role> as = admission_.roleOf(hello, peer.whence);
+    const Expected<Role> as = admission_.roleOf(hello, peer.origin);
     if (!as) return refuse(peer, {as.error().code, as.error().message, false});
     if (hello.role == PeerRole::kApplication) return application(peer, hello, *as, now);
     if (hello.role == PeerRole::kHost) return host(peer, hello, now);
@@ -24,6 +24,8 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     SessionPeer* control = roster_.peers.controlOf(hello.token);
     if (!control)
         return refuse(peer, {ErrorCode::kRefused, "no control connection goes with this bulk connection", true});
+    if (!Admission::goTogether(control->origin, peer.origin))
+        return refuse(peer, {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
     if (const SessionPeer* old = roster_.peers.find(control->other)) {
         roster_.out.push_back(server_action::Close{old->id, "replaced by a newer bulk connection"});
         roster_.peers.erase(old->id);

@@ -20,7 +20,7 @@ public:
 
     [[nodiscard]] Epoch epoch() const { return admission_.epoch(); }
     /// A connection that has not said anything. Of too many the one that has waited longest goes.
-    void opened(ConnectionId connection, TimePoint now, Whence whence);
+    void opened(ConnectionId connection, TimePoint now, bool near);
     /// The first word on a connection. `peer` may be gone afterwards.
     void hello(SessionPeer& peer, const message::Hello& hello, TimePoint now);
 

@@ -18,7 +18,7 @@ struct SessionPeer {
     ConnectionId id;
     Stage stage = Stage::kPending;
     PeerRole role = PeerRole::kHost;
-    Whence whence = Whence::kElsewhere;
+    PeerOrigin origin;
     std::string name;
     SessionToken token;
     ConnectionId other;  ///< of a control connection its bulk one, and the other way round

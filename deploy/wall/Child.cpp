@@ -144,6 +144,8 @@ Expected<Child> Child::start(const ChildCommand& command) {
     child.streams_[kError].handle = std::exchange(error.read, -1);
     for (const Pipe& stream : child.streams_) ::fcntl(stream.handle, F_SETFL, O_NONBLOCK);
     child.input_ = std::exchange(input.write, -1);
+    // One that has ended already says so itself.
+    if (!command.firstInput.empty()) (void)child.feed(command.firstInput.data(), command.firstInput.size());
     return child;
 }
 

@@ -18,6 +18,7 @@ struct ChildCommand {
     std::vector<std::string> arguments;
     std::vector<std::pair<std::string, std::string>> environment;  ///< beside our own
     bool feedInput = false;  ///< a pipe to its standard input; else it reads nothing
+    std::string firstInput = {};  ///< what it is fed at once; at most what a pipe holds (64 KiB)
 };
 
 /// Where in the folders of PATH a program of this name is; one with a slash is a path already. Nothing: there is none.

@@ -68,7 +68,8 @@ std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
 }
 
 /// `remote`: null where all clients run here.
-Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath, const RemoteWall* remote) {
+Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath, const RemoteWall* remote,
+                                    const std::string& keys) {
     const Expected<std::string> server = programBeside(options.executable, "tessera-server");
     if (!server) return tl::unexpected(server.error());
     const Expected<std::string> client = programBeside(options.executable, "tessera-client");
@@ -98,6 +99,8 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
             return ChildCommand{.program = ctl, .arguments = {"--server", address, "snapshot", file}};
         };
     }
+    add("--keys", keys);
+    if (options.insecure) s.push_back("--insecure");
     add("--frames", options.frames != 0 && remote == nullptr ? std::to_string(options.frames) : "");
     if (options.testPicture) s.push_back("--test-picture");
     for (const std::string& scene : options.scenes) add("--scene", scene);
@@ -298,17 +301,30 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     const Expected<Wall> wall = wallOf(options, wallPath);
     if (!wall) return failed(wall.error());
     std::optional<RemoteWall> remote;
+    std::optional<WallKeys> keys;
+    const auto takeKeys = [&](Expected<WallKeys> made) {
+        if (made) keys.emplace(std::move(*made));
+        return made ? Expected<void>() : tl::unexpected(made.error());
+    };
+    if (!options.keys.empty())
+        if (const Expected<void> taken = takeKeys(WallKeys::in(options.keys)); !taken) return failed(taken.error());
     if (options.start && std::ranges::any_of(wall->hosts, [](const WallHost& host) { return host.machine.has_value(); })) {
-        auto prepared = prepareMachines(
-            *wall, {.ssh = options.ssh, .listen = options.listen, .client = argumentsOfAllClients(options), .startAnyway = options.startAnyway},
-            signals, console);
+        if (!keys && !options.insecure)
+            if (const Expected<void> made = takeKeys(WallKeys::forThisRun(wall->name)); !made) return failed(made.error());
+        auto prepared = prepareMachines(*wall,
+                                        {.ssh = options.ssh,
+                                         .listen = options.listen,
+                                         .client = argumentsOfAllClients(options),
+                                         .startAnyway = options.startAnyway,
+                                         .keys = keys ? &*keys : nullptr},
+                                        signals, console);
         if (!prepared) return failed(prepared.error());
         if (!*prepared) return failed({ErrorCode::kFailed, "stopped before anything was started"});
         remote = std::move(**prepared);
     } else if (options.start) {
         console.note("no host of this wall names a machine: all run here");
     }
-    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath, remote ? &*remote : nullptr);
+    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath, remote ? &*remote : nullptr, keys ? keys->folder() : "");
     if (!runSetup) return failed(runSetup.error());
     const std::vector<Tile> tiles = layoutTiles(*wall);
     const TileImages images(options.output + "/tiles");

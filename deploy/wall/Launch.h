@@ -40,6 +40,8 @@ struct LaunchOptions {
     bool start = false;        ///< hosts whose wall file names a machine are started there, by ssh
     bool startAnyway = false;  ///< without those whose machine lacks something
     std::string listen;        ///< of the server; empty: chosen
+    std::string keys;          ///< folder of the wall's; empty: hosts elsewhere get some for this run
+    bool insecure = false;     ///< nobody needs any
     std::string ssh = "ssh";
     bool testPicture = false;  ///< instead of the scene
     bool noInput = false;    ///< of the server: nobody flies

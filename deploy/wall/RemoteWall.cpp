@@ -88,8 +88,9 @@ Expected<Meeting> chooseMeeting(const std::vector<MachineAnswer>& answers, const
 
 /// `neighbours`: hosts on that machine, this one among them.
 RemoteClient remoteClient(const std::string& ssh, const MachineQuestion& question, const MachineAnswer& answer, int neighbours,
-                          const std::vector<std::string>& ofAll, const std::string& address) {
+                          const std::vector<std::string>& ofAll, const std::string& address, const std::string& keys) {
     std::vector<std::string> more = ofAll;
+    if (!keys.empty()) more.insert(more.end(), {"--keys", "-"});
     // Several hosts on one machine share its processors, as those of this one do.
     if (neighbours > 1 && answer.cores > 0) more.insert(more.end(), {"--threads", std::to_string(std::max(0, answer.cores / neighbours - 1))});
     std::vector<std::string> arguments = {"--host", question.host, "--while-input", std::to_string(kPatienceOfClientsSeconds)};
@@ -97,10 +98,12 @@ RemoteClient remoteClient(const std::string& ssh, const MachineQuestion& questio
     arguments.insert(arguments.end(), merged.begin(), merged.end());
     return {.destination = question.machine.ssh,
             .command =
-                [ssh, machine = question.machine, arguments, address](const std::string& port) {
+                [ssh, machine = question.machine, arguments, address, keys](const std::string& port) {
                     std::vector<std::string> all = {"--server", address + ":" + port};
                     all.insert(all.end(), arguments.begin(), arguments.end());
-                    return overSsh(ssh, machine, scriptOfClient(machine, all));
+                    ChildCommand command = overSsh(ssh, machine, scriptOfClient(machine, all));
+                    command.firstInput = keys;
+                    return command;
                 },
             .lacking = !answer.lacks.empty()};
 }
@@ -179,9 +182,12 @@ Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const Remo
     if (!meeting) return tl::unexpected(meeting.error());
     RemoteWall remote{.clients = {}, .listen = meeting->listen};
     for (std::size_t i = 0; i < questions.size(); ++i) {
+        const Expected<std::string> bundle = options.keys != nullptr ? options.keys->bundleOf(questions[i].host) : std::string();
+        if (!bundle) return tl::unexpected(bundle.error());
         const auto dialled = meeting->dialled.find(questions[i].host);
         const std::string& address = dialled != meeting->dialled.end() ? dialled->second : meeting->usual;
-        remote.clients[questions[i].host] = remoteClient(*ssh, questions[i], (*answers)[i], hostsOn[questions[i].machine.ssh], options.client, address);
+        remote.clients[questions[i].host] = remoteClient(*ssh, questions[i], (*answers)[i], hostsOn[questions[i].machine.ssh], options.client, address,
+                                                           *bundle);
     }
     console.note(options.listen.empty() ? fmt::format("the server listens on {}, where the machines reach it", addressIn(remote.listen))
                                         : fmt::format("the server listens on {}", remote.listen));

@@ -10,6 +10,7 @@
 #include "common/wall/Wall.h"
 #include "deploy/wall/Console.h"
 #include "deploy/wall/Signals.h"
+#include "deploy/wall/WallKeys.h"
 #include "deploy/wall/WallRun.h"
 
 namespace tessera {
@@ -19,6 +20,7 @@ struct RemoteOptions {
     std::string listen;                ///< ADDR:PORT as a person said; empty: chosen here
     std::vector<std::string> client;   ///< arguments of every client; what a machine's own say counts more
     bool startAnyway = false;
+    const WallKeys* keys = nullptr;  ///< whose hosts are brought theirs; null: none
 };
 
 struct RemoteWall {

@@ -194,7 +194,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             [this](LinkEvent event) {
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
-            }),
+            },
+            options.keys, [this](const Error& fault) { log.warning(fault.message); }),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
@@ -292,6 +293,7 @@ ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
     config.furthestSeen = furthestEpoch(now);
     config.access = options.access;
     config.owner = options.owner;
+    config.insecure = options.insecure;
     if (journal()) config.firstFrame = opened->state.nextFrame;
     return config;
 }
@@ -334,8 +336,6 @@ Expected<void> FrameLoop::Impl::begin() {
                              "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a pause",
                              refused, static_cast<int>(Urgency::kReleasing)));
     actions.carryOut(marks.announce(Clock::now()));
-    if (!bound.isLoopback())
-        log.warning("the link is plain: neither encrypted nor authenticated; keep it on a network of the wall's own");
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);

@@ -9,6 +9,7 @@
 #include "common/base/AccessToken.h"
 #include "common/base/Log.h"
 #include "common/net/Transport.h"
+#include "common/tls/KeyRing.h"
 #include "common/wall/Showing.h"
 #include "common/wall/Wall.h"
 #include "server/import/Importer.h"
@@ -22,6 +23,8 @@ struct ServerOptions {
     Address listen{.host = "127.0.0.1", .port = 0};
     AccessTokens access = {};  ///< empty: nobody is asked for any
     std::string owner = {};    ///< whose programs may come in, for people
+    std::shared_ptr<KeyRing> keys = {};  ///< the server's; null: no link is sealed
+    bool insecure = false;     ///< whoever comes from another machine needs no key
     ImportOptions import;
     std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets
     std::uint64_t frames = 0;  ///< 0: until stopped

@@ -8,6 +8,8 @@ One server and one host that draws nothing, on this machine. Rows:
   single  one field of one node set: until it is granted, and how much of a core 60 of them a second take
   readers 8 and 40 sockets that each ask for pieces of 256 KiB without a pause: the wall's frames, a new socket's first answer, what the
           server keeps in memory; before it the same with a process that burns its core instead, and with neither
+  keys    what sealed links cost beside plain ones, in turns: bytes a second, round trips, handshakes (bench_sealed), and the barrier of
+          four hosts that draw nothing, at 60 frames a second for S seconds in all
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
 import json
@@ -15,6 +17,7 @@ import multiprocessing
 import os
 import pathlib
 import selectors
+import subprocess
 import sys
 import tempfile
 import time
@@ -207,16 +210,52 @@ def readers(live, wall, seconds):
     return rows
 
 
+HOSTS = ("lower-left", "lower-right", "upper-left", "upper-right")
+
+
+def barrier_of(keys, frames):
+    """Of a wall of four hosts that draw nothing: milliseconds. `keys`: a folder of them, or None."""
+    sealed = ["--keys", keys] if keys else []
+    with tempfile.TemporaryDirectory() as place, tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene:
+        report = pathlib.Path(place) / "report.json"
+        server = subprocess.Popen([BUILD / "bin/tessera-server", "--wall", "2x2", "--scene", empty(scene), "--frames", str(frames), "--rate", "60",
+                                   "--no-console", "--report", report, *sealed], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        address = server.stdout.readline().split()[-1]
+        hosts = [subprocess.Popen([BUILD / "bin/tessera-client", "--server", address, "--host", host, "--surface", "none", *sealed],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for host in HOSTS]
+        server.communicate()
+        for host in hosts:
+            host.wait()
+        return json.loads(report.read_text())["sync"]["barrier_ms"]
+
+
+def keys(seconds):
+    rows = [json.loads(line) for line in subprocess.run([BUILD / "bin/bench_sealed"], check=True, capture_output=True, text=True).stdout.splitlines()]
+    with tempfile.TemporaryDirectory() as place:
+        folder = place + "/keys"
+        for verb in (["init", "--wall", "2x2"], *(["host", host] for host in HOSTS)):
+            subprocess.run([BUILD / "bin/tessera-keys", "--keys", folder, *verb], check=True, capture_output=True)
+        turns = 5
+        frames = max(60, int(60 * seconds / (2 * turns)))
+        found = [(barrier_of(None, frames), barrier_of(folder, frames)) for _ in range(turns)]
+    for what in ("p50", "p99"):
+        plain, sealed = (float(np.median([pair[at][what] for pair in found])) for at in (0, 1))
+        rows.append({"row": "barrier", "what": what, "plain_ms": plain, "sealed_ms": sealed,
+                     "ratio": float(np.median([pair[1][what] / pair[0][what] for pair in found])), **({"at_most": 1.3} if what == "p50" else {})})
+    return rows
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=60)
-    options.add_argument("--rows", default="swarm,cloud,single,readers")
+    options.add_argument("--rows", default="keys,swarm,cloud,single,readers")
     said = options.parse_args()
-    rows = []
+    names = said.rows.split(",")
+    rows = keys(said.seconds) if "keys" in names else []
     shown = 0
     with tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene, Live(surface="none", scene=empty(scene)) as live, live.connect() as wall:
-        for name in said.rows.split(","):
+        for name in names:
             if name == "swarm":
                 nodes = swarm_of(wall, 10_000)
                 places = np.random.default_rng(3).random((10_000, 3))

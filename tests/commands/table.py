@@ -42,6 +42,14 @@ SSH = Row("", elsewhere="needs sshd: integration.StartedBySsh runs it against on
 # The wall file of the guide on real screens, as the guide has it.
 MY_WALL = "tests/commands/made wall deploy/real-screens.md >$T/my.wall"
 
+# Of a wall 1x1, with a key for its host.
+KEYS = "cd $T && tessera-keys init --wall 1x1 && tessera-keys host all"
+
+
+def keys(run, **more):
+    return Row("Files", f"{KEYS} && {run}", **more)
+
+
 ROWS = {
     # ------------------------------------------------------------------ the scripts
     "./deploy/run-tests": Row("ScriptsOfTests", "./deploy/run-tests --no-install -R '^unit_base\\.Hash'", says="passed, 0 skipped"),
@@ -94,7 +102,6 @@ ROWS = {
     "PYTHONPATH=build/python deploy/examples/python/swarm.py ADDR:PORT": asked("PYTHONPATH=$BUILT/python deploy/examples/python/swarm.py $WALL --frames 3", says="moved 10000"),
     "build/bin/tessera-wall --wall 1x1 --window --scene tests/data/scenes/yard.tsct &": Row("", elsewhere="run-wall --window; the line below it is run on a wall without one"),
     "tessera-ctl --server ADDR:PORT status": asked("ctl status", says="frame"),
-    "tessera-ctl --server master:7000 status": asked("ctl status", says="frame"),
     "tessera-ctl --server … status": asked("ctl status"),
     "tessera-ctl status": asked("ctl status"),
     "tessera-ctl types": Row("Asked", "tessera-ctl types", says="Geometry"),
@@ -177,10 +184,28 @@ ROWS = {
     "tessera-replay hall.rec --threads 1": Row("", elsewhere="with the line before it"),
     "tessera-replay hall.rec --contacts > contacts.jsonl": Row("", elsewhere="with the line before it"),
     "tessera-replay FILE [--threads N] [--frames N] [--json] [--contacts]": Row("ByHand", "by_hand --record $T/f.rec && tessera-replay $T/f.rec --threads 2 --frames 2 --json", says='"frames"'),
-    "tessera-server --wall wall.wall --scene hall.tsct --listen 0.0.0.0:7000 --journal /var/lib/wall": Row("ByHand", "by_hand --journal $T/journal && by_hand --journal $T/journal", says="goes on"),
+    "tessera-server --wall wall.wall --scene hall.tsct --listen 0.0.0.0:7000 --keys keys --journal /var/lib/wall": Row(
+        "ByHand", f"{KEYS} && export HOST_OPTIONS='--keys keys' && by_hand --keys keys --journal journal && by_hand --keys keys --journal journal", says="goes on"),
     "tessera-server --journal DIR": Row("", elsewhere="deploy/README.md has the whole line"),
-    "tessera-server --wall wall.wall --scene hall.tsct --assets /usr/share/assimp/models --listen 0.0.0.0:7000": Row("ByHand", "by_hand --assets /usr/share/assimp/models", says="over"),
-    "tessera-client --server master:7000 --host upper-left --output /var/lib/tessera": Row("ByHand", "HOST_OPTIONS='--output $T/host' by_hand", says="over"),
+    "tessera-server --wall wall.wall --scene hall.tsct --assets /srv/models --listen 0.0.0.0:7000 --keys keys": Row(
+        "ByHand", f"{KEYS} && HOST_OPTIONS='--keys keys' by_hand --keys keys --assets /usr/share/assimp/models", says="over"),
+    "tessera-client --server master:7000 --host upper-left --keys keys-of-upper-left --output /var/lib/tessera": Row(
+        "ByHand", f"{KEYS} && tessera-keys host all --out for-all && HOST_OPTIONS='--keys for-all --output $T/host' by_hand --keys keys", says="over"),
+    # ------------------------------------------------------------------ keys
+    "tessera-keys init --wall wall.wall && tessera-keys host upper-left --out keys-of-upper-left": keys("tessera-keys host upper-left --out out && ls out", says="host-upper-left.pem"),
+    "tessera-keys init --wall my.wall": keys("ls keys", says="authority.pem"),
+    "tessera-keys host upper-left --out for-upper-left": keys("tessera-keys host upper-left --out for && ls for", says="authority.crt"),
+    "tessera-keys person ada --role editor --out ada": keys("tessera-keys person ada --role editor --out ada && ls ada", says="person-ada.pem"),
+    "tessera-keys person ada --role editor": keys("tessera-keys person ada --role editor && tessera-keys list", says="editor"),
+    "tessera-keys host NAME": keys("tessera-keys host left && tessera-keys list", says="left"),
+    "tessera-keys revoke NAME": keys("tessera-keys host left && tessera-keys revoke left && tessera-keys list", says="revoked"),
+    "tessera-keys list": keys("tessera-keys list", says="server"),
+    "tessera-keys renew": keys("tessera-keys renew", says="30 days"),
+    "tessera-keys [--keys DIR] VERB": keys("tessera-keys --keys keys authority -", says="BEGIN CERTIFICATE"),
+    "tessera-server --wall my.wall --scene hall.tsct --listen 0.0.0.0:7000 --keys keys": Row("ByHand", f"{KEYS} && HOST_OPTIONS='--keys keys' by_hand --keys keys", says="over"),
+    "tessera-client --server master:7000 --host upper-left --keys for-upper-left": Row("", elsewhere="with the line before it"),
+    "tessera-ctl --keys DIR": Row("", elsewhere="integration.WallByKeys"),
+    "tessera-ctl --server master:7000 --keys ada status": Row("", elsewhere="integration.WallByKeys"),
     "tessera-server --no-input": Row("ByHand", "by_hand --no-input", says="over"),
     "tessera-server --no-notices": Row("ByHand", "by_hand --no-notices", says="over"),
     "tessera-server --allow DIR…": Row("ByHand", "by_hand --allow $T /usr/share", says="over"),
@@ -263,10 +288,11 @@ MORE_LINES = [
     ("Installed", "./deploy/install --no-install $T/prefix && tests/commands/check-installed $T/prefix", ("$T/prefix/share/tessera/LICENSE",)),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --samples 1 --budget 500 --camera /camera/camera --culler frustum "
                 "--surface osmesa --share off --output $T/a --assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames --listen 127.0.0.1:$PORT --no-input --no-notices "
-                "--restart --allow-unconfined-import", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
+                "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --journal $T/journal --surface egl --device 0 --output $T/b "
                 "--up z --at 0 1 0 --fit 3 --point-radius 0.01", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
-    ("Options", "./deploy/run-wall --no-install --version", ()),
+    ("Options", "./deploy/run-wall --no-install --version && tessera-keys --keys $T/keys init --wall 1x1 && "
+                "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --keys $T/keys --output $T/d", ("$T/d/wall.png",)),
 ]

@@ -34,6 +34,7 @@ DrillWall::DrillWall(DrillWallOptions options) : options_(std::move(options)) {
             loopback_ = nullptr;
         }
     }
+    if (network_) makeKeys();
     startServer();
     for (const std::string& name : options_.hosts) startHost(name);
     {
@@ -57,6 +58,7 @@ void DrillWall::startServer() {
                                         address_.empty() ? host + ":0" : address_,
                                         "--report",
                                         folder() + "/report.json"};
+    if (network_) command.insert(command.end(), {"--keys", keys()});
     command.insert(command.end(), options_.server.begin(), options_.server.end());
     server_ = start("server", command);
     const auto listening = server_->waitForText("listening on ", 30s);
@@ -64,6 +66,17 @@ void DrillWall::startServer() {
         throw RowNotAvailable("tessera-server says: " + endOf(server_->output()));
     if (!listening) throw RowBroken("the server does not listen: " + endOf(server_->output()));
     address_ = *listening;
+}
+
+/// From machines of their own nobody comes in without one.
+void DrillWall::makeKeys() {
+    std::vector<std::vector<std::string>> verbs = {{"init", "--wall", options_.wall}};
+    for (const std::string& name : kFourHosts) verbs.push_back({"host", name});
+    for (std::vector<std::string>& words : verbs) {
+        words.insert(words.begin(), {test::program("tessera-keys"), "--keys", keys()});
+        const test::Outcome made = test::run(folder(), words);
+        if (made.exitCode != 0) throw RowBroken("tessera-keys says: " + endOf(made.output));
+    }
 }
 
 void DrillWall::startHost(const std::string& name) {
@@ -78,6 +91,7 @@ void DrillWall::startHost(const std::string& name) {
                                         folder() + "/out"};
     if (const auto more = options_.clients.find(name); more != options_.clients.end())
         command.insert(command.end(), more->second.begin(), more->second.end());
+    if (network_) command.insert(command.end(), {"--keys", keys()});
     machines_.try_emplace(name, machines_.size());
     const NetworkNamespace::Inside inside(machineOf(name));
     hosts_[name] = std::make_unique<test::Process>(folder(), name, command);

@@ -59,6 +59,8 @@ public:
     [[nodiscard]] const NetworkNamespace* serverMachine() const;
 
     /// The same command as before, at the address of the first one.
+    void makeKeys();
+    [[nodiscard]] std::string keys() const { return folder() + "/keys"; }
     void startServer();
     void startHost(const std::string& name);
     /// Any program, on the server's machine.

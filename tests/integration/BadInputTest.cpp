@@ -114,14 +114,6 @@ TEST_F(BadInput, Options) {
     expect("camera", {"--wall", "1x1", "--scene", kYard, "--camera", "/no/such"}, 3, {"camera"});
 }
 
-TEST_F(BadInput, OffLoopbackTheServerSaysThatTheLinkIsPlain) {
-    Process open(folder_.path(), "open", {program("tessera-server"), "--scene", kYard, "--listen", "0.0.0.0:0"});
-    EXPECT_TRUE(open.waitForText("the link is plain", 10s)) << open.output();
-    Process closed(folder_.path(), "closed", {program("tessera-server"), "--scene", kYard});
-    ASSERT_TRUE(closed.waitForText("listening on 127.0.0.1:", 10s)) << closed.output();
-    EXPECT_EQ(closed.output().find("plain"), std::string::npos);
-}
-
 TEST_F(BadInput, WhereTheKernelHasNoLandlockAWallRunsAndNoFileIsRead) {
     const std::string model = folder_.write("model.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     // For this fork and all that it starts there is no Landlock.

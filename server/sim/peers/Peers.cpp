@@ -31,8 +31,10 @@ ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch) {
     return config;
 }
 
-Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver)
+Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
+             std::shared_ptr<KeyRing> keys, std::function<void(const Error&)> onKeysFault)
     : blobs_(blobs),
+      keys_(std::move(keys)),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
           config.unsentBytes = [this](ConnectionId connection) {
@@ -43,15 +45,25 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
       transport_({.maxStrangers = withinDescriptors(TransportLimits().maxStrangers, 8),
                   .lastWord = noRoom(),
                   .maxUntakenBytes = kMaxUnhandledBytes,
+                  .tls = keys_ ? CurrentKeys([this] { return keys_->current(); }) : nullptr,
                   .maxPayload = maxPayloadBytesFromPeer},
-                 std::move(deliver)) {}
+                 std::move(deliver)) {
+    if (keys_) keys_->watch([this] { transport_.judgeAgain(); }, std::move(onKeysFault));
+}
+
+Peers::~Peers() {
+    if (keys_) keys_->rest();
+}
 
 ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
         const ConnectionId connection{opened->link.value};
         open_.emplace(connection, opened->peer);
-        return perform(
-            session_.connectionOpened(connection, event.at, opened->near ? Whence::kThisMachine : Whence::kElsewhere));
+        return perform(session_.connectionOpened(connection, event.at, opened->near));
+    }
+    if (const auto* secured = std::get_if<link_event::Secured>(&event.what)) {
+        session_.connectionSecured(ConnectionId{secured->link.value}, secured->peer);
+        return {};
     }
     if (const auto* closed = std::get_if<link_event::Closed>(&event.what)) {
         const ConnectionId connection{closed->link.value};

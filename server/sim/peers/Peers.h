@@ -10,6 +10,7 @@
 #include "common/base/Blob.h"
 #include "common/net/Transport.h"
 #include "common/session/ServerSession.h"
+#include "common/tls/KeyRing.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -27,7 +28,10 @@ public:
     static constexpr std::size_t kMaxUnhandledBytes = std::size_t{1} << 20;
     static constexpr std::size_t kMaxUnsentBytes = std::size_t{4} << 20;
 
-    Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver);
+    /// `keys`: the server's; null: no link is sealed. `onKeysFault`: why they stay as they were, on a thread of theirs.
+    Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
+          std::shared_ptr<KeyRing> keys = nullptr, std::function<void(const Error&)> onKeysFault = {});
+    ~Peers();
 
     /// See Transport.
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
@@ -64,6 +68,7 @@ private:
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
+    std::shared_ptr<KeyRing> keys_;
     std::chrono::milliseconds heartbeat_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses

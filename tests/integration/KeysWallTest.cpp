@@ -1,0 +1,194 @@
+/// Walls whose hosts and people come in by keys: on this machine, and from machines of their own.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "tests/drill/Network.h"
+#include "tests/integration/LiveWall.h"
+
+namespace tessera::test {
+namespace {
+
+using namespace std::chrono_literals;
+using drill::NetworkNamespace;
+using drill::SwitchedNetwork;
+
+#define EXPECT_HAS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+/// A wall of one host, "all", and a folder of keys for it.
+class WallByKeys : public testing::Test {
+protected:
+    void SetUp() override {
+        keys({"init", "--wall", "1x1"});
+        keys({"host", "all"});
+        keys({"person", "ada", "--role", "editor"});
+        keys({"person", "bob", "--role", "viewer"});
+    }
+    [[nodiscard]] std::string keyFolder(const std::string& name = "keys") const { return folder_.path() + "/" + name; }
+    std::string keys(std::vector<std::string> words, const std::string& name = "keys") {
+        words.insert(words.begin(), {program("tessera-keys"), "--keys", keyFolder(name)});
+        const Outcome outcome = run(folder_.path(), std::move(words), 20s);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
+        return outcome.output;
+    }
+    /// `host`: where it listens.
+    void startServer(const std::string& host, std::vector<std::string> more) {
+        std::vector<std::string> command = {
+            program("tessera-server"), "--wall", "1x1", "--size", "64x36", "--scene", kYard, "--listen", host + ":0"};
+        command.insert(command.end(), more.begin(), more.end());
+        server_ = std::make_unique<Process>(folder_.path(), "server", command);
+        const auto address = server_->waitForText("listening on ", 20s);
+        ASSERT_TRUE(address) << server_->output();
+        address_ = *address;
+    }
+    void startServerWithKeys(const std::string& host) { startServer(host, {"--keys", keyFolder()}); }
+    [[nodiscard]] std::unique_ptr<Process> client(std::vector<std::string> more) const {
+        std::vector<std::string> command = {
+            program("tessera-client"), "--server", address_, "--host", "all", "--surface", "none"};
+        command.insert(command.end(), more.begin(), more.end());
+        return std::make_unique<Process>(folder_.path(), "client", command);
+    }
+    [[nodiscard]] Outcome ctl(std::vector<std::string> words) const {
+        words.insert(words.begin(), {program("tessera-ctl"), "--server", address_});
+        return run(folder_.path(), std::move(words), 30s);
+    }
+    [[nodiscard]] std::string person(const std::string& name, const std::string& folder = "keys") const {
+        return fmt::format("{}/person-{}.pem", keyFolder(folder), name);
+    }
+    static constexpr auto kAtOnce = 5s;  // no second try, on a busy machine
+
+    TemporaryFolder folder_;
+    std::unique_ptr<Process> server_;
+    std::string address_;
+};
+
+TEST_F(WallByKeys, LetsInWhomTheKeysNameAsWhatTheySay) {
+    startServerWithKeys("127.0.0.1");
+    const auto host = client({"--keys", keyFolder()});
+    ASSERT_TRUE(host->waitForText("joined the server", 20s)) << host->output() << server_->output();
+    const Outcome ada = ctl({"--keys", person("ada"), "whoami"});
+    EXPECT_EQ(ada.exitCode, 0) << ada.output;
+    EXPECT_HAS(ada.output, "editor");
+    EXPECT_HAS(ctl({"--keys", person("bob"), "whoami"}).output, "viewer");
+    EXPECT_EQ(
+        ctl({"--keys", person("ada"), "--timeout", "20", "set", "/row[0]", "translation", "0", "7", "0"}).exitCode, 0);
+    const Outcome refused = ctl({"--keys", person("bob"), "set", "/row[0]", "translation", "0", "7", "0"});
+    EXPECT_NE(refused.exitCode, 0);
+    EXPECT_HAS(refused.output, "editor");
+    const Outcome whose = ctl({"--keys", keyFolder(), "whoami"});
+    EXPECT_EQ(whose.exitCode, 2) << whose.output;
+    EXPECT_HAS(whose.output, "person-bob.pem");
+    // Programs of the server's own user come in without a key, on this machine.
+    EXPECT_HAS(ctl({"whoami"}).output, "operator");
+}
+
+TEST_F(WallByKeys, ClosesTheLinksOfARevokedNameAndTellsItWhy) {
+    startServerWithKeys("127.0.0.1");
+    const auto host = client({"--keys", keyFolder()});
+    ASSERT_TRUE(host->waitForText("joined the server", 20s)) << host->output() << server_->output();
+    keys({"renew", "all", "--out", keyFolder("stolen")});  // a second key of the same host
+    const auto since = std::chrono::steady_clock::now();
+    keys({"revoke", "all"});
+    EXPECT_EQ(host->waitForExit(20s), 4) << host->output();
+    EXPECT_LT(std::chrono::steady_clock::now() - since, kAtOnce);
+    EXPECT_HAS(host->output(), "has been revoked");
+    const auto other = client({"--keys", keyFolder("stolen")});
+    EXPECT_EQ(other->waitForExit(20s), 4) << other->output();
+    EXPECT_HAS(other->output(), "has been revoked");
+    // A new key lets it in again, without a restart of the server.
+    keys({"host", "all"});
+    const auto again = client({"--keys", keyFolder()});
+    EXPECT_TRUE(again->waitForText("joined the server", 20s)) << again->output();
+    EXPECT_TRUE(server_->running());
+}
+
+TEST_F(WallByKeys, RefusesKeysOfOthersInWords) {
+    keys({"init", "--wall", "1x1"}, "twin");
+    keys({"host", "all"}, "twin");
+    keys({"init", "--wall", "cave4"}, "cave");
+    keys({"person", "ada", "--role", "operator"}, "cave");
+    startServerWithKeys("127.0.0.1");
+    const auto twin = client({"--keys", keyFolder("twin")});
+    EXPECT_EQ(twin->waitForExit(20s), 4) << twin->output();
+    EXPECT_HAS(twin->output(), "another authority");
+    const Outcome other = ctl({"--keys", person("ada", "cave"), "whoami"});
+    EXPECT_EQ(other.exitCode, 4) << other.output;
+    EXPECT_HAS(other.output, "another authority");
+    const auto missing = client({"--keys", folder_.path() + "/none"});
+    EXPECT_EQ(missing->waitForExit(20s), 3) << missing->output();
+    EXPECT_HAS(missing->output(), "none");
+    const Outcome server =
+        run(folder_.path(), {program("tessera-server"), "--wall", "1x1", "--scene", kYard, "--keys", keyFolder("cave")},
+            20s);
+    EXPECT_EQ(server.exitCode, 3) << server.output;
+    EXPECT_HAS(server.output, "the server of the wall 'cave4', and this is the wall '1x1'");
+}
+
+TEST_F(WallByKeys, BeyondThisMachineTheServerWantsKeysOrAPersonsWord) {
+    const Outcome open = run(
+        folder_.path(), {program("tessera-server"), "--wall", "1x1", "--scene", kYard, "--listen", "0.0.0.0:0"}, 20s);
+    EXPECT_EQ(open.exitCode, 2) << open.output;
+    EXPECT_HAS(open.output, "tessera-keys --keys DIR init --wall 1x1");
+    startServer("0.0.0.0", {"--insecure"});
+    EXPECT_HAS(server_->output(), "may do all");
+}
+
+/// From machines of their own, in networks that this test made.
+class WallOfMachines : public WallByKeys {
+protected:
+    void SetUp() override {
+        WallByKeys::SetUp();
+        try {
+            network_ = std::make_unique<SwitchedNetwork>(2);
+        } catch (const drill::RowSkipped& why) {
+            GTEST_SKIP() << why.what();
+        }
+    }
+    void startThere(std::vector<std::string> more) {
+        const NetworkNamespace::Inside inside(&network_->server());
+        startServer(network_->serverAddress(), std::move(more));
+    }
+    std::unique_ptr<SwitchedNetwork> network_;
+};
+
+TEST_F(WallOfMachines, NobodyComesInWithoutAKeyAndNobodyTriesTwice) {
+    startThere({"--keys", keyFolder()});
+    const NetworkNamespace::Inside inside(&network_->host(0));
+    const auto since = std::chrono::steady_clock::now();
+    const auto without = client({});
+    EXPECT_EQ(without->waitForExit(20s), 4) << without->output();
+    EXPECT_LT(std::chrono::steady_clock::now() - since, kAtOnce);
+    EXPECT_HAS(without->output(), "tessera-keys host all");
+    const Outcome plain = ctl({"whoami"});
+    EXPECT_EQ(plain.exitCode, 4) << plain.output;
+    EXPECT_HAS(plain.output, "tessera-keys person");
+    // A token goes to nobody whom others could hear.
+    const std::string word = folder_.write("word", std::string(43, 'x') + "\n");
+    EXPECT_EQ(ctl({"--token-file", word, "whoami"}).exitCode, 4);
+
+    const auto with = client({"--keys", keyFolder()});
+    EXPECT_TRUE(with->waitForText("joined the server", 20s)) << with->output();
+    const Outcome ada = ctl({"--keys", person("ada"), "whoami"});
+    EXPECT_EQ(ada.exitCode, 0) << ada.output;
+    EXPECT_HAS(ada.output, "editor");
+    const Outcome set =
+        ctl({"--keys", person("ada"), "--timeout", "20", "set", "/row[0]", "translation", "0", "7", "0"});
+    EXPECT_EQ(set.exitCode, 0) << set.output;
+}
+
+TEST_F(WallOfMachines, WhereTheServerHasNoKeysTheHostSaysSoAndGoesOnAsking) {
+    startThere({"--insecure"});
+    const NetworkNamespace::Inside inside(&network_->host(0));
+    const auto sealed = client({"--keys", keyFolder()});
+    EXPECT_TRUE(sealed->waitForText("has it keys", 20s)) << sealed->output();
+    EXPECT_TRUE(sealed->running());
+    const auto plain = client({});
+    EXPECT_TRUE(plain->waitForText("joined the server", 20s)) << plain->output();
+}
+
+}  // namespace
+}  // namespace tessera::test

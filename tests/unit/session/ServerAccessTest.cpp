@@ -1,0 +1,171 @@
+// Who may come in, as what: by a word, by a key, from this machine and from others.
+#include <gtest/gtest.h>
+
+#include "ServerFixture.h"
+
+namespace tessera {
+namespace {
+
+struct Gated : ServerFixture {
+    Gated()
+        : ServerFixture([] {
+              ServerSessionConfig config = twoHosts();
+              config.access = {{"looks", "changes", "runs"}};
+              config.owner = "ada";
+              return config;
+          }()) {}
+
+    /// Comes from there, sealed or not, with a key or without, and says who it is.
+    ConnectionId knock(const std::string& word, const PeerOrigin& from, PeerRole role = PeerRole::kApplication,
+                       const std::string& name = "") {
+        const ConnectionId connection(++lastConnection);
+        take(session.connectionOpened(connection, now, from.near));
+        if (from.sealed) session.connectionSecured(connection, from.key);
+        message::Hello hello = greeting(!name.empty() ? name : role == PeerRole::kHost ? "a" : "asks", role);
+        hello.access = word;
+        say(connection, hello);
+        return connection;
+    }
+    std::string refusalOf(ConnectionId connection) {
+        const auto refused = sent<message::Refused>(connection);
+        return refused.empty() ? "" : refused[0].reason;
+    }
+};
+
+const PeerOrigin kHere{.near = true}, kElsewhere{}, kSealed{.near = false, .sealed = true};
+
+PeerOrigin with(Identity identity, std::string fault = {}) {
+    return {.near = false,
+            .sealed = true,
+            .key = Credential{.identity = std::move(identity), .serial = "5", .fault = std::move(fault)}};
+}
+Identity hostOf(const std::string& name) {
+    return {.wall = "cave", .kind = Identity::Kind::kHost, .name = name};
+}
+Identity person(Role role) {
+    return {.wall = "cave", .kind = Identity::Kind::kPerson, .name = "ada", .role = role};
+}
+
+TEST(ServerAccess, OnThisMachineTheWordsOfItsUserLetIn) {
+    Gated s;
+    for (const auto& [word, role] :
+         {std::pair("looks", Role::kViewer), std::pair("changes", Role::kEditor), std::pair("runs", Role::kOperator)})
+        for (const PeerOrigin& from : {kHere, kSealed}) {
+            s.forget();
+            EXPECT_EQ(s.refusalOf(s.knock(word, from)), "");
+            ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, role);
+        }
+    s.forget();
+    EXPECT_EQ(s.refusalOf(s.knock("runs", kHere, PeerRole::kHost)), "");
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+}
+
+TEST(ServerAccess, OthersOfThisMachineAreRefusedInWordsAndDoNotComeAgain) {
+    Gated s;
+    for (const PeerRole role : {PeerRole::kApplication, PeerRole::kHost}) {
+        const ConnectionId without = s.knock("", kHere, role);
+        EXPECT_NE(s.refusalOf(without).find("(ada)"), std::string::npos) << s.refusalOf(without);
+        EXPECT_NE(s.refusalOf(without).find("--token-file"), std::string::npos);
+        EXPECT_FALSE(s.sent<message::Refused>(without)[0].retry);
+        // A wrong word lets nobody in, wherever they are.
+        for (const PeerOrigin& from : {kHere, kElsewhere, kSealed})
+            EXPECT_NE(s.refusalOf(s.knock("guessed", from, role)), "");
+    }
+    for (const std::string word : {"looks", "changes"})
+        EXPECT_NE(s.refusalOf(s.knock(word, kHere, PeerRole::kHost)).find("operator"), std::string::npos);
+    EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
+}
+
+/// Whatever they say: without TLS others could read a word.
+TEST(ServerAccess, FromElsewhereNobodyComesInPlainly) {
+    Gated s;
+    for (const char* word : {"", "looks", "changes", "runs", "guessed"})
+        for (const PeerRole role : {PeerRole::kApplication, PeerRole::kHost}) {
+            const ConnectionId plain = s.knock(word, kElsewhere, role);
+            EXPECT_NE(s.refusalOf(plain).find("tessera-keys"), std::string::npos) << s.refusalOf(plain);
+            const auto refused = s.sent<message::Refused>(plain);
+            ASSERT_EQ(refused.size(), 1u);
+            EXPECT_FALSE(refused[0].retry);
+            EXPECT_EQ(refused[0].code, ErrorCode::kNetwork);  // the program ends with 4
+        }
+    EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
+    EXPECT_NE(s.state("a"), HostState::kJoining);
+}
+
+TEST(ServerAccess, AKeySaysWhoComesAndNothingElseDoes) {
+    Gated s;
+    for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator})
+        for (const char* word : {"", "looks", "runs", "guessed"}) {  // beside a key it counts for nothing
+            s.forget();
+            EXPECT_EQ(s.refusalOf(s.knock(word, with(person(role)))), "");
+            ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, role);
+        }
+    s.forget();
+    const auto refused = [&](const PeerOrigin& from, PeerRole role, const std::string& name, const char* words) {
+        const std::string said = s.refusalOf(s.knock("runs", from, role, name));
+        EXPECT_NE(said.find(words), std::string::npos) << said;
+    };
+    refused(with(hostOf("b")), PeerRole::kHost, "a", "the key is of the host 'b', and not of 'a'");
+    refused(with(hostOf("a")), PeerRole::kApplication, "a", "lets in no application");
+    refused(with(person(Role::kOperator)), PeerRole::kHost, "a", "lets in no render host");
+    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kHost, "a",
+            "no render host");
+    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kApplication, "",
+            "no application");
+    refused(with(hostOf("a"), "it has been revoked"), PeerRole::kHost, "a", "it has been revoked");
+    refused(with(person(Role::kOperator), "it has ended"), PeerRole::kApplication, "", "it has ended");
+    refused(kSealed, PeerRole::kHost, "a", "tessera-keys host a");
+    EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
+    EXPECT_EQ(s.refusalOf(s.knock("", kSealed)).substr(0, 40), "nobody comes in without a key or a token");
+    EXPECT_EQ(s.refusalOf(s.knock("", with(hostOf("a")), PeerRole::kHost, "a")), "");
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+}
+
+TEST(ServerAccess, ABulkConnectionComesWithTheKeyOfItsControlConnection) {
+    for (const PeerOrigin& control : {kHere, kSealed, with(person(Role::kEditor))})
+        for (const PeerOrigin& bulk : {kHere, kElsewhere, kSealed, with(person(Role::kEditor)), with(hostOf("a")),
+                                       with(person(Role::kEditor), "it has been revoked")}) {
+            Gated s;
+            const ConnectionId first = s.knock(control.key ? "" : "changes", control);
+            const auto welcome = s.sent<message::Welcome>(first);
+            ASSERT_EQ(welcome.size(), 1u);
+            PeerOrigin from = bulk;
+            if (bulk.key && bulk.key->identity.kind == Identity::Kind::kHost) from.key->serial = "6";
+            const ConnectionId second(++s.lastConnection);
+            s.take(s.session.connectionOpened(second, s.now, from.near));
+            if (from.sealed) s.session.connectionSecured(second, from.key);
+            message::Hello hello = s.greeting("asks", PeerRole::kApplication);
+            hello.channel = ChannelKind::kBulk;
+            hello.token = welcome[0].token;
+            s.say(second, hello);
+            const bool same = control.sealed == from.sealed && control.key.has_value() == from.key.has_value() &&
+                              (!from.key || (from.key->serial == "5" && from.key->fault.empty()));
+            EXPECT_EQ(s.refusalOf(second).empty(), same);
+        }
+}
+
+TEST(ServerAccess, AnInsecureServerTakesWhomeverComes) {
+    struct Open : ServerFixture {
+        Open()
+            : ServerFixture([] {
+                  ServerSessionConfig config = twoHosts();
+                  config.access = {{"looks", "changes", "runs"}};
+                  config.insecure = true;
+                  return config;
+              }()) {}
+    } s;
+    const ConnectionId connection(++s.lastConnection);
+    s.take(s.session.connectionOpened(connection, s.now, false));
+    s.say(connection, s.greeting("a", PeerRole::kHost));
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+    // On this machine it is as everywhere.
+    const ConnectionId here(++s.lastConnection);
+    s.take(s.session.connectionOpened(here, s.now, true));
+    s.say(here, s.greeting("b", PeerRole::kHost));
+    EXPECT_EQ(s.sent<message::Refused>(here).size(), 1u);
+}
+
+}  // namespace
+}  // namespace tessera
