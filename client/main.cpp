@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
     const Option host = options.option("--host", arguments.host, "Name of this host in the wall").typeName("NAME");
     options
         .option("--token-file", arguments.tokenFile,
-                "With the server's token (TESSERA_TOKEN_FILE, else\nof this user's server on this machine)")
+                "With the server's token (TESSERA_TOKEN, else in\nTESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
         .typeName("FILE");
     options.option("--keys", arguments.keys, "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
         .typeName("DIR");

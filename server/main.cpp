@@ -78,8 +78,8 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
 class Entrance {
 public:
     /// `console`: none is wanted.
-    Entrance(std::optional<Address> console, std::string wall, Log& log)
-        : console_(std::move(console)), wall_(std::move(wall)), log_(log) {}
+    Entrance(std::optional<Address> console, DoorReach reach, std::string wall, Log& log)
+        : console_(std::move(console)), reach_(std::move(reach)), wall_(std::move(wall)), log_(log) {}
 
     /// Without a place for the words nobody could come in, but by a file that both sides are told.
     Expected<void> take(const std::string& listen, const std::string& tokenFile, const std::string& group) {
@@ -110,9 +110,10 @@ public:
     void open(const Address& server) {
         if (console_) openDoor(server, place_ ? place_->lastConsolePort() : std::uint16_t{0});
         if (!place_) return;
-        if (const Expected<void> told = place_->tell(server, door_ ? std::optional(door_->address()) : std::nullopt);
-            !told)
-            log_.warning(told.error().message);
+        std::optional<Address> console = door_ ? std::optional(door_->address()) : std::nullopt;
+        if (console) console->host = nearHost(console->host);
+        if (reach_.keys) place_->setAuthority(reach_.keys()->authorityFingerprint());
+        if (const Expected<void> told = place_->tell(server, console); !told) log_.warning(told.error().message);
     }
     void describe() const {
         if (door_) fmt::print("console: {}\n", door_->link());
@@ -120,12 +121,15 @@ public:
     }
 
 private:
+    /// Of who listens everywhere: for programs of this machine.
+    static std::string nearHost(const std::string& host) {
+        return host == "0.0.0.0" ? "127.0.0.1" : host == "::" ? "::1" : host;
+    }
     /// Where any port will do the last one does best: links hold.
     void openDoor(const Address& server, std::uint16_t lastPort) {
-        Address near = server;
-        if (near.host == "0.0.0.0") near.host = "127.0.0.1";
-        if (near.host == "::") near.host = "::1";
-        DoorOptions options{.listen = *console_, .server = near, .wall = wall_, .tokens = tokens_};
+        const Address near{nearHost(server.host), server.port};
+        DoorOptions options{
+            .listen = *console_, .server = near, .wall = wall_, .tokens = tokens_, .reach = reach_};
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {
@@ -137,6 +141,7 @@ private:
     }
 
     std::optional<Address> console_;
+    DoorReach reach_;
     std::string wall_, group_;
     Log& log_;
     AccessTokens tokens_;
@@ -212,15 +217,20 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.notices = !arguments.noNotices;
     const Expected<Address> console = parseAddress(arguments.console);
     if (!console) return failWith("--console", console.error());
-    if (!arguments.noConsole && !console->isLoopback())
-        return fail(
-            ErrorCode::kUsage,
-            fmt::format("--console {}: the console opens on this machine alone, as 127.0.0.1:PORT", arguments.console));
+    if (!arguments.noConsole && !console->isLoopback() && arguments.keys.empty() && !arguments.insecure)
+        return fail(ErrorCode::kUsage,
+                    fmt::format("--console {}: others could read on the way what is said there, tokens too. "
+                                "`tessera-keys --keys DIR init --wall {}` makes keys, and --keys DIR takes them; "
+                                "--insecure opens the console without",
+                                arguments.console, arguments.wall));
     options.insecure = arguments.insecure;
     if (options.insecure)
         log.warning("--insecure: whoever reaches this server may do all, and others may read and change what is sent");
     if (const Expected<void> good = takeKeys(arguments, options); !good) return good;
-    Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), options.wall.name, log);
+    DoorReach reach{.keys = {}, .open = options.insecure};
+    if (options.keys) reach.keys = [keys = options.keys] { return keys->current(); };
+    Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach), options.wall.name,
+                      log);
     if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
         return taken;
     options.access = entrance.tokens();
@@ -277,7 +287,7 @@ int main(int argc, char** argv) {
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
     options
         .option("--console", arguments.console,
-                "Where browsers and programs of other languages\ncome in, on this machine (127.0.0.1:0)")
+                "Where browsers and programs of other languages\ncome in (127.0.0.1:0); with --keys by https")
         .typeName("ADDR:PORT");
     options.flag("--no-console", arguments.noConsole, "They do not");
     options

@@ -30,7 +30,10 @@ Expected<Answer> linkOf(const CommandLine& line, const verb::Link& wanted) {
                     fmt::format("link: no server of this user listens at {} on this machine", toString(*server)));
     if (!wall->console)
         return fail(ErrorCode::kNotFound, fmt::format("link: the server at {} has no console", toString(*server)));
-    const std::string link = fmt::format("http://{}/?token={}", toString(*wall->console), wall->tokens.of(wanted.role));
+    const bool sealed = !wall->authority.empty();
+    const std::string link =
+        fmt::format("{}://{}/?token={}{}", sealed ? "https" : "http", toString(*wall->console),
+                    wall->tokens.of(wanted.role), sealed ? "&authority=" + wall->authority : "");
     return Answer{link + "\n", {{"link", link}, {"role", nameOf(wanted.role)}}, {}};
 }
 

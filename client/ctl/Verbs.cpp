@@ -112,6 +112,7 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                                    status->journalTrouble);
     for (const std::string& line : status->trackers) answer.text += fmt::format("tracker {}\n", line);
     for (const std::string& line : status->programs) answer.text += fmt::format("program {}\n", line);
+    for (const std::string& line : status->keys) answer.text += fmt::format("{}\n", line);
     answer.json = {{"wall", status->wallName},
                    {"epoch", status->epoch.value},
                    {"frame", status->frame.value},
@@ -131,6 +132,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                    {"budget_ms", status->budgetMs},
                    {"detail", status->detail},
                    {"programs", status->programs},
+                   {"keys", status->keys},
+                   {"key_days", status->keyDays},
                    {"journal", status->journal},
                    {"journal_trouble", status->journalTrouble},
                    {"trackers", status->trackers}};

@@ -188,7 +188,8 @@ Expected<std::vector<LocalWall>> localWalls() {
         walls.push_back({.wall = lines.at("wall"),
                          .server = *server,
                          .console = addressIn(lines, "console"),
-                         .tokens = tokensIn(lines)});
+                         .tokens = tokensIn(lines),
+                         .authority = lines.contains("authority") ? lines.at("authority") : ""});
     }
     return walls;
 }
@@ -241,6 +242,10 @@ Expected<std::string> readToken(const std::string& file) {
 
 Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile) {
     if (!tokenFile.empty()) return readToken(tokenFile);
+    if (const char* word = std::getenv("TESSERA_TOKEN"); word != nullptr && word[0] != '\0') {
+        if (!isToken(word)) return fail(ErrorCode::kUsage, "TESSERA_TOKEN is no token (16 to 128 letters, digits, - and _)");
+        return std::string(word);
+    }
     if (const char* named = std::getenv("TESSERA_TOKEN_FILE"); named != nullptr && named[0] != '\0')
         return readToken(named);
     const Expected<std::vector<LocalWall>> walls = localWalls();
@@ -307,6 +312,7 @@ Expected<void> LocalWallPlace::write(const std::optional<Address>& server, const
     std::string text = fmt::format("wall {}\nlisten {}\n", wall_, listen_);
     if (server) text += fmt::format("server {}\n", toString(*server));
     if (console) text += fmt::format("console {}\n", toString(*console));
+    if (!authority_.empty()) text += fmt::format("authority {}\n", authority_);
     for (const Role role : kRoles) text += fmt::format("{} {}\n", wordOf(role), tokens_.of(role));
     text += "end\n";
     if (ftruncate(file_, 0) != 0 || pwrite(file_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size()))

@@ -20,6 +20,7 @@ struct LocalWall {
     Address server;                  ///< where hosts and applications dial in
     std::optional<Address> console;  ///< none: it has none
     AccessTokens tokens;
+    std::string authority = {};  ///< SHA-256 of its authority's certificate, which https links carry; empty: it has none
 };
 
 /// `$XDG_RUNTIME_DIR/tessera`, else `/run/user/UID/tessera`, else `tessera-UID` in the folder for temporary files. Made
@@ -39,8 +40,8 @@ struct LocalWall {
 /// The word in a file: its first line, or in what a server has left for its own user that of an operator. kUsage: it
 /// cannot be read, or there is none in it.
 [[nodiscard]] Expected<std::string> readToken(const std::string& file);
-/// What lets a program of this user in at a server: the word in `tokenFile`, else in the file that TESSERA_TOKEN_FILE
-/// names, else that of the server of this user that listens at that very address. Nothing: it goes without one.
+/// What lets a program of this user in at a server: the word in `tokenFile`, else that of TESSERA_TOKEN, else the one in
+/// the file that TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address. Nothing: it goes without one.
 /// `peer`: the other end of a connection, as a number: at what a name stands for somebody else may listen.
 [[nodiscard]] Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile = {});
 /// The same of each connection that will be made ("ADDR:PORT"). What is wrong with a file is said now; later there is
@@ -71,6 +72,8 @@ public:
     [[nodiscard]] const std::string& path() const { return path_; }
     /// Of the server before; 0: it had no console, or there was none.
     [[nodiscard]] std::uint16_t lastConsolePort() const { return lastPort_; }
+    /// Its console speaks https, by the keys of that authority. Told with the rest.
+    void setAuthority(const std::string& fingerprint) { authority_ = fingerprint; }
     /// From now on others find it.
     [[nodiscard]] Expected<void> tell(const Address& server, const std::optional<Address>& console) {
         return write(server, console);
@@ -80,7 +83,7 @@ private:
     LocalWallPlace() = default;
     [[nodiscard]] Expected<void> write(const std::optional<Address>& server, const std::optional<Address>& console);
 
-    std::string path_, wall_, listen_;
+    std::string path_, wall_, listen_, authority_;
     AccessTokens tokens_;
     std::uint16_t lastPort_ = 0;
     int file_ = -1;

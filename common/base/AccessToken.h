@@ -17,6 +17,12 @@ namespace tessera {
 /// Takes as long whatever differs.
 [[nodiscard]] bool sameToken(std::string_view a, std::string_view b);
 
+/// What a word that was given for some time lets its holder do.
+struct AccessPass {
+    std::string name;
+    Role role = Role::kViewer;
+};
+
 /// One for each role; empty: nobody is asked for any.
 struct AccessTokens {
     std::array<std::string, 3> words{};  ///< by role

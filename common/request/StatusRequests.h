@@ -183,6 +183,8 @@ struct Status {
     Figures barrier;                    ///< of them: from the first host that was ready
     std::uint64_t sentBytes = 0, receivedBytes = 0;  ///< on all links, since the server has started
     std::uint64_t journalBytes = 0;                  ///< written to it so far
+    std::vector<std::string> keys;  ///< a line for each that ends within 30 days
+    double keyDays = 0;             ///< until the first ends; 0: the server has none, or one has ended
 
     static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
     static constexpr auto members() {
@@ -217,7 +219,11 @@ struct Status {
             member<&Status::barrier>(25, "barrier").said("of frames: from the first ready host to the release"),
             member<&Status::sentBytes>(26, "sent_bytes").in("bytes").said("on all links"),
             member<&Status::receivedBytes>(27, "received_bytes").in("bytes").said("on all links"),
-            member<&Status::journalBytes>(28, "journal_bytes").in("bytes").said("written to the journal"));
+            member<&Status::journalBytes>(28, "journal_bytes").in("bytes").said("written to the journal"),
+            member<&Status::keys>(29, "keys")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("a line for each that ends within 30 days"),
+            member<&Status::keyDays>(30, "key_days").in("days").said("until the first ends; 0: there are none, or one has ended"));
     }
 };
 

@@ -66,10 +66,12 @@ Expected<Role> Admission::byKey(const message::Hello& hello, const Credential& k
 }
 
 Expected<Role> Admission::byWord(const message::Hello& hello) const {
-    const std::optional<Role> role = config_.access.roleOf(hello.access);
+    std::optional<Role> role = config_.access.roleOf(hello.access);
+    if (const auto pass = role || !config_.passOf ? std::nullopt : config_.passOf(hello.access)) role = pass->role;
     if (!role)
         return fail(ErrorCode::kRefused,
-                    fmt::format("the token is not this server's: take it from where the server's user ({}) finds it",
+                    fmt::format("the token is not this server's, or has ended: take it from where the server's user ({}) "
+                                "finds it, or have another one made (tessera-keys token)",
                                 config_.owner));
     if (hello.role == PeerRole::kHost && *role != Role::kOperator)
         return fail(ErrorCode::kRefused,

@@ -36,6 +36,10 @@ public:
     /// to ask again.
     [[nodiscard]] Expected<Role> roleOf(const message::Hello& hello, const PeerOrigin& origin) const;
     /// Whether a bulk connection may be that of a control connection: both are of one key, and the key still holds.
+    /// Whether it comes in by a word that was given for some time.
+    [[nodiscard]] bool byPass(const message::Hello& hello, const PeerOrigin& origin) const {
+        return !origin.key && !hello.access.empty() && !config_.access.empty() && !config_.access.roleOf(hello.access);
+    }
     [[nodiscard]] static bool goTogether(const PeerOrigin& control, const PeerOrigin& bulk);
     /// One more application, beside so many.
     [[nodiscard]] Verdict application(std::size_t connected) const;

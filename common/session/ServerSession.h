@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -78,6 +79,8 @@ struct ServerSessionConfig {
     /// Who comes in as what, where their keys do not say so. Without a word or a key nobody does; a wrong one lets
     /// nobody in. Empty: all may do all.
     AccessTokens access = {};
+    /// Whom a word lets in that was given for some time, now. May be empty: there are none.
+    std::function<std::optional<AccessPass>(std::string_view word)> passOf = {};
     /// Whoever comes from another machine needs neither key nor word, and may do all (--insecure).
     bool insecure = false;
     std::string owner = {};  ///< whose programs they are, for people

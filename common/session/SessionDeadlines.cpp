@@ -29,6 +29,15 @@ void SessionDeadlines::sendHeartbeats(TimePoint now) {
     if (!roster_.peers.heartbeatsAreDue(now)) return;
     for (const auto& [id, peer] : roster_.peers)
         if (peer.welcomed()) roster_.send(id, peer.clock.next(now));
+    closeEnded();
+}
+
+/// As often as heartbeats go out: a token that ends, or is revoked, lets nobody go on.
+void SessionDeadlines::closeEnded() {
+    std::vector<ConnectionId> ended;
+    for (const auto& [id, peer] : roster_.peers)
+        if (!peer.pass.empty() && !roster_.config.passOf(peer.pass)) ended.push_back(id);
+    for (const ConnectionId id : ended) roster_.close(*roster_.peers.find(id), "its token has ended, or was revoked");
 }
 
 void SessionDeadlines::closeSilent(TimePoint now) {

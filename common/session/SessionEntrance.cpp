@@ -42,6 +42,7 @@ void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello
         return refuse(peer, std::move(*verdict));
     peer.role = PeerRole::kApplication;
     peer.name = hello.name;
+    if (admission_.byPass(hello, peer.origin)) peer.pass = hello.access;
     welcome(peer, now);
     roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, as});
     // Whoever only asks is told what it asks for, and what it has subscribed to.

@@ -19,6 +19,7 @@ struct SessionPeer {
     Stage stage = Stage::kPending;
     PeerRole role = PeerRole::kHost;
     PeerOrigin origin;
+    std::string pass;  ///< the word for some time that it came in with; empty: it came in otherwise
     std::string name;
     SessionToken token;
     ConnectionId other;  ///< of a control connection its bulk one, and the other way round

@@ -152,6 +152,14 @@ std::string toText(DateTime time) {
     return fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
 }
 
+std::string hashOfToken(std::string_view word) {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned size = 0;
+    TESSERA_CHECK(EVP_Digest(word.data(), word.size(), digest.data(), &size, EVP_sha256(), nullptr) == 1,
+                  "OpenSSL does not hash");
+    return hexadecimal(digest.data(), size);
+}
+
 Certificate Certificate::of(const X509& certificate) {
     std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
     unsigned size = 0;

@@ -21,6 +21,9 @@ using DateTime = std::chrono::system_clock::time_point;
 /// "2026-11-26 20:16 UTC"
 [[nodiscard]] std::string toText(DateTime time);
 
+/// SHA-256, hexadecimal.
+[[nodiscard]] std::string hashOfToken(std::string_view word);
+
 /// What stands in one.
 struct Certificate {
     std::optional<Identity> holder;  ///< none: an authority's, or somebody else's than Tessera's

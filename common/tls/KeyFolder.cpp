@@ -21,7 +21,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kBundleEnd = "end of keys\n";
+constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kTokens = "tokens",
+                           kBundleEnd = "end of keys\n";
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
 tl::unexpected<Error> systemError(std::string_view what, const std::string& path) {
@@ -49,26 +50,61 @@ bool writeAll(int file, std::string_view text) {
     return true;
 }
 
+std::vector<std::string_view> parted(std::string_view text, char at) {
+    std::vector<std::string_view> parts;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(at, begin), text.size());
+        parts.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
+
+std::optional<DateTime> timeIn(std::string_view word) {
+    constexpr std::int64_t kLast = std::chrono::duration_cast<std::chrono::seconds>(DateTime::duration::max()).count();
+    std::int64_t seconds = 0;
+    const char* const end = word.data() + word.size();
+    const auto [stopped, error] = std::from_chars(word.data(), end, seconds);
+    if (error != std::errc() || stopped != end) return std::nullopt;
+    return DateTime(std::chrono::seconds(std::clamp<std::int64_t>(seconds, 0, kLast)));
+}
+
 /// Nothing where it is no line of the file.
 std::optional<IssuedKey> keyIn(std::string_view line) {
-    std::vector<std::string_view> words;
-    for (std::size_t at = 0; at <= line.size();) {
-        const std::size_t end = std::min(line.find(' ', at), line.size());
-        words.push_back(line.substr(at, end - at));
-        at = end + 1;
-    }
+    const std::vector<std::string_view> words = parted(line, ' ');
     if (words.size() < 3 || words.size() > 4 || words[0].empty()) return std::nullopt;
     const Expected<Identity> holder = parseIdentity(words[1]);
-    std::int64_t until = 0;
-    const char* const end = words[2].data() + words[2].size();
-    const auto [stopped, error] = std::from_chars(words[2].data(), end, until);
-    if (!holder || error != std::errc() || stopped != end) return std::nullopt;
-    if (words.size() == 4 && words[3] != "revoked") return std::nullopt;
-    constexpr std::int64_t kLast = std::chrono::duration_cast<std::chrono::seconds>(DateTime::duration::max()).count();
-    return IssuedKey{.serial = std::string(words[0]),
-                     .holder = *holder,
-                     .until = DateTime(std::chrono::seconds(std::clamp<std::int64_t>(until, 0, kLast))),
-                     .revoked = words.size() == 4};
+    const std::optional<DateTime> until = timeIn(words[2]);
+    if (!holder || !until || (words.size() == 4 && words[3] != "revoked")) return std::nullopt;
+    return IssuedKey{.serial = std::string(words[0]), .holder = *holder, .until = *until, .revoked = words.size() == 4};
+}
+
+/// Whose token it is stands there as a certificate would say it.
+std::optional<KeptToken> tokenIn(std::string_view line) {
+    constexpr std::size_t kDigits = 64;
+    const std::vector<std::string_view> words = parted(line, ' ');
+    if (words.size() != 3 || words[0].size() != kDigits) return std::nullopt;
+    const Expected<Identity> holder = parseIdentity(words[1]);
+    const std::optional<DateTime> until = timeIn(words[2]);
+    if (!holder || holder->kind != Identity::Kind::kPerson || !until) return std::nullopt;
+    return KeptToken{.hash = std::string(words[0]), .pass = {holder->name, holder->role}, .until = *until};
+}
+
+/// All lines of a file as values; none where it is not there. `what`: how a line is, for people.
+template <typename Value>
+Expected<std::vector<Value>> linesIn(const Expected<std::string>& text, std::optional<Value> (*read)(std::string_view),
+                                     const std::string& path, std::string_view what) {
+    std::vector<Value> all;
+    if (!text && text.error().code == ErrorCode::kNotFound) return all;
+    if (!text) return tl::unexpected(text.error());
+    std::vector<std::string_view> lines = parted(*text, '\n');
+    if (lines.back().empty()) lines.pop_back();
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        std::optional<Value> value = read(lines[i]);
+        if (!value) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: is not {}", path, i + 1, what));
+        all.push_back(std::move(*value));
+    }
+    return all;
 }
 
 long long secondsOf(DateTime time) {
@@ -131,23 +167,13 @@ Expected<std::string> KeyFolder::authorityCertificate() const {
 }
 
 Expected<std::vector<IssuedKey>> KeyFolder::issued() const {
-    std::vector<IssuedKey> all;
-    const Expected<std::string> text = readOwn(std::string(kIssued));
-    if (!text && text.error().code == ErrorCode::kNotFound) return all;
-    if (!text) return tl::unexpected(text.error());
-    std::size_t number = 0;
-    for (std::size_t at = 0; at < text->size();) {
-        const std::size_t end = std::min(text->find('\n', at), text->size());
-        const std::string line = text->substr(at, end - at);
-        at = end + 1;
-        ++number;
-        std::optional<IssuedKey> key = keyIn(line);
-        if (!key)
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("{}/{}:{}: is not SERIAL HOLDER SECONDS [revoked]", path_, kIssued, number));
-        all.push_back(std::move(*key));
-    }
-    return all;
+    const std::string file(kIssued);
+    return linesIn(readOwn(file), &keyIn, path_ + "/" + file, "SERIAL HOLDER SECONDS [revoked]");
+}
+
+Expected<std::vector<KeptToken>> KeyFolder::tokens() const {
+    const std::string file(kTokens);
+    return linesIn(readOwn(file), &tokenIn, path_ + "/" + file, "SHA256 HOLDER SECONDS");
 }
 
 Expected<TlsKeys> KeyFolder::of(const std::string& file, const std::string& lacking) const {
@@ -169,8 +195,14 @@ Expected<TlsKeys> KeyFolder::ofServer() const {
     if (!keys) return keys;
     const Expected<std::vector<IssuedKey>> all = issued();
     if (!all) return tl::unexpected(all.error());
-    for (const IssuedKey& key : *all)
+    for (const IssuedKey& key : *all) {
         if (key.revoked) keys->revoked.insert(key.serial);
+        std::erase_if(keys->ends, [&](const KeyEnd& former) { return former.holder == key.holder; });
+        if (!key.revoked) keys->ends.push_back({key.holder, key.until});
+    }
+    Expected<std::vector<KeptToken>> words = tokens();
+    if (!words) return tl::unexpected(words.error());
+    keys->tokens = std::move(*words);
     return keys;
 }
 
@@ -280,6 +312,16 @@ Expected<void> KeyFolder::Writer::write(const std::vector<IssuedKey>& issued) co
         text += fmt::format("{} {} {}{}\n", key.serial, toUri(key.holder), secondsOf(key.until),
                             key.revoked ? " revoked" : "");
     return write(std::string(kIssued), text);
+}
+
+Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& tokens) const {
+    std::string text;
+    for (const KeptToken& token : tokens) {
+        const Identity holder{
+            .wall = "-", .kind = Identity::Kind::kPerson, .name = token.pass.name, .role = token.pass.role};
+        text += fmt::format("{} {} {}\n", token.hash, toUri(holder), secondsOf(token.until));
+    }
+    return write(std::string(kTokens), text);
 }
 
 }  // namespace tessera

@@ -21,8 +21,9 @@ struct IssuedKey {
 };
 
 /// In DIR: authority.pem (its key; where keys are made), authority.crt (its certificate), server.pem, host-NAME.pem,
-/// person-NAME.pem (key and certificate of each), issued (what was made, what has been revoked). All of mode 0600 in a
-/// folder of mode 0700; others may read authority.crt. Files are replaced whole, and by one program at a time.
+/// person-NAME.pem (key and certificate of each), issued (what was made, what has been revoked), tokens (hashes of
+/// words). All of mode 0600 in a folder of mode 0700; others may read authority.crt. Files are replaced whole, and by
+/// one program at a time.
 class KeyFolder {
 public:
     explicit KeyFolder(std::string path);
@@ -37,6 +38,9 @@ public:
     [[nodiscard]] Expected<std::string> authorityCertificate() const;
     /// In the order in which they were made. kBadInput: a line is none.
     [[nodiscard]] Expected<std::vector<IssuedKey>> issued() const;
+
+    /// Words that let in somebody for a time; those that have ended, too. kBadInput: a line is none.
+    [[nodiscard]] Expected<std::vector<KeptToken>> tokens() const;
 
     /// Of the server of this wall, with the serials that have been revoked.
     [[nodiscard]] Expected<TlsKeys> ofServer() const;
@@ -59,6 +63,7 @@ public:
 
         [[nodiscard]] Expected<void> write(const std::string& file, std::string_view text) const;
         [[nodiscard]] Expected<void> write(const std::vector<IssuedKey>& issued) const;
+        [[nodiscard]] Expected<void> writeTokens(const std::vector<KeptToken>& tokens) const;
 
     private:
         Writer(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}

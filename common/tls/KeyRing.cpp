@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <string_view>
@@ -57,10 +58,10 @@ void KeyRing::rest() {
     ::close(stop_);
 }
 
-void KeyRing::watch(std::function<void()> onChange, std::function<void(const Error&)> onFault) {
+void KeyRing::watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords) {
     if (notices_ < 0) return;
     onChange_ = std::move(onChange);
-    onFault_ = std::move(onFault);
+    onWords_ = std::move(onWords);
     stop_ = ::eventfd(0, EFD_CLOEXEC);
     TESSERA_CHECK(stop_ >= 0, "no eventfd can be made");
     thread_ = std::thread([this] { run(); });
@@ -73,14 +74,18 @@ std::shared_ptr<const TlsContext> KeyRing::current() const {
 
 void KeyRing::run() {
     constexpr int kMoreMayCome = 50;  // ms: several files are written together
+    constexpr int kDay = 86'400'000;  // ms
+    sayEnds();
     for (bool pending = false;;) {
         std::array<pollfd, 2> wait{pollfd{notices_, POLLIN, 0}, pollfd{stop_, POLLIN, 0}};
-        const int count = ::poll(wait.data(), wait.size(), pending ? kMoreMayCome : -1);
+        const int count = ::poll(wait.data(), wait.size(), pending ? kMoreMayCome : kDay);
         if (wait[1].revents != 0) return;
         if (count < 0 && errno != EINTR) return;
         if (count == 0 && pending) {
             reload();
             pending = false;
+        } else if (count == 0) {
+            sayEnds();
         } else if (wait[0].revents != 0) {
             alignas(inotify_event) std::array<char, 4096> notices{};
             while (::read(notices_, notices.data(), notices.size()) > 0) {
@@ -93,14 +98,21 @@ void KeyRing::run() {
 void KeyRing::reload() {
     const Expected<TlsKeys> keys = read_();
     Expected<std::shared_ptr<const TlsContext>> made = keys ? TlsContext::make(*keys) : tl::unexpected(keys.error());
-    if (!made)
-        return onFault_(
-            Error{made.error().code, fmt::format("{}: the keys stay as they were: {}", folder_, made.error().message)});
+    if (!made) return onWords_(fmt::format("{}: the keys stay as they were: {}", folder_, made.error().message));
     {
         const Turn::Hold hold = turn_.take();
         current_ = std::move(*made);
     }
     onChange_();
+    sayEnds();
+}
+
+/// A server's affair: who has one key renews it when told to.
+void KeyRing::sayEnds() const {
+    const auto now = std::chrono::system_clock::now();
+    const std::shared_ptr<const TlsContext> keys = current();
+    if (!keys->mayAccept()) return;
+    for (const KeyEnd& end : keys->endsSoon(now)) onWords_(toText(end, now));
 }
 
 namespace {
@@ -109,7 +121,7 @@ Expected<CurrentKeys> watched(const std::string& folder, KeyRing::Read read) {
     Expected<std::unique_ptr<KeyRing>> opened = KeyRing::open(folder, std::move(read));
     if (!opened) return tl::unexpected(opened.error());
     const std::shared_ptr<KeyRing> ring = std::move(*opened);
-    ring->watch([] {}, [](const Error&) {});
+    ring->watch([] {}, [](const std::string&) {});
     return [ring] { return ring->current(); };
 }
 

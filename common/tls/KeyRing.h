@@ -14,19 +14,20 @@ namespace tessera {
 /// The keys of a folder as they are now. One thread inside, which sleeps until a file of the folder changes. `current`
 /// may be called from any thread.
 ///
-/// Files that cannot be read change nothing: the keys before are kept, and `onFault` says why.
+/// Files that cannot be read change nothing: the keys before are kept, and `onWords` says why.
 class KeyRing {
 public:
     using Read = std::function<Expected<TlsKeys>()>;
 
-    /// Errors: what is wrong with the keys now. `onChange` and `onFault` are called on the thread inside.
+    /// Errors: what is wrong with the keys now. `onChange` and `onWords` are called on the thread inside.
     [[nodiscard]] static Expected<std::unique_ptr<KeyRing>> open(const std::string& folder, Read read);
     /// Without a folder: keys that stay as they are.
     [[nodiscard]] static Expected<std::unique_ptr<KeyRing>> of(TlsKeys keys);
     ~KeyRing();
 
-    /// From now on, until `rest`. Once.
-    void watch(std::function<void()> onChange, std::function<void(const Error&)> onFault);
+    /// From now on, until `rest`. Once. `onWords`: what people should know: a fault in the files; and of a server, at
+    /// first, once a day and after each change, which keys end soon.
+    void watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords);
     /// Nobody is told of anything afterwards.
     void rest();
     [[nodiscard]] std::shared_ptr<const TlsContext> current() const;
@@ -35,11 +36,12 @@ private:
     KeyRing() = default;
     void run();
     void reload();
+    void sayEnds() const;
 
     std::string folder_;
     Read read_;
     std::function<void()> onChange_;
-    std::function<void(const Error&)> onFault_;
+    std::function<void(const std::string&)> onWords_;
     mutable Turn turn_;
     std::shared_ptr<const TlsContext> current_;
     int notices_ = -1, stop_ = -1;  ///< inotify; an eventfd

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <openssl/crypto.h>
+
 #include <algorithm>
 
 #include "common/tls/TlsContextImpl.h"
@@ -37,6 +39,8 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
     std::shared_ptr<TlsContext> made(new TlsContext);
     made->impl_ = std::make_unique<Impl>();
     made->revoked_ = std::move(keys.revoked);
+    made->tokens_ = std::move(keys.tokens);
+    made->ends_ = std::move(keys.ends);
     made->impl_->context.reset(SSL_CTX_new(TLS_method()));
     SSL_CTX* const context = made->impl_->context.get();
     TESSERA_CHECK(context != nullptr, "OpenSSL makes no context");
@@ -82,6 +86,9 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
         if (authority) SSL_CTX_add1_chain_cert(context, authority.get());
     }
 
+    if (made->own_ && std::ranges::find(made->ends_, *made->own_->holder, &KeyEnd::holder) == made->ends_.end())
+        made->ends_.push_back({*made->own_->holder, made->own_->until});
+    std::ranges::sort(made->ends_, {}, &KeyEnd::until);
     X509_VERIFY_PARAM_set_flags(SSL_CTX_get0_param(context), X509_V_FLAG_NO_CHECK_TIME);  // we do, in words
     SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
     SSL_CTX_set_cert_verify_callback(context, &TlsCallbacks::verify, made.get());
@@ -96,6 +103,28 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
     SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_CLIENT | SSL_SESS_CACHE_NO_INTERNAL);
     SSL_CTX_sess_set_new_cb(context, &TlsCallbacks::newSession);
     return made;
+}
+
+std::optional<AccessPass> TlsContext::passOf(std::string_view word, DateTime now) const {
+    const std::string hash = hashOfToken(word);
+    std::optional<AccessPass> found;
+    for (const KeptToken& token : tokens_)
+        if (CRYPTO_memcmp(token.hash.data(), hash.data(), hash.size()) == 0 && now < token.until) found = token.pass;
+    return found;
+}
+
+std::vector<KeyEnd> TlsContext::endsSoon(DateTime now) const {
+    std::vector<KeyEnd> soon = ends_;
+    std::erase_if(soon, [&](const KeyEnd& end) { return end.until > now + kEndsSoon; });
+    return soon;
+}
+
+std::string toText(const KeyEnd& end, DateTime now) {
+    const std::string holder = describe(end.holder);
+    if (end.until <= now)
+        return fmt::format("the key of {} ended on {}: tessera-keys renew", holder, toText(end.until));
+    return fmt::format("the key of {} ends on {}, in {} days: tessera-keys renew", holder, toText(end.until),
+                       std::chrono::floor<std::chrono::days>(end.until - now).count());
 }
 
 std::string TlsContext::faultOf(const Certificate& certificate, DateTime now, DateTime otherClock) const {

@@ -6,13 +6,33 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/base/AccessToken.h"
 #include "common/tls/Certificate.h"
 
 struct ssl_ctx_st;
 
 namespace tessera {
+
+/// A word that lets in somebody without a certificate, as it is kept: nobody can read it there.
+struct KeptToken {
+    std::string hash;  ///< SHA-256 of the word, hexadecimal
+    AccessPass pass;
+    DateTime until;
+};
+
+/// When the newest key of a holder ends.
+struct KeyEnd {
+    Identity holder;
+    DateTime until;
+};
+
+/// Within that time people are told.
+inline constexpr std::chrono::days kEndsSoon{30};
+/// "the key of the host 'left' of the wall 'cave' ends on 2026-12-24 20:16 UTC, in 12 days: …"
+[[nodiscard]] std::string toText(const KeyEnd& end, DateTime now);
 
 /// What a side has, as read from files.
 struct TlsKeys {
@@ -20,6 +40,8 @@ struct TlsKeys {
     std::string authority = {};  ///< PEM of the wall's authority's certificate; empty: the pinned one
     std::string pinned = {};     ///< SHA-256 of the authority's certificate, hexadecimal: for links that carry it
     std::set<std::string> revoked = {};  ///< serials that let nobody in any more
+    std::vector<KeptToken> tokens = {};  ///< of a server
+    std::vector<KeyEnd> ends = {};       ///< of those that were issued and not revoked
 };
 
 /// Immutable but for the tickets of sessions that may be resumed; any thread. For links that are accepted and for
@@ -48,7 +70,14 @@ public:
     /// `otherClock`: what the other side's says; zero: it did not tell.
     [[nodiscard]] std::string faultOf(const Certificate& certificate, DateTime now, DateTime otherClock) const;
 
-    /// For `asio::ssl`, and TlsChannel.
+    /// Whom this word lets in now. Takes as long whatever it is.
+    [[nodiscard]] std::optional<AccessPass> passOf(std::string_view word, DateTime now) const;
+    /// The first to end comes first; its own is among them.
+    [[nodiscard]] const std::vector<KeyEnd>& ends() const { return ends_; }
+
+    [[nodiscard]] std::vector<KeyEnd> endsSoon(DateTime now) const;
+
+    /// For TlsChannel.
     [[nodiscard]] ssl_ctx_st* native() const;
 
 private:
@@ -61,6 +90,8 @@ private:
     std::optional<Certificate> own_;
     std::string authority_;
     std::set<std::string> revoked_;
+    std::vector<KeptToken> tokens_;
+    std::vector<KeyEnd> ends_;
     std::string authorityPem_;
 };
 

@@ -4,6 +4,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+
+#include <algorithm>
+#include <array>
 #include <exception>
 #include <thread>
 
@@ -15,9 +21,39 @@ namespace tessera {
 using boost::asio::ip::tcp;
 using namespace std::chrono_literals;
 
+namespace {
+
+/// One of this machine's, by which others reach it; empty: it has none.
+std::string addressForOthers() {
+    ifaddrs* all = nullptr;
+    if (::getifaddrs(&all) != 0) return {};
+    const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> keep(all, &::freeifaddrs);
+    for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+        if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET || (one->ifa_flags & IFF_LOOPBACK) != 0)
+            continue;
+        std::array<char, INET_ADDRSTRLEN> text{};
+        const in_addr& number = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr;
+        if (::inet_ntop(AF_INET, &number, text.data(), text.size()) != nullptr) return text.data();
+    }
+    return {};
+}
+
+/// By which name a link leads to a door: of one that listens everywhere the first that is in its certificate.
+Address addressInLink(const Address& bound, const DoorReach& reach) {
+    if (bound.host != "0.0.0.0" && bound.host != "::") return bound;
+    const std::shared_ptr<const TlsContext> keys = reach.keys ? reach.keys() : nullptr;
+    if (keys && keys->own())
+        for (const std::string& name : keys->own()->names)
+            if (const Address said{name, bound.port}; !said.isLoopback()) return said;
+    const std::string host = addressForOthers();
+    return {host.empty() ? "127.0.0.1" : host, bound.port};
+}
+
+}  // namespace
+
 struct Door::Impl {
     explicit Impl(const DoorOptions& options, std::uint16_t port)
-        : context(options, port), acceptor(context.io), pause(context.io) {}
+        : context(options, port), acceptor(context.io), pause(context.io), keysClock(context.io) {}
 
     void accept() {
         acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
@@ -35,7 +71,8 @@ struct Door::Impl {
             return accept();
         }
         if (context.silent.empty()) {
-            sayTooMany(socket);
+            DoorStream stream(std::move(socket));
+            sayTooMany(stream, context);
             return accept();
         }
         const auto held = std::make_shared<tcp::socket>(std::move(socket));
@@ -55,6 +92,14 @@ struct Door::Impl {
         }
         return context.silent.front()->since + context.limits.patience;
     }
+    void watchKeys() {
+        keysClock.expires_after(context.limits.keysWait);
+        keysClock.async_wait([this](boost::system::error_code stopped) {
+            if (stopped) return;
+            context.judgeAgain();
+            watchKeys();
+        });
+    }
     template <typename F>
     void later(TimePoint due, F f) {
         pause.expires_at(due);
@@ -65,7 +110,7 @@ struct Door::Impl {
 
     DoorContext context;
     tcp::acceptor acceptor;
-    boost::asio::steady_timer pause;
+    boost::asio::steady_timer pause, keysClock;
     Address bound;
     std::thread thread;
 };
@@ -73,10 +118,10 @@ struct Door::Impl {
 Door::Door(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
-    if (!options.listen.isLoopback())
-        return fail(ErrorCode::kUsage,
-                    fmt::format("--console {}: the console opens on this machine alone (127.0.0.1:PORT)",
-                                toString(options.listen)));
+    if (!options.listen.isLoopback() && !options.reach.keys && !options.reach.open)
+        return fail(ErrorCode::kUsage, fmt::format("--console {}: without keys the console opens on this machine "
+                                                   "alone (127.0.0.1:PORT)",
+                                                   toString(options.listen)));
     const std::string host = options.listen.host == "localhost" ? "127.0.0.1" : options.listen.host;
     boost::system::error_code error;
     const auto address = boost::asio::ip::make_address(host, error);
@@ -98,6 +143,7 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     impl->acceptor.assign(bound.protocol(), descriptor, error);
     impl->bound = {bound.address().to_string(), bound.port()};
     impl->accept();
+    if (options.reach.keys) impl->watchKeys();
     impl->thread = std::thread([raw = impl.get()] {
         standBehindFrames();
         // What the library throws of what a guest has said ends that guest, whom nobody holds then, and not the wall.
@@ -115,6 +161,7 @@ Door::~Door() {
         boost::system::error_code ignored;
         impl->acceptor.close(ignored);
         impl->pause.cancel();
+        impl->keysClock.cancel();
         impl->context.sendAllAway();
     });
     impl_->thread.join();
@@ -129,8 +176,12 @@ const Address& Door::address() const {
 }
 
 std::string Door::link() const {
-    return fmt::format("http://{}/?token={}", toString(impl_->bound),
-                       impl_->context.options.tokens.of(Role::kOperator));
+    const DoorOptions& options = impl_->context.options;
+    const std::string place = toString(addressInLink(impl_->bound, options.reach));
+    const std::string& token = options.tokens.of(Role::kOperator);
+    if (!options.reach.keys) return fmt::format("http://{}/?token={}", place, token);
+    return fmt::format("https://{}/?token={}&authority={}", place, token,
+                       options.reach.keys()->authorityFingerprint());
 }
 
 }  // namespace tessera

@@ -6,21 +6,23 @@
 
 #include "common/base/AccessToken.h"
 #include "common/net/Transport.h"
+#include "server/door/Gatekeeper.h"
 
 namespace tessera {
 
 struct DoorOptions {
-    Address listen;     ///< on loopback
+    Address listen;     ///< on loopback, or where `reach` says who comes from elsewhere
     Address server;     ///< where applications dial in
     std::string wall;   ///< the wall's name, for people
     AccessTokens tokens;  ///< whoever has one may come in
+    DoorReach reach = {};
 };
 
 /// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like
 /// others.
 class Door {
 public:
-    /// kUsage: not on loopback; kNetwork: the port is taken, or no such address.
+    /// kUsage: not on loopback, without keys; kNetwork: the port is taken, or no such address.
     [[nodiscard]] static Expected<std::unique_ptr<Door>> open(const DoorOptions& options);
     /// Sends everybody away.
     ~Door();
@@ -28,7 +30,8 @@ public:
     Door& operator=(const Door&) = delete;
 
     [[nodiscard]] const Address& address() const;
-    /// With an operator's token: `http://127.0.0.1:7001/?token=…`
+    /// With an operator's token: `http://127.0.0.1:7001/?token=…`; with keys `https://…/?token=…&authority=SHA256`, by
+    /// which a program knows the wall's authority.
     [[nodiscard]] std::string link() const;
 
 private:

@@ -44,6 +44,7 @@ struct DoorLimits {
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
     std::chrono::milliseconds patience{100};
+    std::chrono::milliseconds keysWait{250};  ///< between two looks at whether the keys are others
 };
 
 struct DoorContext;
@@ -63,6 +64,12 @@ public:
     [[nodiscard]] virtual std::size_t stalled(TimePoint) { return 0; }
     /// Whether it has said something that has not been read yet.
     [[nodiscard]] virtual bool waitsToBeRead() { return false; }
+    /// Why its key lets nobody in any more; empty: it does, or it has shown none.
+    [[nodiscard]] virtual std::string faultOfKey(const TlsContext&) const { return {}; }
+    /// It is to go, and told why where it can be; nothing that it says counts from now on.
+    virtual void sendAway(const std::string&) { leave(); }
+    bool sentAway = false;  ///< its door has done so
+    std::string pass;       ///< the word for some time that it came with; empty: it came otherwise
     TimePoint since = std::chrono::steady_clock::now();  ///< it is among the silent
 
 private:
@@ -70,7 +77,7 @@ private:
 };
 
 struct DoorContext {
-    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port) {}
+    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port, options.reach) {}
 
     // What is left in `io` holds of both.
     std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
@@ -115,6 +122,27 @@ struct DoorContext {
         }
     }
 
+    /// The keys may have changed: those whom they let in no more go.
+    void judgeAgain() {
+        const std::shared_ptr<const TlsContext> keys = options.reach.keys();
+        const bool changed = keys != judgedBy_;
+        judgedBy_ = keys;
+        const auto now = std::chrono::system_clock::now();
+        for (Guest* guest : std::set(guests)) {
+            if (!guests.contains(guest)) continue;
+            if (guest->sentAway) {
+                guest->leave();  // it has had its time to hear why
+                continue;
+            }
+            std::string fault = changed ? guest->faultOfKey(*keys) : std::string();
+            if (fault.empty() && !guest->pass.empty() && !keys->passOf(guest->pass, now))
+                fault = "its token has ended, or was revoked";
+            if (fault.empty()) continue;
+            guest->sentAway = true;
+            guest->sendAway(fault);
+        }
+    }
+
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {
         lanes.close();
@@ -126,6 +154,7 @@ struct DoorContext {
 
 private:
     std::map<Role, std::shared_ptr<DoorLink>> shared_;
+    std::shared_ptr<const TlsContext> judgedBy_;
 };
 
 inline Guest::Guest(DoorContext& context) : context_(context) {

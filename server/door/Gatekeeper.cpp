@@ -1,9 +1,12 @@
 #include "server/door/Gatekeeper.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/json/Json.h"
+#include "common/net/OwnAddress.h"
 #include "common/net/Transport.h"
 
 namespace tessera {
@@ -17,13 +20,23 @@ std::string inLowerCase(std::string_view text) {
     return low;
 }
 
+/// The names in a key are the authority's word: a token counts for nothing beside it.
+tl::expected<Role, HttpAnswer> roleOfKey(const Credential& key) {
+    if (!key.fault.empty()) return tl::unexpected(errorAnswer(403, "refused", key.fault));
+    if (key.identity.kind == Identity::Kind::kPerson) return key.identity.role;
+    return tl::unexpected(errorAnswer(
+        403, "refused", fmt::format("the key is of {}, and lets in no person", describe(key.identity))));
+}
+
 }  // namespace
 
 std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) const {
     if (!isHere(inLowerCase(request.host)))
-        return errorAnswer(421, "refused",
-                           "the door is asked by another name than this machine's own: its link has the right one");
-    constexpr std::string_view kScheme = "http://";
+        return errorAnswer(
+            421, "refused",
+            fmt::format("the door is asked by another name than this machine's own: its link has the right one{}",
+                        reach_.keys ? ", and `tessera-keys renew server --names A,B` gives it others" : ""));
+    const std::string_view kScheme = reach_.keys ? "https://" : "http://";
     const std::string origin = inLowerCase(request.origin);
     if (origin.empty() || (origin.starts_with(kScheme) && isHere(std::string_view(origin).substr(kScheme.size()))))
         return std::nullopt;
@@ -32,24 +45,58 @@ std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) cons
 
 tl::expected<Role, HttpAnswer> Gatekeeper::roleOf(const HttpRequest& request, const HttpTarget& target) const {
     if (std::optional<HttpAnswer> stranger = strangers(request)) return tl::unexpected(std::move(*stranger));
-    constexpr std::string_view kBearer = "bearer ";
-    if (inLowerCase(std::string_view(request.authorization).substr(0, kBearer.size())) == kBearer)
-        if (const auto role = tokens_.roleOf(std::string_view(request.authorization).substr(kBearer.size())))
-            return *role;
-    const auto said = target.query.find("token");
-    if (said != target.query.end() && (target.path == "/" || target.path == "/socket" || target.path == "/link"))
-        if (const auto role = tokens_.roleOf(said->second)) return *role;
+    if (request.key) return roleOfKey(*request.key);
+    for (const std::string_view word : wordsIn(request, target))
+        if (const auto role = roleOfWord(word)) return *role;
     HttpAnswer answer = errorAnswer(
         401, "refused", "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
     answer.fields.emplace_back("WWW-Authenticate", "Bearer");
     return tl::unexpected(std::move(answer));
 }
 
+/// Those that are said: in Authorization, and for the page and sockets in the query.
+std::vector<std::string_view> Gatekeeper::wordsIn(const HttpRequest& request, const HttpTarget& target) {
+    constexpr std::string_view kBearer = "bearer ";
+    std::vector<std::string_view> words;
+    const std::string_view said = request.authorization;
+    if (inLowerCase(said.substr(0, kBearer.size())) == kBearer) words.push_back(said.substr(kBearer.size()));
+    const auto asked = target.query.find("token");
+    if (asked != target.query.end() && (target.path == "/" || target.path == "/socket" || target.path == "/link"))
+        words.push_back(asked->second);
+    return words;
+}
+
+std::optional<Role> Gatekeeper::roleOfWord(std::string_view word) const {
+    if (const std::optional<Role> role = tokens_.roleOf(word)) return role;
+    const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
+    const std::optional<AccessPass> pass =
+        keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
+    return pass ? std::optional(pass->role) : std::nullopt;
+}
+
+std::string Gatekeeper::passIn(const HttpRequest& request, const HttpTarget& target) const {
+    if (request.key) return {};
+    for (const std::string_view word : wordsIn(request, target)) {
+        if (tokens_.roleOf(word)) return {};
+        if (roleOfWord(word)) return std::string(word);
+    }
+    return {};
+}
+
 bool Gatekeeper::isHere(std::string_view authority) const {
-    const Expected<Address> address = parseAddress(authority);
-    // Without a port it is 80's.
-    if (!address) return port_ == 80 && (authority == "localhost" || authority == "127.0.0.1" || authority == "[::1]");
-    return address->port == port_ && address->isLoopback();
+    // Without a port it is the scheme's.
+    const std::string whole = fmt::format("{}:{}", authority, reach_.keys ? 443 : 80);
+    const Expected<Address> said = parseAddress(authority);
+    const Expected<Address> address = said ? said : parseAddress(whole);
+    return address && address->port == port_ && (address->isLoopback() || isOurs(address->host));
+}
+
+/// In lower case.
+bool Gatekeeper::isOurs(const std::string& host) const {
+    if (const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr; keys && keys->own())
+        for (const std::string& name : keys->own()->names)
+            if (inLowerCase(name) == host || plainAddress(name) == plainAddress(host)) return true;
+    return (reach_.keys || reach_.open) && isOwnAddress(host);
 }
 
 bool RateLimit::take(std::chrono::steady_clock::time_point now) {

@@ -1,4 +1,4 @@
-/// Who is let in: by a token, from pages of this door alone.
+/// Who is let in: by a key or a token, from pages of this door alone.
 #pragma once
 
 #include <chrono>
@@ -6,33 +6,50 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/AccessToken.h"
 #include "common/base/Error.h"
+#include "common/tls/KeyRing.h"
 #include "server/door/HttpMessage.h"
 
 namespace tessera {
 
-/// Of one door on loopback.
+/// Who reaches a door. Without both: this machine alone.
+struct DoorReach {
+    CurrentKeys keys = {};  ///< the server's: what is said is sealed, and pages are https
+    bool open = false;      ///< from other machines, with nothing sealed
+};
+
+/// Of one door.
 ///
 /// A page from elsewhere that a browser shows could call a door on its machine: the browser then says where the page is
 /// from (Origin), or has taken a name for the door that its owner has pointed at loopback (Host). Both are looked at
-/// before the token.
+/// before the token. Where other machines reach the door it may be called by this machine's addresses and by the names
+/// in its certificate, too: nobody else can let a name of theirs stand for it.
 class Gatekeeper {
 public:
-    Gatekeeper(AccessTokens tokens, std::uint16_t port) : tokens_(std::move(tokens)), port_(port) {}
+    Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {})
+        : tokens_(std::move(tokens)), port_(port), reach_(std::move(reach)) {}
 
-    /// As what it comes in. Else what is wrong with it: 421 for a strange Host, 403 for a strange Origin, 401 without a
-    /// token. The token stands in Authorization ("Bearer T"), or for the page and the socket in the query.
+    /// As what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a strange
+    /// Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
+    /// Authorization ("Bearer T"), or for the page and the socket in the query.
     [[nodiscard]] tl::expected<Role, HttpAnswer> roleOf(const HttpRequest& request, const HttpTarget& target) const;
-    /// Without a token: where the request comes from.
+    /// The word for some time that lets it in; empty: it comes in otherwise.
+    [[nodiscard]] std::string passIn(const HttpRequest& request, const HttpTarget& target) const;
+    /// Without key and token: where the request comes from.
     [[nodiscard]] std::optional<HttpAnswer> strangers(const HttpRequest& request) const;
 
 private:
+    [[nodiscard]] static std::vector<std::string_view> wordsIn(const HttpRequest& request, const HttpTarget& target);
+    [[nodiscard]] std::optional<Role> roleOfWord(std::string_view word) const;
     [[nodiscard]] bool isHere(std::string_view authority) const;
+    [[nodiscard]] bool isOurs(const std::string& host) const;
 
     AccessTokens tokens_;
     std::uint16_t port_;
+    DoorReach reach_;
 };
 
 /// So many at once, and so many in a second.

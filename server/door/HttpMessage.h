@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/Identity.h"
+
 namespace tessera {
 
 struct HttpRequest {
@@ -17,6 +19,7 @@ struct HttpRequest {
     std::string host, origin, authorization, contentType;
     bool wantsSocket = false;  ///< an upgrade to a WebSocket
     std::string body;
+    std::optional<Credential> key = {};  ///< whom its sender has proved to be; none: nobody
 };
 
 struct HttpAnswer {

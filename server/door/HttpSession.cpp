@@ -25,12 +25,13 @@ public:
     HttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
         : Guest(context), stream_(std::move(socket)), context_(context), routes_(context), patience_(context.io) {}
     void giveWay() override {
-        sayTooMany(stream_.socket());
+        sayTooMany(stream_, context_);
         leave();
     }
-    [[nodiscard]] bool waitsToBeRead() override {
-        beast::error_code ignored;
-        return stream_.socket().available(ignored) > 0;
+    [[nodiscard]] bool waitsToBeRead() override { return stream_.waitsToBeRead(); }
+    [[nodiscard]] std::string faultOfKey(const TlsContext& keys) const override {
+        const std::optional<Credential> peer = stream_.peer(keys);
+        return peer ? peer->fault : std::string();
     }
     void leave() override {
         patience_.cancel();
@@ -39,36 +40,52 @@ public:
 
     void begin() {
         context_.silent.push_back(this);
-        readHead();
+        awaitHead();
+        if (!context_.options.reach.keys) return beginHead();
+        stream_.seal(context_.options.reach.keys(), [self = shared_from_this()](DoorStream::Greeting greeting) {
+            if (greeting == DoorStream::Greeting::kSealed) return self->beginHead();
+            self->patience_.cancel();
+            if (greeting == DoorStream::Greeting::kGone) return self->leave();
+            self->refuse(errorAnswer(400, "refused", "this door speaks https: begin its link with https://"));
+        });
     }
 
 private:
-    void readHead() {
-        // A connection that is kept may rest; a head that has begun comes soon, or its sender is told so.
-        if (served_ > 0 && buffer_.size() == 0) {
-            patience_.expires_after(context_.limits.idle);
-            patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
-                if (!stopped) self->leave();
-            });
-            return stream_.socket().async_wait(boost::asio::ip::tcp::socket::wait_read,
-                                               [self = shared_from_this()](beast::error_code error) {
-                                                   self->patience_.cancel();
-                                                   if (!error) self->beginHead();
-                                               });
-        }
-        beginHead();
-    }
-    void beginHead() {
-        parser_.emplace();
-        parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
-        parser_->body_limit(context_.limits.maxTextBytes);
-        stream_.expires_after(context_.limits.idle);
+    /// It comes soon, a handshake before it included, or its sender is told so.
+    void awaitHead() {
         patience_.expires_after(context_.limits.headWait);
         patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
             if (stopped) return;
             self->tooSlow_ = true;
             self->stream_.cancel();
         });
+    }
+    void readHead() {
+        // A connection that is kept may rest.
+        if (buffer_.size() == 0) {
+            stream_.neverExpires();
+            patience_.expires_after(context_.limits.idle);
+            patience_.async_wait([self = shared_from_this()](beast::error_code stopped) {
+                if (!stopped) self->leave();
+            });
+            constexpr std::size_t kFirst = 1024;
+            return stream_.async_read_some(buffer_.prepare(kFirst),
+                                           [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
+                                               self->patience_.cancel();
+                                               if (error) return;
+                                               self->buffer_.commit(bytes);
+                                               self->awaitHead();
+                                               self->beginHead();
+                                           });
+        }
+        awaitHead();
+        beginHead();
+    }
+    void beginHead() {
+        parser_.emplace();
+        parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
+        parser_->body_limit(context_.limits.maxTextBytes);
+        stream_.expiresAfter(context_.limits.idle);
         http::async_read_header(
             stream_, buffer_, *parser_,
             [self = shared_from_this()](beast::error_code error, std::size_t) { self->onHead(error); });
@@ -96,7 +113,8 @@ private:
                     .authorization = field(http::field::authorization),
                     .contentType = field(http::field::content_type),
                     .wantsSocket = beast::websocket::is_upgrade(head),
-                    .body = {}};
+                    .body = {},
+                    .key = context_.options.reach.keys ? stream_.peer(*context_.options.reach.keys()) : std::nullopt};
         // Chunks have extensions and trailers, for which the library knows no bounds.
         if (head.find(http::field::transfer_encoding) != head.end())
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
@@ -107,7 +125,7 @@ private:
             if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
             return becomeSocket(path == "/link");
         }
-        stream_.expires_after(context_.limits.idle);
+        stream_.expiresAfter(context_.limits.idle);
         // Whoever waits to be asked for the body is asked.
         if (beast::iequals(head[http::field::expect], "100-continue")) {
             auto go = std::make_shared<http::response<http::empty_body>>(http::status::continue_, head.version());
@@ -131,7 +149,7 @@ private:
             if (!self || self->answered_ == number) return;
             self->answered_ = number;
             self->patience_.cancel();
-            self->stream_.expires_after(self->context_.limits.answerWait);
+            self->stream_.expiresAfter(self->context_.limits.answerWait);
             self->write(std::move(answer), self->parser_->keep_alive());
         };
         // Nothing is read or written meanwhile, so that the stream's own clock stands still.
@@ -145,7 +163,7 @@ private:
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
     void refuse(HttpAnswer answer) {
-        stream_.expires_after(context_.limits.headWait);
+        stream_.expiresAfter(context_.limits.headWait);
         write(std::move(answer), false);
     }
     void write(HttpAnswer answer, bool keep) {
@@ -160,7 +178,6 @@ private:
         response->keep_alive(keep);
         response->body() = std::move(answer.body);
         response->prepare_payload();
-        ++served_;
         http::async_write(stream_, *response,
                           [self = shared_from_this(), response, keep](beast::error_code error, std::size_t) {
                               if (error) return;
@@ -171,9 +188,8 @@ private:
     /// What still comes is taken for a while: a close with unread bytes would take the answer away from who reads
     /// slowly.
     void bowOut() {
-        beast::error_code ignored;
-        stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
-        stream_.expires_after(std::chrono::seconds(1));
+        stream_.endSending();
+        stream_.expiresAfter(std::chrono::seconds(1));
         takeRest();
     }
     void takeRest() {
@@ -201,19 +217,19 @@ private:
         if (context_.sockets >= context_.limits.maxSockets)
             return refuse(errorAnswer(
                 503, "limit", "as many sockets are open as may be: " + std::to_string(context_.limits.maxSockets)));
-        stream_.expires_never();
-        if (isLink) return startLinkTunnel(stream_.release_socket(), parser_->release(), context_);
-        startSocketSession(stream_.release_socket(), parser_->release(), *readTarget(request_.target), routes_.role(),
-                           context_);
+        stream_.neverExpires();
+        if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), context_);
+        const HttpTarget target = *readTarget(request_.target);
+        startSocketSession(std::move(stream_), parser_->release(), target, routes_.role(),
+                           context_.gate.passIn(request_, target), context_);
     }
 
-    beast::tcp_stream stream_;
+    DoorStream stream_;
     DoorContext& context_;
     Routes routes_;
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
-    std::size_t served_ = 0;
     bool tooSlow_ = false;
     boost::asio::steady_timer patience_;      ///< for an answer
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
@@ -226,16 +242,13 @@ void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
     std::make_shared<HttpSession>(std::move(socket), context)->begin();
 }
 
-void sayTooMany(boost::asio::ip::tcp::socket& socket) {
+void sayTooMany(DoorStream& stream, const DoorContext& context) {
     static const std::string kBody = errorAnswer(503, "limit", "as many connections are open as may be").body;
     static const std::string kAnswer = fmt::format(
         "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: {}\r\nRetry-After: "
         "1\r\nConnection: close\r\n\r\n{}",
         kBody.size(), kBody);
-    beast::error_code ignored;
-    socket.non_blocking(true, ignored);
-    socket.write_some(boost::asio::buffer(kAnswer), ignored);
-    socket.shutdown(boost::asio::ip::tcp::socket::shutdown_both, ignored);
+    stream.sayLast(kAnswer, !context.options.reach.keys);
 }
 
 }  // namespace tessera

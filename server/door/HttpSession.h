@@ -1,8 +1,7 @@
 /// One connection of a door: requests over HTTP, one after the other, until it becomes a socket.
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
-
+#include "server/door/DoorStream.h"
 #include "server/door/Routes.h"
 
 namespace tessera {
@@ -10,6 +9,6 @@ namespace tessera {
 /// Lives as long as its connection.
 void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context);
 /// That as many connections are open as may be: without waiting for anybody. Nothing more can be said afterwards.
-void sayTooMany(boost::asio::ip::tcp::socket& socket);
+void sayTooMany(DoorStream& stream, const DoorContext& context);
 
 }  // namespace tessera

@@ -6,6 +6,8 @@
 
 #include <array>
 
+#include "common/base/Utf8.h"
+
 namespace tessera {
 namespace {
 
@@ -15,8 +17,8 @@ using boost::asio::ip::tcp;
 
 class LinkTunnel : public Guest, public std::enable_shared_from_this<LinkTunnel> {
 public:
-    LinkTunnel(tcp::socket socket, DoorContext& context)
-        : Guest(context), context_(context), outside_(std::move(socket)), inside_(context.io) {
+    LinkTunnel(DoorStream stream, DoorContext& context)
+        : Guest(context), context_(context), outside_(std::move(stream)), inside_(context.io) {
         ++context_.sockets;
     }
     ~LinkTunnel() override { --context_.sockets; }
@@ -37,12 +39,18 @@ public:
     void leave() override {
         over_ = true;
         beast::error_code ignored;
-        beast::get_lowest_layer(outside_).socket().close(ignored);
+        outside_.next_layer().close();
         inside_.socket().close(ignored);
     }
+    [[nodiscard]] std::string faultOfKey(const TlsContext& keys) const override {
+        const std::optional<Credential> peer = outside_.next_layer().peer(keys);
+        return peer ? peer->fault : std::string();
+    }
+    void sendAway(const std::string& why) override { finish(why); }
 
 private:
     static constexpr std::size_t kAtOnce = std::size_t{64} << 10;
+    static constexpr std::size_t kMostOfReason = 120;  // a frame that closes has room for 123 bytes
 
     void dial() {
         beast::error_code error;
@@ -94,16 +102,16 @@ private:
     }
 
     /// In words, where it still can be.
-    void finish(const char* why) {
+    void finish(std::string_view why) {
         if (std::exchange(over_, true)) return;
         beast::error_code ignored;
         inside_.socket().close(ignored);
-        outside_.async_close({websocket::close_code::going_away, why},
+        outside_.async_close({websocket::close_code::going_away, cutUtf8(why, kMostOfReason)},
                              [self = shared_from_this()](beast::error_code) { self->leave(); });
     }
 
     DoorContext& context_;
-    websocket::stream<beast::tcp_stream> outside_;
+    websocket::stream<DoorStream> outside_;
     beast::tcp_stream inside_;
     beast::flat_buffer fromOutside_;
     std::array<char, kAtOnce> fromInside_{};
@@ -112,8 +120,8 @@ private:
 
 }  // namespace
 
-void startLinkTunnel(tcp::socket socket, beast::http::request<beast::http::string_body> upgrade, DoorContext& context) {
-    std::make_shared<LinkTunnel>(std::move(socket), context)->accept(upgrade);
+void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, DoorContext& context) {
+    std::make_shared<LinkTunnel>(std::move(stream), context)->accept(upgrade);
 }
 
 }  // namespace tessera

@@ -17,12 +17,14 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kAskPrefix = "/api/", kTilePrefix = "/tile/", kTileEnding = ".png";
+constexpr std::string_view kAuthorityPath = "/authority.crt";  // of who knows it by its fingerprint
 
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
     for (const std::string_view known : {"/", "/api", "/metrics", "/style.css", "/socket", "/link", "/wall.jpg"})
         if (path == known) return "GET";
+    if (path == kAuthorityPath) return "GET";
     if (path.starts_with(kTilePrefix) && path.ends_with(kTileEnding) &&
         path.size() > kTilePrefix.size() + kTileEnding.size())
         return "GET";
@@ -78,7 +80,7 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     if (!target) return errorAnswer(400, "bad_input", "no path");
     const std::string_view method = methodOf(target->path);
     knowsWho_ = false;
-    if (target->path == "/style.css") {
+    if (target->path == "/style.css" || target->path == kAuthorityPath) {
         if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
     } else if (tl::expected<Role, HttpAnswer> role = context_.gate.roleOf(request, *target); !role) {
         if (role.error().status == 401 && target->path == "/") return tokenPage();
@@ -109,6 +111,12 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (target->path == "/") return answer(apiPage(context_.options.wall));
     if (target->path == "/style.css") return answer(stylePage());
+    if (target->path == kAuthorityPath) {
+        const CurrentKeys& keys = context_.options.reach.keys;
+        const std::string pem = keys ? keys()->authorityCertificate() : std::string();
+        if (pem.empty()) return answer(errorAnswer(404, "not_found", "this door has no keys, and so no authority"));
+        return answer({.type = "application/x-x509-ca-cert", .body = pem});
+    }
     if (target->path == "/api") {
         static const std::string kApi = jsonText(apiJson()) + "\n";
         return answer({.body = kApi});

@@ -10,10 +10,10 @@
 #include <deque>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <list>
 #include <nlohmann/json.hpp>
 
+#include "common/base/Utf8.h"
 #include "common/request/ApplicationLimits.h"
 #include "common/request/Catalogue.h"
 #include "common/request/Check.h"
@@ -25,23 +25,6 @@ namespace {
 
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
-
-/// Whether any byte has gone either way, in the midst of a long message too. In the shape of Beast's RatePolicy.
-struct Progress {
-    bool moved = false;
-    std::uint64_t written = 0;  ///< bytes, to the kernel
-
-private:
-    friend class beast::rate_policy_access;
-    static constexpr std::size_t available_read_bytes() { return std::numeric_limits<std::size_t>::max(); }
-    static constexpr std::size_t available_write_bytes() { return std::numeric_limits<std::size_t>::max(); }
-    void transfer_read_bytes(std::size_t bytes) { moved = moved || bytes > 0; }
-    void transfer_write_bytes(std::size_t bytes) {
-        moved = moved || bytes > 0;
-        written += bytes;
-    }
-    void on_timer() const {}
-};
 
 /// What a request without an answer counts as: the largest piece of an array.
 constexpr std::size_t kAnswerBytes = ApplicationLimits().maxPieceBytes;
@@ -55,9 +38,9 @@ const RequestInfo* requestOf(std::string_view name) {
 
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
-    SocketSession(boost::asio::ip::tcp::socket socket, const HttpTarget& target, Role role, DoorContext& context)
+    SocketSession(DoorStream stream, const HttpTarget& target, Role role, DoorContext& context)
         : Guest(context),
-          stream_(std::move(socket)),
+          stream_(std::move(stream)),
           clock_(context.io),
           context_(context),
           role_(role),
@@ -129,12 +112,12 @@ private:
     }
     void look() {
         const bool waitsForUs = !reading_ && link_->open() > 0;
-        const bool moved = std::exchange(beast::get_lowest_layer(stream_).rate_policy().moved, false);
+        const bool moved = std::exchange(stream_.next_layer().progress().moved, false);
         quiet_ = moved || waitsForUs ? 0 : quiet_ + 1;
         if (quiet_ == kLooks) return leave();
         if (quiet_ == kLooks / 2)
             stream_.async_ping({}, [self = shared_from_this()](beast::error_code) {
-                beast::get_lowest_layer(self->stream_).rate_policy().moved = false;  // that was the ping
+                self->stream_.next_layer().progress().moved = false;  // that was the ping
             });
         lookLater();
     }
@@ -155,6 +138,7 @@ private:
     void onRead(beast::error_code error) {
         reading_ = false;
         if (error) return leave();
+        if (closing_) return;
         // Looked at here, and not by the library: it would close at once, and with unread bytes the word would be lost.
         if (buffer_.size() > (stream_.got_text() ? context_.limits.maxTextBytes : context_.limits.maxBinaryBytes))
             return finish(websocket::close_code::too_big, "a message is too long");
@@ -372,7 +356,7 @@ private:
     void finish(websocket::close_code code, std::string_view why) {
         if (closing_) return;
         closing_ = true;
-        reason_ = {code, why.substr(0, 120)};
+        reason_ = {code, cutUtf8(why, 120)};
         if (unsentFrames_.empty()) close();
     }
     void close() {
@@ -384,11 +368,11 @@ private:
 public:
     [[nodiscard]] std::size_t stalled(TimePoint now) override {
         if (!writing_ || closed_) return 0;
-        auto& lowest = beast::get_lowest_layer(stream_);
+        DoorStream& lowest = stream_.next_layer();
         // Of what the kernel has it asks for more only once it is rid of a good part.
         int unacknowledged = 0;
         (void)::ioctl(lowest.socket().native_handle(), SIOCOUTQ, &unacknowledged);
-        const std::uint64_t took = lowest.rate_policy().written - static_cast<std::uint64_t>(unacknowledged);
+        const std::uint64_t took = lowest.progress().written - static_cast<std::uint64_t>(unacknowledged);
         if (took != took_) tookAt_ = now;
         took_ = took;
         return tookAt_ + context_.limits.stalledAfter < now ? unsent_ : 0;
@@ -400,14 +384,22 @@ public:
         letGo(held_);
         // The first one may be on its way.
         if (unsentFrames_.size() > 1) unsentFrames_.resize(1);
-        beast::error_code ignored;
-        beast::get_lowest_layer(stream_).socket().close(ignored);
+        stream_.next_layer().close();
+    }
+    [[nodiscard]] std::string faultOfKey(const TlsContext& keys) const override {
+        const std::optional<Credential> peer = stream_.next_layer().peer(keys);
+        return peer ? peer->fault : std::string();
+    }
+    void sendAway(const std::string& why) override {
+        waitingAsks_.clear();
+        context_.lanes.leave(this);
+        finish(websocket::close_code::policy_error, why);
     }
 
 private:
     static constexpr int kLooks = 4;  ///< within `DoorLimits::idle`
 
-    websocket::stream<beast::basic_stream<boost::asio::ip::tcp, boost::asio::any_io_executor, Progress>> stream_;
+    websocket::stream<DoorStream> stream_;
     boost::asio::steady_timer clock_;
     int quiet_ = 0;  ///< so often it has neither said nor taken anything
     DoorContext& context_;
@@ -444,9 +436,11 @@ private:
 
 }  // namespace
 
-void startSocketSession(boost::asio::ip::tcp::socket socket, beast::http::request<beast::http::string_body> upgrade,
-                        const HttpTarget& target, Role role, DoorContext& context) {
-    std::make_shared<SocketSession>(std::move(socket), target, role, context)->accept(upgrade);
+void startSocketSession(DoorStream stream, beast::http::request<beast::http::string_body> upgrade,
+                        const HttpTarget& target, Role role, std::string pass, DoorContext& context) {
+    const auto session = std::make_shared<SocketSession>(std::move(stream), target, role, context);
+    session->pass = std::move(pass);
+    session->accept(upgrade);
 }
 
 }  // namespace tessera

@@ -195,7 +195,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 const LinkId link = linkOf(event);
                 inbox.push(link.value, std::move(event));
             },
-            options.keys, [this](const Error& fault) { log.warning(fault.message); }),
+            options.keys, [this](const std::string& words) { log.warning(words); }),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
@@ -214,9 +214,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .describeWaits =
                 [this](answer::Status& status) {
                     report.describeWaits(status);
-                    const Transport::Traffic traffic = peers.traffic();
-                    status.sentBytes = traffic.sent;
-                    status.receivedBytes = traffic.received;
+                    peers.describe(status);
                     if (journal()) status.journalBytes = journal()->writtenBytes();
                 },
             .describeTrackers = [this] { return describeTrackers(); },

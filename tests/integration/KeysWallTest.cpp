@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "tests/drill/Network.h"
 #include "tests/integration/LiveWall.h"
@@ -82,6 +83,10 @@ TEST_F(WallByKeys, LetsInWhomTheKeysNameAsWhatTheySay) {
     const Outcome whose = ctl({"--keys", keyFolder(), "whoami"});
     EXPECT_EQ(whose.exitCode, 2) << whose.output;
     EXPECT_HAS(whose.output, "person-bob.pem");
+    // The link that tessera-ctl tells is the one that the server has printed.
+    const Outcome link = ctl({"link"});
+    ASSERT_TRUE(link.output.starts_with("https://")) << link.output;
+    EXPECT_HAS(server_->output(), "console: " + link.output);
     // Programs of the server's own user come in without a key, on this machine.
     EXPECT_HAS(ctl({"whoami"}).output, "operator");
 }
@@ -104,6 +109,26 @@ TEST_F(WallByKeys, ClosesTheLinksOfARevokedNameAndTellsItWhy) {
     const auto again = client({"--keys", keyFolder()});
     EXPECT_TRUE(again->waitForText("joined the server", 20s)) << again->output();
     EXPECT_TRUE(server_->running());
+}
+
+/// Of a person who has no key.
+TEST_F(WallByKeys, AWordForSomeHoursIsARoleUntilItIsRevoked) {
+    startServerWithKeys("127.0.0.1");
+    const std::string said = keys({"token", "ci", "--role", "viewer", "--hours", "1"});
+    const std::string word = said.substr(said.rfind('\n', said.size() - 2) + 1, 43);
+    const std::string file = folder_.write("word", word + "\n");
+    EXPECT_EQ(readText(keyFolder() + "/tokens").find(word), std::string::npos);
+    const auto whoAmI = [&] { return ctl({"--token-file", file, "whoami"}); };
+    const auto until = std::chrono::steady_clock::now() + 20s;  // the server hears of the file soon
+    while (whoAmI().exitCode != 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+    EXPECT_HAS(whoAmI().output, "viewer");
+    const Outcome refused = ctl({"--token-file", file, "set", "/row[0]", "translation", "0", "7", "0"});
+    EXPECT_NE(refused.exitCode, 0);
+    EXPECT_HAS(refused.output, "editor");
+    EXPECT_HAS(keys({"list"}), "token");
+    keys({"revoke", "token/ci"});
+    while (whoAmI().exitCode == 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+    EXPECT_HAS(whoAmI().output, "has ended");
 }
 
 TEST_F(WallByKeys, RefusesKeysOfOthersInWords) {

@@ -6,10 +6,11 @@ CLOSE, PING = 8, 9
 
 
 class WebSocket:
-    """`door`: "ADDR:PORT". Frames are masked with zeros."""
+    """`door`: "ADDR:PORT". Frames are masked with zeros. `context`: over TLS, as it says."""
 
-    def __init__(self, door, token, path="/socket", timeout=60):
-        self._connection = http.client.HTTPConnection(door, timeout=timeout)
+    def __init__(self, door, token, path="/socket", timeout=60, context=None):
+        self._connection = (http.client.HTTPSConnection(door, timeout=timeout, context=context) if context else
+                            http.client.HTTPConnection(door, timeout=timeout))
         self._connection.request("GET", path, headers={
             "Authorization": f"Bearer {token}", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
             "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="})

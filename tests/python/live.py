@@ -22,7 +22,7 @@ YARD = ROOT / "tests/data/scenes/yard.tsct"
 def run_folder():
     """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers without."""
     with tempfile.TemporaryDirectory(prefix="tessera-run-") as folder, mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder}):
-        for name in ("TESSERA_SERVER", "TESSERA_TOKEN_FILE"):
+        for name in ("TESSERA_SERVER", "TESSERA_TOKEN", "TESSERA_TOKEN_FILE"):
             os.environ.pop(name, None)
         yield pathlib.Path(folder)
 
@@ -38,6 +38,7 @@ class Live:
             self._options += ["--journal", str(self.folder / "journal")]
         self._processes = []
         self.server = None
+        self.keys = None
 
     def __enter__(self):
         try:
@@ -74,6 +75,28 @@ class Live:
         if found.returncode:
             raise RuntimeError(found.stderr)
         return found.stdout.strip()
+
+    def make_keys(self, *people):
+        """For the next server of this wall; `people`: "name:role". `key_of`: the folder with one's key."""
+        self.keys = self.folder / "keys"
+        self.keys_say("init", "--wall", self._wall)
+        for person in people:
+            name, _, role = person.partition(":")
+            self.keys_say("person", name, "--role", role, "--out", str(self.folder / name))
+        self._options += ["--keys", str(self.keys)]
+
+    def keys_say(self, *arguments):
+        done = self.run("tessera-keys", "--keys", str(self.keys), *arguments)
+        if done.returncode:
+            raise RuntimeError(done.stderr)
+        return done.stdout
+
+    def key_of(self, name):
+        return str(self.folder / name)
+
+    def sealed_link(self):
+        """As the server prints it."""
+        return re.search(r"console: (https://\S+)", self.log("server")).group(1)
 
     def token(self, role="operator"):
         return self.link(role).rpartition("=")[2]

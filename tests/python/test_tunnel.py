@@ -28,7 +28,9 @@ HAS_WEBSOCKET = importlib.util.find_spec("websocket") is not None
 
 class Links(unittest.TestCase):
     def test_a_link_that_is_none_says_what_is_wrong(self):
-        for link, what in ((f"https://127.0.0.1:7001/?token={WORD}", "speaks http, not https"), (f"ws://127.0.0.1:7001/?token={WORD}", "not ws"),
+        for link, what in ((f"http://127.0.0.1:7001/?token={WORD}&authority={'a' * 64}", "begins with https"),
+                           (f"https://127.0.0.1:7001/?token={WORD}&authority=", "authority is none"),
+                           (f"https://127.0.0.1:7001/?token={WORD}&authority={'a' * 63}", "authority is none"), (f"ws://127.0.0.1:7001/?token={WORD}", "not ws"),
                            ("http://127.0.0.1:7001/", "has no token"), ("http://127.0.0.1:7001/?token=", "has no token"),
                            ("http://127.0.0.1:7001/?token=abc", "is it whole"), (f"http://127.0.0.1/?token={WORD}", "no host and port"),
                            (f"http://127.0.0.1:99999/?token={WORD}", "no link: "), (f"http://:7001/?token={WORD}", "no host and port"),

@@ -9,6 +9,7 @@ import time
 from typing import Any, Optional, Sequence, Union
 
 from . import _door
+from ._sealed import Distrust, PersonKey, Sealed, sealed_to_server
 from .errors import BadInput, NetworkError, TesseraError, Timeout
 
 _MOST_PIECES = 256  # of one sendmsg
@@ -22,10 +23,13 @@ class Refusal(TesseraError):
         self.error, self.retry = error, retry
 
 
+Stream = Union[socket.socket, Sealed]
+
+
 class Channel:
     """Bytes in both directions, over TCP. One thread sends at a time, and one receives; any may abort."""
 
-    def __init__(self, sock: socket.socket) -> None:
+    def __init__(self, sock: Stream) -> None:
         self._socket = sock
 
     def fileno(self) -> int:
@@ -35,7 +39,7 @@ class Channel:
     @property
     def pending(self) -> bool:
         """Bytes have come that polling does not show."""
-        return False
+        return isinstance(self._socket, Sealed) and self._socket.pending
 
     @property
     def peer(self) -> str:
@@ -79,7 +83,7 @@ class Channel:
         self._socket.close()
 
 
-def _polled(sock: Union[socket.socket, Channel], for_what: int) -> select.poll:
+def _polled(sock: Union[Stream, Channel], for_what: int) -> select.poll:
     poll = select.poll()
     try:
         poll.register(sock, for_what)
@@ -88,7 +92,11 @@ def _polled(sock: Union[socket.socket, Channel], for_what: int) -> select.poll:
     return poll
 
 
-def send_all(sock: socket.socket, pieces: Sequence[Any], deadline: float) -> None:
+def send_all(sock: Stream, pieces: Sequence[Any], deadline: float) -> None:
+    if isinstance(sock, Sealed):
+        for sealed in sock.seal(pieces):
+            send_all(sock.socket, [sealed], deadline)
+        return
     left = [memoryview(piece).cast("B") for piece in pieces]
     ready = _polled(sock, select.POLLOUT)
     while left:
@@ -144,19 +152,35 @@ def split_address(address: str) -> tuple[str, int]:
 
 
 class ByPort(Way):
-    """Over TCP, to the port where a server listens."""
+    """Over TCP, to the port where a server listens; sealed where there is a key."""
 
-    def __init__(self, address: str, token_file: Optional[str]) -> None:
+    def __init__(self, address: str, token_file: Optional[str], keys: Optional[str] = None) -> None:
         self.address = address
         self._place = split_address(address)
         self._token_file = token_file
+        self._key = PersonKey(keys) if keys else None
 
     def open(self, deadline: float) -> Channel:
         try:
-            return Channel(connected(self._place, deadline))
+            sock = connected(self._place, deadline)
         except OSError as error:
             raise NetworkError(f"no Tessera server at {self.address}: {error.strerror or error}") from None
+        if self._key is None:
+            return Channel(sock)
+        try:
+            return Channel(sealed_to_server(sock, self._key.context(), deadline))
+        except BaseException as error:
+            sock.close()
+            if isinstance(error, Distrust):
+                raise Refusal(NetworkError(f"no way in at the server at {self.address}: {error}"), False) from None
+            if isinstance(error, OSError):
+                kind = Timeout if isinstance(error, Timeout) else NetworkError
+                raise kind(f"no Tessera server at {self.address}: {error}") from None
+            raise
 
     def access(self, channel: Channel) -> str:
-        # Of the connection that there is, not of a name: a token of this machine goes nowhere else.
-        return _door.access_to(channel.peer, self._place[1], channel.near, self._token_file)
+        if self._key is not None:
+            return ""
+        # Of the connection that there is, not of a name: a token of this machine goes nowhere else, where others could read it.
+        word = _door.access_to(channel.peer, self._place[1], channel.near, self._token_file)
+        return word if channel.near else ""

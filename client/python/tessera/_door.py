@@ -133,9 +133,14 @@ def _leads_to(peer: str, port: int, listening: str, near: bool) -> bool:
 
 
 def access_to(peer: str, port: int, near: bool, token_file: Optional[str] = None) -> str:
-    """What lets a program of this user in at a server: the word in `token_file`, else in the file that TESSERA_TOKEN_FILE names, else that
-    of the server of this user that listens at that very address. `peer`: the other end of a connection; `near`: it is one of this machine's
+    """What lets a program of this user in at a server: the word in `token_file`, else TESSERA_TOKEN, else the word in the file that
+    TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address. `peer`: the other end of a connection; `near`: it is one of this machine's
     own addresses. Empty: it goes without one."""
+    word = os.environ.get("TESSERA_TOKEN")
+    if word and not token_file:
+        if not is_token(word):
+            raise BadInput("TESSERA_TOKEN is no token (16 to 128 letters, digits, - and _)")
+        return word
     named = token_file or os.environ.get("TESSERA_TOKEN_FILE")
     if named:
         return read_token(named)

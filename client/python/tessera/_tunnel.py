@@ -6,17 +6,20 @@ from __future__ import annotations
 import collections
 import importlib
 import json
+import re
 import select
 import socket
+import ssl
 import time
 import urllib.parse
-from typing import Any, Deque, Optional, Sequence
+from typing import Any, Deque, NamedTuple, Optional, Sequence
 
 from . import _door
-from ._channel import Channel, Refusal, Way, connected, receive_all, send_all
+from ._channel import Channel, Refusal, Stream, Way, connected, receive_all, send_all
+from ._sealed import Distrust, Sealed, believing, believing_nobody, believing_the_system, fingerprint, sealed_to_server
 from .errors import BadInput, NetworkError, TesseraError, Timeout, Unsupported, error_of
 
-_LINK = "http://127.0.0.1:PORT/?token=…, as `tessera-ctl link` prints it"
+_LINK = "http://127.0.0.1:PORT/?token=… or https://HOST:PORT/?token=…&authority=…, as `tessera-ctl link` prints it"
 _MOST_OF_A_HEAD = 1 << 16
 _MOST_OF_A_MESSAGE = 1 << 20
 _SENT_AT_ONCE = 1 << 16  # it is copied and masked as one, which larger ones are slower at
@@ -33,7 +36,7 @@ def _websocket() -> Any:
 class _Waits:
     """A socket as the module wants it, whose waits all end at one time. It stays open when the module closes it."""
 
-    def __init__(self, sock: socket.socket, deadline: float) -> None:
+    def __init__(self, sock: Stream, deadline: float) -> None:
         self._socket, self._deadline, self._room = sock, deadline, _MOST_OF_A_HEAD
 
     def gettimeout(self) -> int:
@@ -49,10 +52,13 @@ class _Waits:
         self._room -= size
         if self._room < 0:
             raise ValueError("its answer does not end")
-        left = self._deadline - time.monotonic()
-        if left <= 0 or not ready.poll(left * 1000):
-            raise TimeoutError
-        return self._socket.recv(size, socket.MSG_DONTWAIT)
+        while True:
+            try:
+                return self._socket.recv(size, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                left = self._deadline - time.monotonic()
+                if left <= 0 or not ready.poll(left * 1000):
+                    raise TimeoutError from None
 
     def close(self) -> None:
         pass
@@ -61,7 +67,7 @@ class _Waits:
 class Tunnel(Channel):
     """A channel inside a WebSocket: where a message ends means nothing."""
 
-    def __init__(self, sock: socket.socket, module: Any) -> None:
+    def __init__(self, sock: Stream, module: Any) -> None:
         super().__init__(sock)
         self._abnf = module.ABNF
         self._faults = module.WebSocketException
@@ -71,7 +77,7 @@ class Tunnel(Channel):
 
     @property
     def pending(self) -> bool:
-        return len(self._left) > 0
+        return len(self._left) > 0 or super().pending
 
     def _framed(self, data: bytes, code: int) -> bytes:
         framed: bytes = self._abnf.create_frame(data, code).format()
@@ -133,17 +139,16 @@ class ByLink(Way):
     """Through a server's console, whose link has a token: it lets in at the console, and at the server behind it."""
 
     def __init__(self, link: str) -> None:
-        self._place, self._token = _parse(link)
+        said = _parse(link)
+        self._place, self._token, self._pinned, self._seals = said.place, said.token, said.authority, said.seals
         self._module = _websocket()
         host, port = self._place
         self._authority = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-        self.address = f"http://{self._authority}"
+        self.address = f"{'https' if self._seals else 'http'}://{self._authority}"
+        self._context: Optional[ssl.SSLContext] = None  # that believes the authority which the link names
 
     def open(self, deadline: float) -> Channel:
-        try:
-            sock = connected(self._place, deadline)
-        except OSError as error:
-            raise NetworkError(f"no Tessera console at {self.address}: {error.strerror or error}") from None
+        sock: Stream = self._sealed(deadline) if self._seals else self._connected(deadline)
         try:
             self._upgrade(sock, deadline)
         except BaseException:
@@ -151,14 +156,71 @@ class ByLink(Way):
             raise
         return Tunnel(sock, self._module)
 
+    def _connected(self, deadline: float) -> socket.socket:
+        try:
+            return connected(self._place, deadline)
+        except OSError as error:
+            raise NetworkError(f"no Tessera console at {self.address}: {error.strerror or error}") from None
+
+    def _sealed(self, deadline: float) -> Sealed:
+        """Nothing has been said to it yet, and it is the one that the link means."""
+        if self._pinned and self._context is None:
+            self._context = believing(self._believed(deadline))
+        sock = self._connected(deadline)
+        try:
+            if self._context is not None:
+                return sealed_to_server(sock, self._context, deadline)
+            return Sealed(sock, believing_the_system(), self._place[0], deadline)
+        except BaseException as error:
+            sock.close()
+            raise self._told(error) from None
+
+    def _told(self, error: BaseException) -> BaseException:
+        if isinstance(error, Distrust):
+            hint = "" if self._pinned else "; the whole link of a wall's own console ends with &authority=…"
+            return Refusal(NetworkError(f"no way in at the console at {self.address}: {error}{hint}"), False)
+        if isinstance(error, Timeout):
+            return Timeout(f"no Tessera console at {self.address}: {error}")
+        return NetworkError(f"no Tessera console at {self.address}: {error}") if isinstance(error, OSError) else error
+
+    def _believed(self, deadline: float) -> str:
+        """The certificate of the authority that the link names. Who gives it need not be believed: the link says which it is."""
+        sock = self._connected(deadline)
+        try:
+            stream = Sealed(sock, believing_nobody(), None, deadline)
+            send_all(stream, [f"GET /authority.crt HTTP/1.1\r\nHost: {self._authority}\r\nConnection: close\r\n\r\n".encode()], deadline)
+            waits, said = _Waits(stream, deadline), b""
+            while True:
+                data = waits.recv(4096)
+                if not data:
+                    break
+                said += data
+        except ValueError as error:
+            raise self._told(NetworkError(str(error))) from None
+        except TimeoutError:
+            raise self._told(Timeout("it did not answer in time")) from None
+        except OSError as error:
+            raise self._told(error) from None
+        finally:
+            sock.close()
+        head, _, body = said.partition(b"\r\n\r\n")
+        pem = body.decode("ascii", "replace")
+        found = fingerprint(pem)
+        if not found or not head.startswith(b"HTTP/1.1 200 "):
+            raise NetworkError(f"what listens at {self.address} is no console of Tessera (it names no authority); a link is {_LINK}")
+        if found != self._pinned:
+            raise self._told(Distrust(f"its authority is {found}, and the link names {self._pinned}: the link is of another wall, "
+                                      "or somebody else answers"))
+        return pem
+
     def access(self, channel: Channel) -> str:
         return self._token
 
-    def _upgrade(self, sock: socket.socket, deadline: float) -> None:
+    def _upgrade(self, sock: Stream, deadline: float) -> None:
         web = self._module.WebSocket()
         try:
             web.connect(f"ws://{self._authority}/link", socket=_Waits(sock, deadline), suppress_origin=True, redirect_limit=0,
-                        header=[f"Authorization: Bearer {self._token}"])
+                        host=self._authority, header=[f"Authorization: Bearer {self._token}"])
             status, head = int(web.status), web.headers
         except self._module.WebSocketBadStatusException as error:
             status, head = int(error.status_code), error.resp_headers
@@ -180,7 +242,7 @@ class ByLink(Way):
         return error_of(str(said.get("code", "failed")), f"the console at {self.address} refuses: {words}")
 
 
-def _words(sock: socket.socket, head: Any, deadline: float) -> Any:
+def _words(sock: Stream, head: Any, deadline: float) -> Any:
     """What is said behind an answer's head: a console's error, in JSON."""
     try:
         text = memoryview(bytearray(min(_MOST_OF_A_HEAD, int(head["content-length"]))))
@@ -190,23 +252,39 @@ def _words(sock: socket.socket, head: Any, deadline: float) -> Any:
         return None
 
 
-def _parse(link: str) -> tuple[tuple[str, int], str]:
-    """Where it leads, and its token."""
+class _Link(NamedTuple):
+    place: tuple[str, int]
+    token: str
+    seals: bool
+    authority: str  #: SHA-256 of its certificate; empty: the system's authorities are believed
+
+
+def _parse(link: str) -> _Link:
+    """Where it leads, and what it says."""
     try:
         url = urllib.parse.urlsplit(link)
         host, port = url.hostname, url.port
     except ValueError as error:
         raise BadInput(f"this is no link: {error}; write {_LINK}") from None
-    if url.scheme != "http":
-        raise BadInput(f"a console speaks http, not {url.scheme}; write {_LINK}")
+    if url.scheme not in ("http", "https"):
+        raise BadInput(f"a console speaks http or https, not {url.scheme}; write {_LINK}")
+    seals = url.scheme == "https"
+    if seals and host and port is None:
+        port = 443
     if not host or not port or url.username is not None:
         raise BadInput(f"the link has no host and port of a console; write {_LINK}")
     if url.path not in ("", "/"):
         raise BadInput(f"the link leads to {url.path}, not to a console's page; write {_LINK}")
-    token = urllib.parse.parse_qs(url.query).get("token", [""])[0]
+    query = urllib.parse.parse_qs(url.query, keep_blank_values=True)
+    token = query.get("token", [""])[0]
     if not token:
         raise BadInput(f"the link has no token; write {_LINK}")
     if not _door.is_token(token):
         raise BadInput(f"the link's token is none (16 to 128 letters, digits, - and _): is it whole? write {_LINK}")
-    return (host, port), token
+    authority = query.get("authority", [""])[0].lower()
+    if "authority" in query and not seals:
+        raise BadInput(f"a link that names an authority begins with https; write {_LINK}")
+    if "authority" in query and not re.fullmatch("[0-9a-f]{64}", authority):
+        raise BadInput(f"the link's authority is none (64 digits of 0-9a-f): is it whole? write {_LINK}")
+    return _Link((host, port), token, seals, authority)
 

@@ -30,11 +30,15 @@ _LOAD_TIMEOUT = 120.0
 _MOST_TAKEN = 4096  # names of arrays
 
 
-def _way_to(said: str, token_file: Optional[str]) -> Way:
+def _way_to(said: str, token_file: Optional[str], keys: Optional[str]) -> Way:
+    if keys and token_file:
+        raise BadInput("a key says who comes in; a file with a token is for who has none")
     if "://" not in said:
-        return ByPort(said, token_file)
+        return ByPort(said, token_file, keys)
     if token_file:
         raise BadInput("a link has its token in it; a file with a token goes with an address, HOST:PORT")
+    if keys:
+        raise BadInput("a link has its token in it; a key goes with an address, HOST:PORT")
     return ByLink(said)
 
 
@@ -49,18 +53,18 @@ class Wall:
     breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again. A wall that nothing
     holds any more is closed. In the child of a fork it is the parent's: what is asked there raises NetworkError."""
 
-    def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
-                 redial: float = 60.0) -> None:
+    def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None, name: str = "python",
+                 timeout: float = 10.0, redial: float = 60.0) -> None:
         self.schema = schema()
         wait, patience = seconds(timeout, "timeout"), seconds(redial, "redial")
         if wait is None or patience is None:
             raise BadInput("timeout, redial: numbers of seconds, and not None")
         self.timeout: float = wait
         utf8(name, "name")
-        for what, said in (("address", address), ("token_file", token_file)):
+        for what, said in (("address", address), ("token_file", token_file), ("keys", keys)):
             if said is not None and not isinstance(said, (str, os.PathLike)):
                 raise BadInput(f"{what}: {said!r} is no text")
-        way = _way_to(_door.address_of(address), token_file)
+        way = _way_to(_door.address_of(address), token_file, os.fspath(keys) if keys is not None else None)
         self.address = way.address
         self.name = name
         self._local = threading.local()

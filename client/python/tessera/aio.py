@@ -127,10 +127,10 @@ class Wall:
         await self.close()
 
 
-async def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, name: str = "python", timeout: float = 10.0,
-                  redial: float = 60.0) -> Wall:
+async def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None, name: str = "python",
+                  timeout: float = 10.0, redial: float = 60.0) -> Wall:
     """As tessera.connect."""
     pool = ThreadPoolExecutor(4, "tessera wall")
     loop = asyncio.get_running_loop()
-    dial = functools.partial(_Wall, address, token_file=token_file, name=name, timeout=timeout, redial=redial)
+    dial = functools.partial(_Wall, address, token_file=token_file, keys=keys, name=name, timeout=timeout, redial=redial)
     return Wall(await loop.run_in_executor(pool, dial), pool)

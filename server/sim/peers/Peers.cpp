@@ -32,11 +32,15 @@ ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch) {
 }
 
 Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
-             std::shared_ptr<KeyRing> keys, std::function<void(const Error&)> onKeysFault)
+             std::shared_ptr<KeyRing> keys, std::function<void(const std::string&)> onKeys)
     : blobs_(blobs),
       keys_(std::move(keys)),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
+          if (keys_)
+              config.passOf = [keys = keys_](std::string_view word) {
+                  return keys->current()->passOf(word, std::chrono::system_clock::now());
+              };
           config.unsentBytes = [this](ConnectionId connection) {
               return transport_.queuedBytes(LinkId{connection.value});
           };
@@ -48,7 +52,18 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
                   .tls = keys_ ? CurrentKeys([this] { return keys_->current(); }) : nullptr,
                   .maxPayload = maxPayloadBytesFromPeer},
                  std::move(deliver)) {
-    if (keys_) keys_->watch([this] { transport_.judgeAgain(); }, std::move(onKeysFault));
+    if (keys_) keys_->watch([this] { transport_.judgeAgain(); }, std::move(onKeys));
+}
+
+void Peers::describe(answer::Status& status) const {
+    const Transport::Traffic traffic = transport_.traffic();
+    status.sentBytes = traffic.sent;
+    status.receivedBytes = traffic.received;
+    if (!keys_) return;
+    const auto now = std::chrono::system_clock::now();
+    const std::shared_ptr<const TlsContext> keys = keys_->current();
+    for (const KeyEnd& end : keys->endsSoon(now)) status.keys.push_back(toText(end, now));
+    status.keyDays = std::max(0.0, std::chrono::duration<double, std::ratio<86'400>>(keys->ends().front().until - now).count());
 }
 
 Peers::~Peers() {

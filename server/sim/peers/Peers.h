@@ -9,6 +9,7 @@
 
 #include "common/base/Blob.h"
 #include "common/net/Transport.h"
+#include "common/request/StatusRequests.h"
 #include "common/session/ServerSession.h"
 #include "common/tls/KeyRing.h"
 #include "common/wall/Wall.h"
@@ -28,9 +29,10 @@ public:
     static constexpr std::size_t kMaxUnhandledBytes = std::size_t{1} << 20;
     static constexpr std::size_t kMaxUnsentBytes = std::size_t{4} << 20;
 
-    /// `keys`: the server's; null: no link is sealed. `onKeysFault`: why they stay as they were, on a thread of theirs.
+    /// `keys`: the server's; null: no link is sealed. `onKeys`: what people should know of
+    /// them, on a thread of theirs.
     Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
-          std::shared_ptr<KeyRing> keys = nullptr, std::function<void(const Error&)> onKeysFault = {});
+          std::shared_ptr<KeyRing> keys = nullptr, std::function<void(const std::string&)> onKeys = {});
     ~Peers();
 
     /// See Transport.
@@ -58,7 +60,8 @@ public:
 
     [[nodiscard]] ServerSession& session() { return session_; }
     [[nodiscard]] const ServerSession& session() const { return session_; }
-    [[nodiscard]] Transport::Traffic traffic() const { return transport_.traffic(); }
+    /// Bytes on all links, and which keys end.
+    void describe(answer::Status& status) const;
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
     [[nodiscard]] std::size_t hostCount() const;
 

@@ -14,6 +14,7 @@
 
 #include "common/base/FileHandle.h"
 #include "server/tools/keys/Holders.h"
+#include "server/tools/keys/Tokens.h"
 #include "server/tools/keys/WallName.h"
 
 namespace tessera {
@@ -359,13 +360,22 @@ Expected<std::string> listKeys(const KeysArguments& arguments) {
                            key.holder.kind == Kind::kPerson ? nameOf(key.holder.role) : "", key.serial, key.until,
                            state));
     }
+    const Expected<std::vector<KeptToken>> tokens = tokensIn(folder, now);
+    if (!tokens) return tl::unexpected(tokens.error());
+    for (const KeptToken& token : *tokens)
+        rows.push_back(row("token", token.pass.name, nameOf(token.pass.role), token.hash, token.until,
+                           now < token.until ? "good" : "ended"));
     return tableOf(rows);
 }
 
 Expected<std::string> revokeKeys(const KeysArguments& arguments) {
     Expected<OpenKeys> keys = openKeys(arguments.keys);
     if (!keys) return tl::unexpected(keys.error());
-    const Expected<IssuedKey> found = findHolder(keys->issued, arguments.holders.front());
+    const std::string& name = arguments.holders.front();
+    const Expected<std::string> ended = revokeTokens(keys->folder, keys->writer, name);
+    if (!ended) return ended;
+    const Expected<IssuedKey> found = findHolder(keys->issued, name);
+    if (!found && !ended->empty() && found.error().code == ErrorCode::kNotFound) return ended;
     if (!found) return tl::unexpected(found.error());
     const Identity& holder = found->holder;
     if (holder.kind == Kind::kServer)
@@ -392,7 +402,7 @@ Expected<std::string> revokeKeys(const KeysArguments& arguments) {
     else if (errno != ENOENT)
         return fail(ErrorCode::kFailed,
                     fmt::format("{}: has been revoked, and cannot be removed ({})", path, std::strerror(errno)));
-    return said;
+    return *ended + said;
 }
 
 Expected<std::string> renewKeys(const KeysArguments& arguments) {

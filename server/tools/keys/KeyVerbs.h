@@ -17,6 +17,7 @@ struct KeysArguments {
     std::string out;   ///< the folder that new keys go to; empty: `keys`
     std::string file;  ///< of `exportAuthority`; "-": the standard output
     bool all = false;
+    double hours = 8;  ///< of a token
 };
 
 /// Each returns what there is to print. kNotFound: the folder, or somebody's key, is not there. kRefused: there is a
@@ -27,6 +28,7 @@ struct KeysArguments {
 [[nodiscard]] Expected<std::string> listKeys(const KeysArguments& arguments);
 [[nodiscard]] Expected<std::string> revokeKeys(const KeysArguments& arguments);
 [[nodiscard]] Expected<std::string> renewKeys(const KeysArguments& arguments);
+[[nodiscard]] Expected<std::string> issueToken(const KeysArguments& arguments);
 [[nodiscard]] Expected<std::string> exportAuthority(const KeysArguments& arguments);
 
 }  // namespace tessera

@@ -52,13 +52,24 @@ void takeHost(Options& options, KeysArguments& in) {
     takeOut(options, in);
 }
 
-void takePerson(Options& options, KeysArguments& in) {
-    takeHolder(options, in, "Of the person");
+void takeRole(Options& options, KeysArguments& in) {
     options.option("--role", in.role, "viewer, editor or operator")
         .typeName("ROLE")
         .oneOf({"viewer", "editor", "operator"}, ShowValues::kInErrorsAlone)
         .required();
+}
+
+void takePerson(Options& options, KeysArguments& in) {
+    takeHolder(options, in, "Of the person");
+    takeRole(options, in);
     takeOut(options, in);
+}
+
+void takeToken(Options& options, KeysArguments& in) {
+    constexpr double kShortest = 0.001, kLongest = 87'600;
+    takeHolder(options, in, "Whose it is, to revoke it by");
+    takeRole(options, in);
+    options.option("--hours", in.hours, "For so long it holds (8)").typeName("H").range(kShortest, kLongest);
 }
 
 void takeRevoke(Options& options, KeysArguments& in) {
@@ -82,13 +93,16 @@ struct Verb {
     Expected<std::string> (*run)(const KeysArguments&);
 };
 
-const std::array<Verb, 7>& verbs() {
-    static const std::array<Verb, 7> all{
+const std::array<Verb, 8>& verbs() {
+    static const std::array<Verb, 8> all{
         {{"init", "Makes a wall's authority and its server's certificate.", takeInit, initKeys},
          {"host", "Makes a key of a render host.", takeHost, issueHost},
          {"person", "Makes a key of a person.", takePerson, issuePerson},
+         {"token",
+          "Makes a word that lets in somebody without a key, for some hours. It is shown\nonce, and kept as a hash.",
+          takeToken, issueToken},
          {"list", "Says what has been made, and what of it is good.", nullptr, listKeys},
-         {"revoke", "Lets a host or person in no more, by any of their keys.", takeRevoke, revokeKeys},
+         {"revoke", "Lets a host or person in no more, by any of their keys or tokens.", takeRevoke, revokeKeys},
          {"renew",
           "Makes another key. What was made before stays good until it ends. Without\n"
           "names: for all whose key ends within 30 days, or has ended, and has not been\nrevoked.",
@@ -113,6 +127,7 @@ Expected<std::string> runWithoutVerb(const std::vector<std::string>& words) {
                     "  init --wall W               the wall's authority, its server's certificate\n"
                     "  host NAME                   a key of a render host\n"
                     "  person NAME --role ROLE     a key of a person\n"
+                    "  token NAME --role ROLE      a word that lets in without a key, for hours\n"
                     "  list                        what has been made, and what of it is good\n"
                     "  revoke NAME                 lets a host or person in no more\n"
                     "  renew [NAME...]             other keys, for what ends soon or is named\n"

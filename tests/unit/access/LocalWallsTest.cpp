@@ -152,11 +152,21 @@ TEST_F(LocalWalls, WhatIsTornOrRubbishIsNotThere) {
     EXPECT_EQ(localWalls()->size(), 1u);
 }
 
+TEST_F(LocalWalls, TellTheAuthorityOfAConsoleWithKeys) {
+    const std::unique_ptr<LocalWallPlace> mine = place("a");
+    mine->setAuthority(std::string(64, 'a'));
+    ASSERT_TRUE(mine->tell({"127.0.0.1", 7000}, Address{"127.0.0.1", 7001}));
+    EXPECT_EQ(localWalls()->at(0).authority, std::string(64, 'a'));
+}
+
 // ---- the word that lets a program in
 
 class Access : public LocalWalls {
 protected:
-    ~Access() override { unsetenv("TESSERA_TOKEN_FILE"); }
+    ~Access() override {
+        unsetenv("TESSERA_TOKEN_FILE");
+        unsetenv("TESSERA_TOKEN");
+    }
     [[nodiscard]] std::string file(const std::string& text) const {
         std::ofstream(folder_.path() + "/word") << text;
         return folder_.path() + "/word";
@@ -209,6 +219,12 @@ TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
         << "what a server has left is one, too";
     setenv("TESSERA_TOKEN_FILE", file(word).c_str(), 1);
     EXPECT_EQ(to("127.0.0.1:7000"), word);
+    setenv("TESSERA_TOKEN", std::string(20, 'v').c_str(), 1);
+    EXPECT_EQ(to("127.0.0.1:7000"), std::string(20, 'v'));
+    EXPECT_EQ(to("127.0.0.1:7000", file(word)), word);
+    setenv("TESSERA_TOKEN", "short", 1);
+    EXPECT_NE(to("127.0.0.1:7000").find("TESSERA_TOKEN is no token"), std::string::npos);
+    unsetenv("TESSERA_TOKEN");
     for (const std::string& wrong : {std::string(), std::string("short"), word + " two", std::string(10'000, 'w')})
         EXPECT_NE(to("127.0.0.1:7000", file(wrong)).find("its first line is no token"), std::string::npos) << wrong;
     EXPECT_NE(to("127.0.0.1:7000", "/no/such/file").find("No such file"), std::string::npos);
@@ -216,6 +232,17 @@ TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
     const std::string pipe = folder_.path() + "/pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     EXPECT_NE(to("127.0.0.1:7000", pipe).find("it is no regular file"), std::string::npos);
+}
+
+/// Others could read it on the way.
+TEST_F(Access, LeavesThisMachineOverSealedLinksAlone) {
+    const std::string word(20, 'w');
+    const auto plain = accessLater(file(word), false), sealed = accessLater(file(word), true);
+    ASSERT_TRUE(plain && sealed);
+    EXPECT_EQ((*plain)("127.0.0.1:7000"), word);
+    EXPECT_EQ((*plain)("203.0.113.9:7000"), "");
+    EXPECT_EQ((*plain)("nonsense"), "");
+    EXPECT_EQ((*sealed)("203.0.113.9:7000"), word);
 }
 
 TEST_F(Access, MayBeAGroups) {

@@ -1,19 +1,23 @@
 /// Who is let in, what a target says, what a message on a socket is.
 #include <gtest/gtest.h>
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
 #include <nlohmann/json.hpp>
 
 #include "server/door/Envelope.h"
 #include "server/door/Gatekeeper.h"
 #include "server/door/Metrics.h"
+#include "tests/unit/tls/WallOfKeys.h"
 
 namespace tessera {
 namespace {
 
-int verdict(HttpRequest request) {
-    const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001);
+int verdict(HttpRequest request, const DoorReach& reach = {}, std::uint16_t port = 7001) {
+    const Gatekeeper gate({{"looks", "changes", "secret"}}, port, reach);
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (!target) return 400;
     const tl::expected<Role, HttpAnswer> role = gate.roleOf(request, *target);
@@ -64,6 +68,84 @@ TEST(Gatekeeper, KeepsOutEverybodyElse) {
     for (const std::string target :
          {"/api?token=secret", "/metrics?token=secret", "/?token=Secret", "/socket?token=", "/socket?Token=secret"})
         EXPECT_EQ(verdict({.target = target, .host = "127.0.0.1:7001"}), 401) << target;
+}
+
+/// Of this machine's interfaces but loopback's; none in a machine without a network.
+std::vector<std::string> ownAddresses() {
+    std::vector<std::string> found;
+    ifaddrs* all = nullptr;
+    if (::getifaddrs(&all) != 0) return found;
+    for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+        std::array<char, INET_ADDRSTRLEN> text{};
+        if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET || (one->ifa_flags & IFF_LOOPBACK) != 0)
+            continue;
+        ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text.data(), text.size());
+        found.emplace_back(text.data());
+    }
+    ::freeifaddrs(all);
+    return found;
+}
+
+TEST(Gatekeeper, KnowsThisMachinesAddressesAndTheCertificatesNamesWhereOthersReachIt) {
+    const std::string bearer = "Bearer secret";
+    const test::WallOfKeys wall;
+    const auto own = wall.authority().issue(wall.server(), {"Wall.Example", "192.0.2.7", "2001:db8::7"},
+                                            std::chrono::system_clock::now());
+    const DoorReach sealed{.keys = [keys = test::contextOf(wall.keysWith(own->pem))] { return keys; }};
+    const DoorReach open{.keys = {}, .open = true};
+    const auto from = [&](const std::string& host, const std::string& origin, const DoorReach& reach,
+                          std::uint16_t port = 7001) {
+        return verdict({.target = "/api", .host = host, .origin = origin, .authorization = bearer}, reach, port);
+    };
+    for (const std::string name : {"wall.example:7001", "WALL.example:7001", "192.0.2.7:7001", "[2001:db8::7]:7001",
+                                   "[2001:DB8:0::7]:7001"}) {
+        EXPECT_EQ(from(name, "https://" + name, sealed), 200) << name;
+        EXPECT_EQ(from(name, "http://" + name, sealed), 403) << name;
+        EXPECT_EQ(from(name, "", {}), 421) << name;
+        EXPECT_EQ(from(name, "", open), 421) << "no certificate: " << name;
+    }
+    for (const std::string& address : ownAddresses()) {
+        const std::string name = address + ":7001";
+        EXPECT_EQ(from(name, "https://" + name, sealed), 200) << name;
+        EXPECT_EQ(from(name, "http://" + name, open), 200) << name;
+        EXPECT_EQ(from(name, "https://" + name, open), 403) << name;
+        EXPECT_EQ(from(address + ":7002", "", open), 421) << name;
+        EXPECT_EQ(from(name, "", {}), 421) << name;
+    }
+    for (const DoorReach& reach : {sealed, open}) {
+        for (const std::string name : {"evil.example:7001", "192.0.2.8:7001", "wall.example:7002", "wall.example",
+                                       "0.0.0.0:7001", "wall.example.evil:7001", "", ":7001"})
+            EXPECT_EQ(from(name, "", reach), 421) << name;
+        for (const std::string origin : {"https://evil.example:7001", "https://192.0.2.8:7001", "null"})
+            EXPECT_EQ(from("localhost:7001", origin, reach), 403) << origin;
+    }
+    // The port that the scheme stands for is not said.
+    EXPECT_EQ(from("wall.example", "https://wall.example", sealed, 443), 200);
+    EXPECT_EQ(from("[2001:db8::7]", "", sealed, 443), 200);
+    EXPECT_EQ(from("wall.example", "", sealed, 80), 421);
+    EXPECT_EQ(from("localhost", "http://localhost", open, 80), 200);
+}
+
+TEST(Gatekeeper, LetsInByKeyBeforeAToken) {
+    const auto answer = [](const Credential& key) {
+        const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001);
+        const HttpRequest request{
+            .target = "/api", .host = "localhost:7001", .authorization = "Bearer secret", .key = key};
+        return gate.roleOf(request, *readTarget("/api"));
+    };
+    const test::WallOfKeys wall;
+    for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator})
+        EXPECT_EQ(answer({.identity = wall.person("anna", role), .serial = "1"}).value(), role);
+    const Identity anna = wall.person("anna", Role::kOperator);
+    for (const Credential& wrong : {Credential{.identity = anna, .serial = "1", .fault = "it has ended"},
+                                    Credential{.identity = wall.host("left"), .serial = "1"},
+                                    Credential{.identity = wall.server(), .serial = "1"}}) {
+        const auto refused = answer(wrong);
+        ASSERT_FALSE(refused);
+        EXPECT_EQ(refused.error().status, 403);
+        const std::string why = wrong.fault.empty() ? "lets in no person" : wrong.fault;
+        EXPECT_NE(refused.error().body.find(why), std::string::npos);
+    }
 }
 
 TEST(HttpTarget, IsTakenApartOrRefused) {

@@ -439,6 +439,27 @@ TEST_F(KeysCommand, RenewWithoutNamesTakesWhatEndsSoon) {
     EXPECT_EQ(stateOf("person     ada"), "good");
 }
 
+TEST_F(KeysCommand, TokensAreShownOnceAndKeptAsHashes) {
+    const std::string out = said({"token", "ci", "--role", "editor", "--hours", "0.5"});
+    const std::string word = out.substr(out.rfind('\n', out.size() - 2) + 1, 43);
+    EXPECT_TRUE(isToken(word)) << out;
+    const std::string kept = textOf(keys_ + "/tokens");
+    EXPECT_TRUE(contains(kept, hashOfToken(word)));
+    EXPECT_FALSE(contains(kept, word));
+    EXPECT_TRUE(contains(said({"list"}), "ci"));
+    said({"token", "ci", "--role", "viewer"});
+    EXPECT_TRUE(contains(said({"revoke", "ci"}), "revoked 2 tokens of 'ci'"));
+    EXPECT_EQ(textOf(keys_ + "/tokens"), "");
+    EXPECT_TRUE(contains(refusal(3, {"revoke", "token/ci"}), "nobody called"));
+    EXPECT_TRUE(contains(refusal(2, {"token", "ci"}), "--role"));
+    EXPECT_TRUE(contains(refusal(2, {"token", "a/b", "--role", "viewer"}), "is no name"));
+    EXPECT_TRUE(contains(refusal(2, {"token", "ci", "--role", "viewer", "--hours", "0"}), "--hours"));
+    // A person's key goes with their tokens.
+    said({"person", "ada", "--role", "editor"});
+    said({"token", "ada", "--role", "editor"});
+    EXPECT_TRUE(contains(said({"revoke", "ada"}), "revoked 1 token of 'ada'\nrevoked 'ada'"));
+}
+
 TEST_F(KeysCommand, RenewNamesTheServer) {
     const Certificate before = certificateIn(keys_ + "/server.pem");
     EXPECT_TRUE(

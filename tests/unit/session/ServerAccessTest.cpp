@@ -146,6 +146,42 @@ TEST(ServerAccess, ABulkConnectionComesWithTheKeyOfItsControlConnection) {
         }
 }
 
+/// A word for some time: its holder goes within a second of its end.
+TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
+    bool holds = true;
+    struct Timed : ServerFixture {
+        explicit Timed(bool& holds)
+            : ServerFixture([&] {
+                  ServerSessionConfig config = twoHosts();
+                  config.access = {{"looks", "changes", "runs"}};
+                  config.passOf = [&](std::string_view word) {
+                      return holds && word == "for an hour" ? std::optional(AccessPass{"ci", Role::kEditor}) : std::nullopt;
+                  };
+                  return config;
+              }()) {}
+        ConnectionId knock(const std::string& word, PeerRole role = PeerRole::kApplication) {
+            const ConnectionId connection(++lastConnection);
+            take(session.connectionOpened(connection, now, true));
+            message::Hello hello = greeting(role == PeerRole::kHost ? "a" : "asks", role);
+            hello.access = word;
+            say(connection, hello);
+            return connection;
+        }
+    } s(holds);
+    const ConnectionId timed = s.knock("for an hour"), usual = s.knock("changes");
+    ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 2u);
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, Role::kEditor);
+    EXPECT_EQ(s.sent<message::Refused>(s.knock("for an hour", PeerRole::kHost)).size(), 1u) << "hosts have keys";
+    s.run(2s, {timed, usual});
+    EXPECT_TRUE(s.actions<server_action::ApplicationLeft>().empty());
+    holds = false;
+    s.run(1s, {timed, usual});
+    const auto left = s.actions<server_action::ApplicationLeft>();
+    ASSERT_EQ(left.size(), 1u);
+    EXPECT_EQ(left[0].connection, timed);
+    EXPECT_EQ(s.sent<message::Refused>(s.knock("for an hour")).size(), 1u);
+}
+
 TEST(ServerAccess, AnInsecureServerTakesWhomeverComes) {
     struct Open : ServerFixture {
         Open()

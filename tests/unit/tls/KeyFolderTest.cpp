@@ -102,6 +102,56 @@ TEST(KeyFolder, ATornListOfKeysIsNone) {
     }
 }
 
+TEST(KeyFolder, KeepsTokensAsHashes) {
+    Keys keys;
+    const std::string word = freshToken(), old = freshToken(), other = freshToken();
+    const auto now = std::chrono::system_clock::now();
+    {
+        auto writer = KeyFolder::Writer::open(keys.folder);
+        ASSERT_TRUE(writer);
+        ASSERT_TRUE(writer->writeTokens({{hashOfToken(word), {"ci, \"nightly\"", Role::kEditor}, now + 1h},
+                                         {hashOfToken(old), {"ci", Role::kOperator}, now - 1s}}));
+    }
+    std::ifstream file(keys.folder.path() + "/tokens");
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(text.find(word), std::string::npos);
+    const auto context = TlsContext::make(*keys.folder.ofServer());
+    ASSERT_TRUE(context);
+    const std::optional<AccessPass> pass = (*context)->passOf(word, now);
+    ASSERT_TRUE(pass);
+    EXPECT_EQ(pass->name, "ci, \"nightly\"");
+    EXPECT_EQ(pass->role, Role::kEditor);
+    EXPECT_FALSE((*context)->passOf(word, now + 2h));
+    for (const std::string& none : {old, other, std::string(), hashOfToken(word), word.substr(1)})
+        EXPECT_FALSE((*context)->passOf(none, now));
+    for (const char* torn : {"x", "ab tessera://-/person/a/editor 5", "\n"}) {
+        std::ofstream(keys.folder.path() + "/tokens") << torn;
+        EXPECT_FALSE(keys.folder.ofServer()) << torn;
+    }
+}
+
+TEST(KeyFolder, SaysWhichKeysEndSoon) {
+    Keys keys;
+    keys.put(keys.wall.host("left"));
+    keys.put(keys.wall.host("right"));
+    const auto now = std::chrono::system_clock::now();
+    keys.issued[0].until = now + std::chrono::days(300);  // the server's
+    keys.issued[1].until = now + std::chrono::days(12) + 1h;
+    keys.issued[2].until = now - 1h;
+    keys.revokeLast();  // nobody renews it
+    auto context = TlsContext::make(*keys.folder.ofServer());
+    ASSERT_TRUE(context);
+    ASSERT_EQ((*context)->endsSoon(now).size(), 1u);
+    EXPECT_NE(toText((*context)->endsSoon(now)[0], now).find("the host 'left' of the wall 'cave' ends on"),
+              std::string::npos);
+    EXPECT_NE(toText((*context)->endsSoon(now)[0], now).find("in 12 days"), std::string::npos);
+    keys.put(keys.wall.host("left"));  // renewed
+    context = TlsContext::make(*keys.folder.ofServer());
+    ASSERT_TRUE(context);
+    EXPECT_TRUE((*context)->endsSoon(now).empty());
+    EXPECT_EQ((*context)->ends().front().holder, keys.wall.server());
+}
+
 TEST(KeyRing, SeesWhatIsRevokedAndKeepsItsKeysOverWhatIsTorn) {
     Keys keys;
     keys.put(keys.wall.host("left"));
@@ -111,8 +161,8 @@ TEST(KeyRing, SeesWhatIsRevokedAndKeepsItsKeysOverWhatIsTorn) {
     std::promise<std::string> fault;
     int faults = 0;
     (*ring)->watch([&] { changed.set_value(); },
-                   [&](const Error& error) {
-                       if (faults++ == 0) fault.set_value(error.message);
+                   [&](const std::string& words) {
+                       if (faults++ == 0) fault.set_value(words);
                    });
     const auto before = (*ring)->current();
     std::ofstream(keys.folder.path() + "/issued") << "rubbish";

@@ -1,0 +1,303 @@
+/// A door with keys: what it speaks, whom it lets in, and whom no more.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <vector>
+
+#include "SealedPeer.h"
+#include "server/door/Door.h"
+#include "tests/unit/tls/WallOfKeys.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+using test::contextOf;
+using test::SealedPeer;
+using test::WallOfKeys;
+using KeysNow = std::shared_ptr<const TlsContext>;
+
+const WallOfKeys& cave() {
+    static const WallOfKeys keys;
+    return keys;
+}
+const AccessTokens kWords{{"looks-and-no-more", "changes-the-scene", "does-all-there-is"}};
+
+class SealedDoor : public testing::Test {
+protected:
+    SealedDoor() {
+        const Authority::Issued own =
+            *cave().authority().issue(cave().server(), {"localhost", "127.0.0.1"}, std::chrono::system_clock::now());
+        keys = cave().keysWith(own.pem);
+        current.store(contextOf(keys));
+        auto opened = Door::open({.listen = {"127.0.0.1", 0},
+                                  .server = {"127.0.0.1", backlog.port},
+                                  .wall = "cave",
+                                  .tokens = kWords,
+                                  .reach = {.keys = [this] { return current.load(); }}});
+        EXPECT_TRUE(opened) << opened.error().message;
+        if (opened) door = std::move(*opened);
+        host = fmt::format("Host: 127.0.0.1:{}\r\n", door->address().port);
+    }
+
+    void revoke(const Authority::Issued& key) {
+        keys.revoked.insert(key.certificate.serial);
+        current.store(contextOf(keys));
+    }
+    /// Who has the link alone.
+    [[nodiscard]] SealedPeer withLink() const { return {door->address().port, contextOf(cave().pinned())}; }
+    [[nodiscard]] SealedPeer with(const std::string& pem) const {
+        return {door->address().port, contextOf(cave().pinned(pem))};
+    }
+    [[nodiscard]] std::string get(const std::string& path, const std::string& token = {}) const {
+        const std::string bearer = token.empty() ? "" : fmt::format("Authorization: Bearer {}\r\n", token);
+        return fmt::format("GET {} HTTP/1.1\r\n{}{}\r\n", path, host, bearer);
+    }
+    [[nodiscard]] std::string openSocket() const {
+        return fmt::format(
+            "GET /socket HTTP/1.1\r\n{}Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+            host);
+    }
+
+    /// A server that takes connections and says nothing.
+    struct Backlog {
+        Backlog() : socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+            sockaddr_in at{};
+            at.sin_family = AF_INET;
+            at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+            socklen_t size = sizeof at;
+            EXPECT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&at), size), 0);
+            EXPECT_EQ(::listen(socket, 64), 0);
+            EXPECT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&at), &size), 0);
+            port = ntohs(at.sin_port);
+        }
+        ~Backlog() { ::close(socket); }
+        int socket = -1;
+        std::uint16_t port = 0;
+    } backlog;
+    TlsKeys keys;
+    std::atomic<KeysNow> current;
+    std::unique_ptr<Door> door;
+    std::string host;
+};
+
+TEST_F(SealedDoor, HasALinkThatNamesTheAuthority) {
+    EXPECT_EQ(door->link(), fmt::format("https://127.0.0.1:{}/?token={}&authority={}", door->address().port,
+                                        kWords.of(Role::kOperator), cave().authority().certificate().fingerprint));
+}
+
+TEST_F(SealedDoor, LetsInByTokenWhoHasNoKey) {
+    SealedPeer peer = withLink();
+    ASSERT_TRUE(peer.ready()) << peer.fault();
+    peer.say(get("/api", kWords.of(Role::kViewer)));
+    EXPECT_TRUE(peer.hear("GetStatus").starts_with("HTTP/1.1 200 "));
+    SealedPeer without = withLink();
+    without.say(get("/api"));
+    EXPECT_TRUE(without.hear("\r\n\r\n").starts_with("HTTP/1.1 401 "));
+}
+
+TEST_F(SealedDoor, TellsTheAuthorityToAnybody) {
+    SealedPeer peer = withLink();
+    peer.say(get("/authority.crt"));
+    const std::string answer = peer.hear("-----END CERTIFICATE-----");
+    const std::size_t pem = answer.find("-----BEGIN CERTIFICATE-----");
+    ASSERT_NE(pem, std::string::npos) << answer;
+    EXPECT_EQ(Certificate::read(answer.substr(pem))->fingerprint, cave().authority().certificate().fingerprint);
+    EXPECT_EQ(answer.find("PRIVATE"), std::string::npos);
+}
+
+TEST_F(SealedDoor, LetsInByKeyInItsHoldersRole) {
+    SealedPeer viewer = with(cave().issue(cave().person("anna", Role::kViewer)).pem);
+    ASSERT_TRUE(viewer.ready()) << viewer.fault();
+    viewer.say(get("/api"));
+    EXPECT_TRUE(viewer.hear("GetStatus").starts_with("HTTP/1.1 200 "));
+    viewer.forget();
+    // A token that could do more counts for nothing beside a key.
+    viewer.say(
+        fmt::format("POST /api/RemoveNode HTTP/1.1\r\n{}Authorization: Bearer {}\r\nContent-Length: 2\r\n\r\n{{}}",
+                    host, kWords.of(Role::kOperator)));
+    const std::string refused = viewer.hear("}}\n");
+    EXPECT_NE(refused.find("HTTP/1.1 403 "), std::string::npos) << refused;
+    EXPECT_NE(refused.find("is for an editor"), std::string::npos) << refused;
+}
+
+TEST_F(SealedDoor, RefusesKeysThatLetNobodyInAndSaysWhy) {
+    const Authority::Issued gone = cave().issue(cave().person("bob", Role::kOperator));
+    revoke(gone);
+    const WallOfKeys other("cave");
+    const std::pair<std::string, std::string> wrong[] = {
+        {cave().issue(cave().host("left")).pem, "the key is of the host 'left' of the wall 'cave'"},
+        {cave().issue(cave().person("old", Role::kOperator), 48h, 1h).pem, "held until"},
+        {gone.pem, "has been revoked"},
+        {other.issue(other.person("eve", Role::kOperator)).pem, "another authority"},
+    };
+    for (const auto& [pem, why] : wrong) {
+        SealedPeer peer = with(pem);
+        ASSERT_TRUE(peer.ready()) << peer.fault();
+        peer.say(get("/api", kWords.of(Role::kOperator)));
+        const std::string answer = peer.hear("}}\n");
+        EXPECT_TRUE(answer.starts_with("HTTP/1.1 403 ")) << answer;
+        EXPECT_NE(answer.find(why), std::string::npos) << answer;
+        EXPECT_TRUE(peer.closes(5s));
+    }
+}
+
+TEST_F(SealedDoor, SendsAwayAtOnceWhoseKeyIsRevoked) {
+    const Authority::Issued bob = cave().issue(cave().person("bob", Role::kOperator));
+    SealedPeer kept = with(bob.pem), socket = with(bob.pem);
+    SealedPeer other = with(cave().issue(cave().person("anna", Role::kViewer)).pem), linked = withLink();
+    for (SealedPeer* each : {&kept, &other}) each->say(get("/style.css"));
+    linked.say(get("/api", kWords.of(Role::kViewer)));
+    for (SealedPeer* each : {&kept, &other, &linked})
+        ASSERT_NE(each->hear("\r\n\r\n").find(" 200 "), std::string::npos);
+    socket.say(openSocket());
+    ASSERT_NE(socket.hear("\r\n\r\n").find(" 101 "), std::string::npos) << socket.heard();
+
+    revoke(bob);
+    const auto from = std::chrono::steady_clock::now();
+    EXPECT_TRUE(kept.closes(1s));
+    EXPECT_TRUE(socket.closes(1s));
+    EXPECT_LT(std::chrono::steady_clock::now() - from, 1s);
+    EXPECT_NE(socket.heard().find("has been revoked"), std::string::npos) << "in words";
+    other.forget();
+    linked.forget();
+    other.say(get("/api"));
+    linked.say(get("/api", kWords.of(Role::kViewer)));
+    for (SealedPeer* each : {&other, &linked}) EXPECT_NE(each->hear("GetStatus").find(" 200 "), std::string::npos);
+    SealedPeer again = with(bob.pem);
+    again.say(get("/api"));
+    EXPECT_NE(again.hear("}}\n").find("has been revoked"), std::string::npos);
+}
+
+/// While no file changes: its time is over.
+TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
+    const std::string word = freshToken();
+    keys.tokens.push_back(
+        {.hash = hashOfToken(word), .pass = {"ci", Role::kViewer}, .until = std::chrono::system_clock::now() + 2s});
+    current.store(contextOf(keys));
+    SealedPeer asks = withLink(), socket = withLink();
+    asks.say(get("/api", word));
+    EXPECT_NE(asks.hear("GetStatus").find(" 200 "), std::string::npos);
+    std::string upgrade = openSocket();
+    upgrade.insert(upgrade.find("Upgrade:"), fmt::format("Authorization: Bearer {}\r\n", word));
+    socket.say(upgrade);
+    ASSERT_NE(socket.hear("\r\n\r\n").find(" 101 "), std::string::npos) << socket.heard();
+    EXPECT_TRUE(socket.closes(4s));
+    EXPECT_NE(socket.heard().find("its token has ended"), std::string::npos) << socket.heard();
+    asks.forget();
+    asks.say(get("/api", word));
+    EXPECT_NE(asks.hear("}}\n").find(" 401 "), std::string::npos);
+}
+
+TEST_F(SealedDoor, AnswersPlainHttpInPlainWords) {
+    for (const std::string& said : {get("/api", kWords.of(Role::kOperator)), std::string("G"), std::string("\r\n")}) {
+        SealedPeer peer(door->address().port);
+        peer.sayPlain(said);
+        const std::string answer = peer.hear("}}\n");
+        EXPECT_TRUE(answer.starts_with("HTTP/1.1 400 ")) << answer;
+        EXPECT_NE(answer.find("this door speaks https"), std::string::npos) << answer;
+        EXPECT_TRUE(peer.closes(5s));
+    }
+}
+
+TEST_F(SealedDoor, OutlivesHandshakesThatAreNone) {
+    for (const std::string& said : {std::string("\x16\x03\x01\0\x05hello", 10), std::string(20'000, '\x16'),
+                                    std::string("\x16\x03\x01\xff\xff") + std::string(70'000, 'x')}) {
+        SealedPeer peer(door->address().port);
+        peer.sayPlain(said);
+        EXPECT_TRUE(peer.closes(5s));
+    }
+    SealedPeer broken = withLink();  // what is not what was sent
+    broken.sayPlain("GET / HTTP/1.1\r\n\r\n and more of it, in plain");
+    EXPECT_TRUE(broken.closes(5s));
+    SealedPeer peer = withLink();
+    EXPECT_TRUE(peer.ready()) << peer.fault();
+}
+
+TEST_F(SealedDoor, WaitsForASlowHandshakeAsLongAsForAHead) {
+    const std::uint16_t port = door->address().port;
+    SealedPeer silent(port), half(port), shaken = withLink(), headless = withLink();
+    half.sayPlain("\x16\x03\x01\x02");
+    headless.say("GET /api HT");
+    const auto from = std::chrono::steady_clock::now();
+    for (SealedPeer* each : {&silent, &half, &shaken, &headless}) {
+        EXPECT_TRUE(each->closes(20s));
+        EXPECT_GT(std::chrono::steady_clock::now() - from, 9s);
+        EXPECT_LT(std::chrono::steady_clock::now() - from, 14s);
+    }
+    for (const SealedPeer* each : {&shaken, &headless}) EXPECT_NE(each->heard().find("408"), std::string::npos);
+}
+
+TEST_F(SealedDoor, LetsThoseWhoSayNothingGiveWay) {
+    std::vector<std::unique_ptr<SealedPeer>> crowd;
+    for (int i = 0; i < 300; ++i) {
+        crowd.push_back(std::make_unique<SealedPeer>(door->address().port));
+        if (i % 2 == 0) crowd.back()->sayPlain("\x16");
+    }
+    SealedPeer peer = withLink();
+    ASSERT_TRUE(peer.ready()) << peer.fault();
+    peer.say(get("/api", kWords.of(Role::kViewer)));
+    EXPECT_TRUE(peer.hear("GetStatus").starts_with("HTTP/1.1 200 "));
+}
+
+TEST_F(SealedDoor, TakesRequestsHoweverTheyAreCut) {
+    SealedPeer peer = withLink();
+    const std::string one = get("/style.css");
+    peer.say(one + one + one.substr(0, 10));
+    peer.say(one.substr(10, 1));
+    peer.say(one.substr(11));
+    peer.say(get("/none", kWords.of(Role::kViewer)));
+    const std::string answers = peer.hear("there is nothing here");
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = answers.find("HTTP/1.1 200 ", at)) != std::string::npos; ++at) ++count;
+    EXPECT_EQ(count, 3u);
+    // A body of many records, and an answer of many.
+    SealedPeer large = withLink();
+    large.say(fmt::format("POST /api/GetStatus HTTP/1.1\r\n{}Authorization: Bearer {}\r\nContent-Length: {}\r\n\r\n{}",
+                          host, kWords.of(Role::kViewer), 3'000'000, std::string(3'000'000, ' ')));
+    EXPECT_NE(large.hear("}}\n").find("HTTP/1.1 400 "), std::string::npos) << large.heard();
+    SealedPeer page = withLink();
+    page.say(get("/?token=" + kWords.of(Role::kViewer)));
+    const std::string html = page.hear("</html>");
+    EXPECT_GT(html.size(), 40'000u);
+    EXPECT_TRUE(html.ends_with("</html>\n"));
+}
+
+TEST_F(SealedDoor, AsksForThisMachinesNamesAndItsOwnPages) {
+    const std::uint16_t port = door->address().port;
+    const auto status = [&](const std::string& called, const std::string& origin) {
+        SealedPeer peer = withLink();
+        peer.say(fmt::format("GET /api HTTP/1.1\r\nHost: {}\r\n{}Authorization: Bearer {}\r\n\r\n", called,
+                             origin.empty() ? "" : "Origin: " + origin + "\r\n", kWords.of(Role::kViewer)));
+        return peer.hear("\r\n").substr(9, 3);
+    };
+    EXPECT_EQ(status(fmt::format("localhost:{}", port), fmt::format("https://localhost:{}", port)), "200");
+    EXPECT_EQ(status(fmt::format("evil.example:{}", port), ""), "421");
+    EXPECT_EQ(status(fmt::format("localhost:{}", port), fmt::format("http://localhost:{}", port)), "403");
+    EXPECT_EQ(status(fmt::format("localhost:{}", port), "https://evil.example"), "403");
+}
+
+TEST_F(SealedDoor, OpensBeyondThisMachineWithKeysOrOpenly) {
+    const DoorOptions options{.listen = {"0.0.0.0", 0}, .server = {"127.0.0.1", 1}, .wall = "cave", .tokens = kWords};
+    const auto refused = Door::open(options);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+    DoorOptions sealed = options, open = options;
+    sealed.reach.keys = [this] { return current.load(); };
+    open.reach.open = true;
+    const auto https = Door::open(sealed), http = Door::open(open);
+    ASSERT_TRUE(https && http);
+    EXPECT_TRUE((*https)->link().starts_with("https://"));
+    EXPECT_TRUE((*http)->link().starts_with("http://"));
+    EXPECT_EQ((*http)->link().find("0.0.0.0"), std::string::npos);
+    EXPECT_EQ((*http)->link().find("authority"), std::string::npos);
+    SealedPeer peer((*http)->address().port);
+    peer.say(fmt::format("GET /authority.crt HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", (*http)->address().port));
+    EXPECT_TRUE(peer.hear("\r\n\r\n").starts_with("HTTP/1.1 404 "));
+}
+
+}  // namespace
+}  // namespace tessera
