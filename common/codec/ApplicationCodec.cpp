@@ -47,18 +47,22 @@ Bytes encode(const Variant& said) {
 
 template <typename As, typename... T>
 Expected<std::variant<T...>> decode(std::type_identity<std::variant<T...>>, const ByteSlice& bytes,
-                                    std::size_t maxParts, const ApplicationLimits& limits) {
+                                    std::size_t maxParts, const ApplicationLimits& limits,
+                                    const MayNotAsk& mayNot = nullptr) {
     static_assert(numbersDiffer({As::template kNumber<T>...}), "two with one number");
     auto split = splitParts(bytes, kMaxApplicationHeadBytes, maxParts);
     if (!split) return failWith(fmt::format("a malformed {}", As::kKind), split.error());
     MemberReader in(bytes, std::move(split->parts), limits);
     std::optional<std::variant<T...>> said;
+    std::optional<Error> refused;
     int number = 0;
     in.eachField(split->head, [&](const HeadField& field) {
         number = field.number;
-        if (field.kind != HeadField::Kind::kBytes) return;
+        if (field.kind != HeadField::Kind::kBytes || refused) return;
         const auto tryOne = [&]<typename A>(std::type_identity<A>) {
             if (field.number != As::template kNumber<A>) return false;
+            if constexpr (std::is_same_v<As, AsRequest>)
+                if (mayNot && (refused = mayNot(A::kInfo))) return true;
             // Of several the last one counts.
             if (!said || !std::holds_alternative<A>(*said)) in.clear(std::get<A>(said.emplace(A{})));
             in.take(std::get<A>(*said), field.bytes);
@@ -66,6 +70,7 @@ Expected<std::variant<T...>> decode(std::type_identity<std::variant<T...>>, cons
         };
         (void)(tryOne(std::type_identity<T>{}) || ...);
     });
+    if (refused) return tl::unexpected(std::move(*refused));
     if (said) {
         std::visit([&](auto& value) { in.finish(value); }, *said);
         if (in.error())
@@ -85,8 +90,9 @@ Bytes encodeRequest(const ApplicationRequest& request) {
     return encode<AsRequest>(request);
 }
 
-Expected<ApplicationRequest> decodeRequest(const ByteSlice& bytes, const ApplicationLimits& limits) {
-    return decode<AsRequest>(std::type_identity<ApplicationRequest>{}, bytes, limits.maxBlobs + 1, limits);
+Expected<ApplicationRequest> decodeRequest(const ByteSlice& bytes, const ApplicationLimits& limits,
+                                           const MayNotAsk& mayNot) {
+    return decode<AsRequest>(std::type_identity<ApplicationRequest>{}, bytes, limits.maxBlobs + 1, limits, mayNot);
 }
 
 Bytes encodeAnswer(const ApplicationAnswer& answer) {

@@ -2,12 +2,14 @@
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 #include <sys/socket.h>
 
 #include <boost/asio/ip/address.hpp>
 
 #include <array>
 #include <memory>
+#include <string_view>
 
 namespace tessera {
 
@@ -22,12 +24,25 @@ std::string plainAddress(const std::string& address) {
     return number.to_string();
 }
 
+namespace {
+
+/// By its name or number.
+bool isLink(std::string_view scope, const char* name) {
+    return scope == name || scope == std::to_string(::if_nametoindex(name));
+}
+
+}  // namespace
+
 bool isOwnAddress(const std::string& address) {
     const std::string plain = plainAddress(address);
     boost::system::error_code error;
     const ip::address number = ip::make_address(plain, error);
     if (error) return false;
     if (number.is_loopback()) return true;
+    // On each of a machine's links somebody else may have an address of this kind.
+    const bool onLink = number.is_v6() && number.to_v6().is_link_local();
+    const std::size_t scope = address.find('%');
+    if (onLink && scope == std::string::npos) return false;
     ifaddrs* all = nullptr;
     if (::getifaddrs(&all) != 0) return false;
     const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> keep(all, &::freeifaddrs);
@@ -39,7 +54,8 @@ bool isOwnAddress(const std::string& address) {
         if (one->ifa_addr->sa_family == AF_INET6)
             from = &reinterpret_cast<const sockaddr_in6*>(one->ifa_addr)->sin6_addr;
         if (from != nullptr && ::inet_ntop(one->ifa_addr->sa_family, from, text.data(), text.size()) != nullptr &&
-            plainAddress(text.data()) == plain)
+            plainAddress(text.data()) == plain &&
+            (!onLink || isLink(std::string_view(address).substr(scope + 1), one->ifa_name)))
             return true;
     }
     return false;

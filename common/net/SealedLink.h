@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,7 @@ public:
     bool writing = false;  ///< the reactor has it
     bool shaking = false;  ///< another thread has the channel
     bool ended = false;    ///< nothing more is sealed
+    std::atomic<bool> over{false};  ///< the link is closed: nobody needs its handshake any more
 
     /// Seals what comes next in the queue, until 256 KiB are to be sent. Small pieces go together: each record has a
     /// price.

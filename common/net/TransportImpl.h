@@ -377,6 +377,7 @@ struct Transport::Impl {
         link->state = TransportLinkState::kClosed;
         strangers.forget(*link);
         link->timer.cancel();
+        if (link->sealed) link->sealed->over = true;
         error_code ignored;
         link->socket.close(ignored);
         // The queue itself stays until the last handler lets go of the link: a write may still point into it.

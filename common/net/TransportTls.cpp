@@ -1,10 +1,19 @@
 /// The sealed links of a Transport: TLS 1.3 between its queues and its sockets.
+#include <poll.h>
+
 #include "common/net/TransportImpl.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::size_t kMostAnswers = std::size_t{1} << 20;  // of TLS itself, to one who does not read them
+
+/// Whether the other end has reset a connection. (Who has said its last word still waits for ours.) One that is closed
+/// here may have left its number to another: then the answer counts for nothing, as the link is over.
+bool hasHungUp(int socket) {
+    pollfd state{socket, 0, 0};
+    return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
+}
 
 std::string sealedReason(const TransportLink& link, const error_code& error) {
     if (link.sealed->channel.ready() || error != asio::error::eof) return reasonFor(error, link.reader.midFrame());
@@ -37,7 +46,11 @@ void Transport::Impl::seal(const LinkPtr& link, std::shared_ptr<const TlsContext
 
 void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
     link->sealed->shaking = true;
-    const auto work = [this, link, bytes = Bytes(arrived.begin(), arrived.end())] {
+    const int socket = link->socket.native_handle();
+    const auto work = [this, link, socket, bytes = Bytes(arrived.begin(), arrived.end())] {
+        // Who begins handshakes and goes costs no more than this look.
+        if (link->sealed->over || hasHungUp(socket))
+            return thread.post([this, link] { finish(link, "the peer left the handshake (TLS 1.3)"); });
         TlsChannel& channel = link->sealed->channel;
         channel.arrived(bytes);
         const Expected<void> good = channel.shake();
@@ -50,6 +63,8 @@ void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
 void Transport::Impl::shaken(const LinkPtr& link, const Expected<void>& good) {
     link->sealed->shaking = false;
     if (link->state == TransportLinkState::kClosed) return;
+    // What it has waited for us is not its silence.
+    if (link->stranger && link->state == TransportLinkState::kOpen) strangers.add(link, now());
     const TlsChannel& channel = link->sealed->channel;
     if (good && channel.ready() && link->state == TransportLinkState::kOpen) {
         link->timer.cancel();

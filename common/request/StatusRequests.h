@@ -183,7 +183,7 @@ struct Status {
     Figures barrier;                    ///< of them: from the first host that was ready
     std::uint64_t sentBytes = 0, receivedBytes = 0;  ///< on all links, since the server has started
     std::uint64_t journalBytes = 0;                  ///< written to it so far
-    std::vector<std::string> keys;  ///< a line for each that ends within 30 days
+    std::vector<std::string> keys;  ///< a line for each that ends within 30 days, and where nobody needs one
     double keyDays = 0;             ///< until the first ends; 0: the server has none, or one has ended
 
     static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
@@ -223,7 +223,9 @@ struct Status {
             member<&Status::keys>(29, "keys")
                 .atMost(&ApplicationLimits::maxHosts)
                 .said("a line for each that ends within 30 days"),
-            member<&Status::keyDays>(30, "key_days").in("days").said("until the first ends; 0: there are none, or one has ended"));
+            member<&Status::keyDays>(30, "key_days")
+                .in("days")
+                .said("until the first ends; 0: there are none, or one has ended"));
     }
 };
 

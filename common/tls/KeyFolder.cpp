@@ -22,7 +22,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kTokens = "tokens",
-                           kBundleEnd = "end of keys\n";
+                           kBundleEnd = "end of keys\n", kEnd = "end";
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
 tl::unexpected<Error> systemError(std::string_view what, const std::string& path) {
@@ -90,15 +90,18 @@ std::optional<KeptToken> tokenIn(std::string_view line) {
     return KeptToken{.hash = std::string(words[0]), .pass = {holder->name, holder->role}, .until = *until};
 }
 
-/// All lines of a file as values; none where it is not there. `what`: how a line is, for people.
+/// All lines of a file as values. `what`: how a line is, for people. Without its last line it is torn: what is missing
+/// may have said who was revoked.
 template <typename Value>
 Expected<std::vector<Value>> linesIn(const Expected<std::string>& text, std::optional<Value> (*read)(std::string_view),
                                      const std::string& path, std::string_view what) {
-    std::vector<Value> all;
-    if (!text && text.error().code == ErrorCode::kNotFound) return all;
     if (!text) return tl::unexpected(text.error());
     std::vector<std::string_view> lines = parted(*text, '\n');
-    if (lines.back().empty()) lines.pop_back();
+    lines.pop_back();  // behind the last end of a line
+    if (lines.empty() || lines.back() != kEnd || !text->ends_with('\n'))
+        return fail(ErrorCode::kBadInput, fmt::format("{}: its last line is not 'end': part of it is missing", path));
+    lines.pop_back();
+    std::vector<Value> all;
     for (std::size_t i = 0; i < lines.size(); ++i) {
         std::optional<Value> value = read(lines[i]);
         if (!value) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: is not {}", path, i + 1, what));
@@ -173,7 +176,9 @@ Expected<std::vector<IssuedKey>> KeyFolder::issued() const {
 
 Expected<std::vector<KeptToken>> KeyFolder::tokens() const {
     const std::string file(kTokens);
-    return linesIn(readOwn(file), &tokenIn, path_ + "/" + file, "SHA256 HOLDER SECONDS");
+    Expected<std::string> text = readOwn(file);
+    if (!text && text.error().code == ErrorCode::kNotFound) return std::vector<KeptToken>();
+    return linesIn(text, &tokenIn, path_ + "/" + file, "SHA256 HOLDER SECONDS");
 }
 
 Expected<TlsKeys> KeyFolder::of(const std::string& file, const std::string& lacking) const {
@@ -311,7 +316,7 @@ Expected<void> KeyFolder::Writer::write(const std::vector<IssuedKey>& issued) co
     for (const IssuedKey& key : issued)
         text += fmt::format("{} {} {}{}\n", key.serial, toUri(key.holder), secondsOf(key.until),
                             key.revoked ? " revoked" : "");
-    return write(std::string(kIssued), text);
+    return write(std::string(kIssued), text + std::string(kEnd) + "\n");
 }
 
 Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& tokens) const {
@@ -321,7 +326,7 @@ Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& toke
             .wall = "-", .kind = Identity::Kind::kPerson, .name = token.pass.name, .role = token.pass.role};
         text += fmt::format("{} {} {}\n", token.hash, toUri(holder), secondsOf(token.until));
     }
-    return write(std::string(kTokens), text);
+    return write(std::string(kTokens), text + std::string(kEnd) + "\n");
 }
 
 }  // namespace tessera

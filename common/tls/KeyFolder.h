@@ -36,7 +36,8 @@ public:
     /// kNotFound, kRefused as `readOwn`; kBadInput: it is none.
     [[nodiscard]] Expected<Authority> authority() const;
     [[nodiscard]] Expected<std::string> authorityCertificate() const;
-    /// In the order in which they were made. kBadInput: a line is none.
+    /// In the order in which they were made. kNotFound: the file is not there, and nobody knows who was revoked.
+    /// kBadInput: a line is none, or the last one is missing.
     [[nodiscard]] Expected<std::vector<IssuedKey>> issued() const;
 
     /// Words that let in somebody for a time; those that have ended, too. kBadInput: a line is none.

@@ -3,52 +3,56 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/inotify.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
-#include <cerrno>
+#include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 
-Expected<std::unique_ptr<KeyRing>> KeyRing::of(TlsKeys keys) {
-    Expected<std::shared_ptr<const TlsContext>> made = TlsContext::make(std::move(keys));
-    if (!made) return tl::unexpected(made.error());
-    std::unique_ptr<KeyRing> ring(new KeyRing);
-    ring->current_ = std::move(*made);
-    return ring;
+namespace {
+
+/// What tells that a file is another one, or has been written to. By its name: folders are replaced, too.
+std::string signatureOf(const std::string& path) {
+    struct stat info {};
+    if (::stat(path.c_str(), &info) != 0) return "none;";
+    return fmt::format("{} {} {} {} {} {} {};", info.st_dev, info.st_ino, info.st_mode, info.st_uid, info.st_size,
+                       info.st_mtim.tv_sec, info.st_mtim.tv_nsec);
+}
+
+}  // namespace
+
+std::string KeyRing::signature() const {
+    std::string all;
+    std::vector<std::string> files;
+    std::error_code error;
+    for (std::filesystem::directory_iterator each(folder_, error), none; !error && each != none; each.increment(error))
+        files.push_back(each->path().string());
+    std::ranges::sort(files);
+    for (const std::string& file : files) all += file + " " + signatureOf(file);
+    return signatureOf(folder_) + all;
 }
 
 Expected<std::unique_ptr<KeyRing>> KeyRing::open(const std::string& folder, Read read) {
-    // Watched before it is read: what changes in between is seen.
-    const int notices = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-    const bool watched =
-        notices >= 0 && ::inotify_add_watch(notices, folder.c_str(), IN_MOVED_TO | IN_CLOSE_WRITE | IN_DELETE) >= 0;
-    const int why = errno;
-    Expected<TlsKeys> keys = read();
-    Expected<std::unique_ptr<KeyRing>> ring = keys ? of(std::move(*keys)) : tl::unexpected(keys.error());
-    if (ring && !watched)
-        ring =
-            fail(ErrorCode::kFailed, fmt::format("{}: its changes cannot be noticed ({})", folder, std::strerror(why)));
-    if (!ring) {
-        if (notices >= 0) ::close(notices);
-        if (!ring.error().message.starts_with(folder)) return failWith(folder, ring.error());
-        return ring;
-    }
-    (*ring)->folder_ = folder;
-    (*ring)->read_ = std::move(read);
-    (*ring)->notices_ = notices;
+    std::unique_ptr<KeyRing> ring(new KeyRing);
+    ring->folder_ = folder;
+    ring->seen_ = ring->signature();  // before it is read: what changes in between is seen
+    const Expected<TlsKeys> keys = read();
+    Expected<std::shared_ptr<const TlsContext>> made = keys ? TlsContext::make(*keys) : tl::unexpected(keys.error());
+    if (!made && made.error().message.starts_with(folder)) return tl::unexpected(made.error());
+    if (!made) return failWith(folder, made.error());
+    ring->current_ = std::move(*made);
+    ring->read_ = std::move(read);
     return ring;
 }
 
 KeyRing::~KeyRing() {
     rest();
-    if (notices_ >= 0) ::close(notices_);
 }
 
 void KeyRing::rest() {
@@ -59,7 +63,6 @@ void KeyRing::rest() {
 }
 
 void KeyRing::watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords) {
-    if (notices_ < 0) return;
     onChange_ = std::move(onChange);
     onWords_ = std::move(onWords);
     stop_ = ::eventfd(0, EFD_CLOEXEC);
@@ -72,33 +75,36 @@ std::shared_ptr<const TlsContext> KeyRing::current() const {
     return current_;
 }
 
+/// A look at the names of the folder, four times a second: what watches a folder for us (inotify) follows the one that
+/// was there at first, hears nothing of rights, and says nothing while it is changed without a pause.
 void KeyRing::run() {
-    constexpr int kMoreMayCome = 50;  // ms: several files are written together
-    constexpr int kDay = 86'400'000;  // ms
+    constexpr int kLookEvery = 250;  // ms
+    constexpr int kLooksADay = 86'400'000 / kLookEvery, kLooksASecond = 1000 / kLookEvery;
     sayEnds();
-    for (bool pending = false;;) {
-        std::array<pollfd, 2> wait{pollfd{notices_, POLLIN, 0}, pollfd{stop_, POLLIN, 0}};
-        const int count = ::poll(wait.data(), wait.size(), pending ? kMoreMayCome : kDay);
-        if (wait[1].revents != 0) return;
-        if (count < 0 && errno != EINTR) return;
-        if (count == 0 && pending) {
+    for (int looks = 1;; ++looks) {
+        pollfd wait{stop_, POLLIN, 0};
+        if (::poll(&wait, 1, kLookEvery) > 0) return;
+        std::string now = signature();
+        if (now != seen_) {
+            seen_ = std::move(now);
             reload();
-            pending = false;
-        } else if (count == 0) {
-            sayEnds();
-        } else if (wait[0].revents != 0) {
-            alignas(inotify_event) std::array<char, 4096> notices{};
-            while (::read(notices_, notices.data(), notices.size()) > 0) {
-            }
-            pending = true;
+        } else if (looks % kLooksASecond == 0) {
+            onChange_();  // the time is another: a key may have ended
         }
+        if (looks % kLooksADay == 0) sayEnds();
     }
 }
 
 void KeyRing::reload() {
     const Expected<TlsKeys> keys = read_();
     Expected<std::shared_ptr<const TlsContext>> made = keys ? TlsContext::make(*keys) : tl::unexpected(keys.error());
-    if (!made) return onWords_(fmt::format("{}: the keys stay as they were: {}", folder_, made.error().message));
+    if (!made) {
+        std::string words = fmt::format("{}: the keys stay as they were: {}", folder_, made.error().message);
+        if (words != said_) onWords_(words);
+        said_ = std::move(words);
+        return;
+    }
+    said_.clear();
     {
         const Turn::Hold hold = turn_.take();
         current_ = std::move(*made);

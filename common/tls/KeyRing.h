@@ -11,7 +11,8 @@
 
 namespace tessera {
 
-/// The keys of a folder as they are now. One thread inside, which sleeps until a file of the folder changes. `current`
+/// The keys of a folder as they are now. One thread inside, which looks four times a second
+/// whether a file of the folder, or the folder, is another one. `current`
 /// may be called from any thread.
 ///
 /// Files that cannot be read change nothing: the keys before are kept, and `onWords` says why.
@@ -21,11 +22,10 @@ public:
 
     /// Errors: what is wrong with the keys now. `onChange` and `onWords` are called on the thread inside.
     [[nodiscard]] static Expected<std::unique_ptr<KeyRing>> open(const std::string& folder, Read read);
-    /// Without a folder: keys that stay as they are.
-    [[nodiscard]] static Expected<std::unique_ptr<KeyRing>> of(TlsKeys keys);
     ~KeyRing();
 
-    /// From now on, until `rest`. Once. `onWords`: what people should know: a fault in the files; and of a server, at
+    /// From now on, until `rest`. Once. `onChange`: they are others, or a second is over, in which one may have ended.
+    /// `onWords`: what people should know: a fault in the files; and of a server, at
     /// first, once a day and after each change, which keys end soon.
     void watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords);
     /// Nobody is told of anything afterwards.
@@ -36,6 +36,7 @@ private:
     KeyRing() = default;
     void run();
     void reload();
+    [[nodiscard]] std::string signature() const;
     void sayEnds() const;
 
     std::string folder_;
@@ -44,7 +45,9 @@ private:
     std::function<void(const std::string&)> onWords_;
     mutable Turn turn_;
     std::shared_ptr<const TlsContext> current_;
-    int notices_ = -1, stop_ = -1;  ///< inotify; an eventfd
+    std::string seen_;  ///< how the files were when they were last read
+    std::string said_;  ///< the last fault
+    int stop_ = -1;     ///< an eventfd
     std::thread thread_;
 };
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace tessera {
 
@@ -46,6 +47,8 @@ Expected<WallKeys> WallKeys::forThisRun(const std::string& wall) {
     const Expected<KeyFolder::Writer> writer = KeyFolder::Writer::open(keys.folder_);
     if (!writer) return tl::unexpected(writer.error());
     Expected<void> written = writer->write("authority.crt", keys.authority_->certificatePem());
+    const std::vector<IssuedKey> all{{issued->certificate.serial, server, issued->certificate.until}};
+    if (written) written = writer->write(all);
     if (written) written = writer->write(KeyFolder::fileOf(server), issued->pem);
     if (!written) return tl::unexpected(written.error());
     return keys;

@@ -93,9 +93,9 @@ struct Door::Impl {
         return context.silent.front()->since + context.limits.patience;
     }
     void watchKeys() {
-        keysClock.expires_after(context.limits.keysWait);
+        keysClock.expires_after(context.options.reach.look);
         keysClock.async_wait([this](boost::system::error_code stopped) {
-            if (stopped) return;
+            if (stopped || over) return;  // a look that was due when it was cancelled comes all the same
             context.judgeAgain();
             watchKeys();
         });
@@ -112,6 +112,7 @@ struct Door::Impl {
     tcp::acceptor acceptor;
     boost::asio::steady_timer pause, keysClock;
     Address bound;
+    bool over = false;  ///< on the door's thread
     std::thread thread;
 };
 
@@ -161,6 +162,7 @@ Door::~Door() {
         boost::system::error_code ignored;
         impl->acceptor.close(ignored);
         impl->pause.cancel();
+        impl->over = true;
         impl->keysClock.cancel();
         impl->context.sendAllAway();
     });

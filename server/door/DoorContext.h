@@ -44,7 +44,6 @@ struct DoorLimits {
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
     std::chrono::milliseconds patience{100};
-    std::chrono::milliseconds keysWait{250};  ///< between two looks at whether the keys are others
 };
 
 struct DoorContext;

@@ -19,6 +19,7 @@ namespace tessera {
 struct DoorReach {
     CurrentKeys keys = {};  ///< the server's: what is said is sealed, and pages are https
     bool open = false;      ///< from other machines, with nothing sealed
+    std::chrono::milliseconds look{250};  ///< between two looks at whether the keys are others
 };
 
 /// Of one door.

@@ -218,10 +218,10 @@ private:
             return refuse(errorAnswer(
                 503, "limit", "as many sockets are open as may be: " + std::to_string(context_.limits.maxSockets)));
         stream_.neverExpires();
-        if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), context_);
         const HttpTarget target = *readTarget(request_.target);
-        startSocketSession(std::move(stream_), parser_->release(), target, routes_.role(),
-                           context_.gate.passIn(request_, target), context_);
+        std::string word = context_.gate.passIn(request_, target);
+        if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), std::move(word), context_);
+        startSocketSession(std::move(stream_), parser_->release(), target, routes_.role(), std::move(word), context_);
     }
 
     DoorStream stream_;

@@ -7,6 +7,8 @@
 #include <array>
 
 #include "common/base/Utf8.h"
+#include "common/codec/MessageCodec.h"
+#include "common/net/FrameHeader.h"
 
 namespace tessera {
 namespace {
@@ -50,6 +52,7 @@ public:
 
 private:
     static constexpr std::size_t kAtOnce = std::size_t{64} << 10;
+    static constexpr std::size_t kMostOfHello = std::size_t{64} << 10;
     static constexpr std::size_t kMostOfReason = 120;  // a frame that closes has room for 123 bytes
 
     void dial() {
@@ -74,8 +77,27 @@ private:
                                      if (error) return self->leave();
                                      if (self->outside_.got_text())
                                          return self->finish("bytes of the link are said in binary messages");
-                                     self->giveInside();
+                                     if (self->isHost()) return self->finish("a render host does not come in here");
+                                     if (self->knowsWho_) self->giveInside();
+                                     else self->takeOutside();
                                  });
+    }
+    /// Hosts come to the server's own port, where their keys are looked at. Nothing goes in before the first message
+    /// has said who it is.
+    bool isHost() {
+        if (knowsWho_) return false;
+        const auto bytes = fromOutside_.data();
+        const ByteSpan said(static_cast<const std::byte*>(bytes.data()), bytes.size());
+        if (said.size() < FrameHeader::kBytes) return false;
+        const Expected<FrameHeader> header = decodeHeader(said.first<FrameHeader::kBytes>());
+        // What is no Hello the server refuses.
+        knowsWho_ = !header || header->payloadBytes > kMostOfHello;
+        if (knowsWho_ || said.size() < FrameHeader::kBytes + header->payloadBytes) return false;
+        knowsWho_ = true;
+        const ByteSpan payload = said.subspan(FrameHeader::kBytes, header->payloadBytes);
+        const Expected<Message> message = decodeMessage(header->type, share(Bytes(payload.begin(), payload.end())));
+        const auto* const hello = message ? std::get_if<message::Hello>(&*message) : nullptr;
+        return hello != nullptr && hello->channel == ChannelKind::kControl && hello->role == PeerRole::kHost;
     }
     void giveInside() {
         boost::asio::async_write(inside_, fromOutside_.data(),
@@ -115,13 +137,16 @@ private:
     beast::tcp_stream inside_;
     beast::flat_buffer fromOutside_;
     std::array<char, kAtOnce> fromInside_{};
-    bool over_ = false;
+    bool over_ = false, knowsWho_ = false;
 };
 
 }  // namespace
 
-void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, DoorContext& context) {
-    std::make_shared<LinkTunnel>(std::move(stream), context)->accept(upgrade);
+void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, std::string pass,
+                     DoorContext& context) {
+    const auto tunnel = std::make_shared<LinkTunnel>(std::move(stream), context);
+    tunnel->pass = std::move(pass);
+    tunnel->accept(upgrade);
 }
 
 }  // namespace tessera

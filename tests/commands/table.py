@@ -190,7 +190,7 @@ ROWS = {
     "tessera-server --wall wall.wall --scene hall.tsct --assets /srv/models --listen 0.0.0.0:7000 --keys keys": Row(
         "ByHand", f"{KEYS} && HOST_OPTIONS='--keys keys' by_hand --keys keys --assets /usr/share/assimp/models", says="over"),
     "tessera-client --server master:7000 --host upper-left --keys keys-of-upper-left --output /var/lib/tessera": Row(
-        "ByHand", f"{KEYS} && tessera-keys host all --out for-all && HOST_OPTIONS='--keys for-all --output $T/host' by_hand --keys keys", says="over"),
+        "ByHand", f"{KEYS} && tessera-keys renew all --out for-all && HOST_OPTIONS='--keys for-all --output $T/host' by_hand --keys keys", says="over"),
     # ------------------------------------------------------------------ keys
     "tessera-keys init --wall wall.wall && tessera-keys host upper-left --out keys-of-upper-left": keys("tessera-keys host upper-left --out out && ls out", says="host-upper-left.pem"),
     "tessera-keys init --wall my.wall": keys("ls keys", says="authority.pem"),
@@ -202,12 +202,16 @@ ROWS = {
     "tessera-keys token ci --role editor --hours 8": keys("tessera-keys token ci --role editor --hours 8 && tessera-keys list", says="token"),
     "tessera-keys revoke ci": keys("tessera-keys token ci --role editor && tessera-keys revoke ci", says="revoked 1 token"),
     "tessera-keys token": Row("", elsewhere="the beginning of a line"),
+    "tessera-keys person": Row("", elsewhere="the beginning of a line"),
     "tessera-keys list": keys("tessera-keys list", says="server"),
     "tessera-keys renew": keys("tessera-keys renew", says="30 days"),
     "tessera-keys [--keys DIR] VERB": keys("tessera-keys --keys keys authority -", says="BEGIN CERTIFICATE"),
     "tessera-server --wall my.wall --scene hall.tsct --listen 0.0.0.0:7000 --keys keys": Row("ByHand", f"{KEYS} && HOST_OPTIONS='--keys keys' by_hand --keys keys", says="over"),
     "tessera-client --server master:7000 --host upper-left --keys for-upper-left": Row("", elsewhere="with the line before it"),
     "tessera-ctl --keys DIR": Row("", elsewhere="integration.WallByKeys"),
+    "tessera-client --keys DIR": Row("", elsewhere="integration.WallByKeys"),
+    "tessera-server --listen": Row("", elsewhere="the beginning of a line"),
+    "tessera-keys init": Row("", elsewhere="the beginning of a line"),
     "tessera-ctl --server master:7000 --keys ada status": Row("", elsewhere="integration.WallByKeys"),
     "tessera-server --no-input": Row("ByHand", "by_hand --no-input", says="over"),
     "tessera-server --no-notices": Row("ByHand", "by_hand --no-notices", says="over"),

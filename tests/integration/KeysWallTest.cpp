@@ -160,6 +160,7 @@ TEST_F(WallByKeys, BeyondThisMachineTheServerWantsKeysOrAPersonsWord) {
     EXPECT_HAS(open.output, "tessera-keys --keys DIR init --wall 1x1");
     startServer("0.0.0.0", {"--insecure"});
     EXPECT_HAS(server_->output(), "may do all");
+    EXPECT_HAS(ctl({"status"}).output, "--insecure: whoever comes from another machine may do all");
 }
 
 /// From machines of their own, in networks that this test made.

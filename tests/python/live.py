@@ -99,7 +99,7 @@ class Live:
         return re.search(r"console: (https://\S+)", self.log("server")).group(1)
 
     def token(self, role="operator"):
-        return self.link(role).rpartition("=")[2]
+        return re.search(r"[?&]token=([^&]+)", self.link(role)).group(1)
 
     def token_file(self, role="operator"):
         path = self.folder / f"{role}.token"

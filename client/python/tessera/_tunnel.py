@@ -150,6 +150,9 @@ class ByLink(Way):
     def open(self, deadline: float) -> Channel:
         sock: Stream = self._sealed(deadline) if self._seals else self._connected(deadline)
         try:
+            if not self._seals and not Channel(sock).near:
+                raise Refusal(NetworkError(f"the link to {self.address} is plain, and leads to another machine: others could read its token on "
+                                           "the way. A server with keys has an https link; one without takes \"ADDR:PORT\""), False)
             self._upgrade(sock, deadline)
         except BaseException:
             sock.close()

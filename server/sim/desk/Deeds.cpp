@@ -22,11 +22,6 @@ ServerActions carryOut(Desk& desk, const Asker& asker, const ApplicationRequest&
     return std::visit(
         [&]<typename Request>(const Request& wish) {
             constexpr const RequestInfo& info = Request::kInfo;
-            if constexpr (info.role != Role::kViewer)
-                if (const std::optional<Error> why = desk.mayNot(asker.connection, info)) {
-                    if (info.bringsArrays) desk.proposals.dropArrays(asker.connection);
-                    return desk.refuse(asker, *why);
-                }
             if constexpr (info.answered == Answered::kLater)
                 if (const std::optional<Error> why = desk.tooManyOpen(asker.connection)) {
                     if (info.bringsArrays) desk.proposals.dropArrays(asker.connection);

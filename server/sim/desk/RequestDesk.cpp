@@ -13,7 +13,12 @@ constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said o
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
     const Asker asker{.connection = received.connection, .request = received.id};
-    const Expected<ApplicationRequest> decoded = decodeRequest(received.body);
+    // The one place where roles are looked at.
+    const Expected<ApplicationRequest> decoded = decodeRequest(received.body, {}, [&](const RequestInfo& info) {
+        std::optional<Error> why = desk_.mayNot(received.connection, info);
+        if (why && info.bringsArrays) desk_.proposals.dropArrays(received.connection);
+        return why;
+    });
     if (!decoded) return desk_.refuse(asker, decoded.error());
     return carryOut(desk_, asker, *decoded, now);
 }

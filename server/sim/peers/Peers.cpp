@@ -35,6 +35,7 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
              std::shared_ptr<KeyRing> keys, std::function<void(const std::string&)> onKeys)
     : blobs_(blobs),
       keys_(std::move(keys)),
+      insecure_(config.insecure),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
           if (keys_)
@@ -59,6 +60,7 @@ void Peers::describe(answer::Status& status) const {
     const Transport::Traffic traffic = transport_.traffic();
     status.sentBytes = traffic.sent;
     status.receivedBytes = traffic.received;
+    if (insecure_) status.keys.emplace_back("--insecure: whoever comes from another machine may do all");
     if (!keys_) return;
     const auto now = std::chrono::system_clock::now();
     const std::shared_ptr<const TlsContext> keys = keys_->current();

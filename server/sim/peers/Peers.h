@@ -72,6 +72,7 @@ private:
 
     const BlobStore& blobs_;
     std::shared_ptr<KeyRing> keys_;
+    bool insecure_ = false;
     std::chrono::milliseconds heartbeat_;
     ServerSession session_;
     std::map<ConnectionId, std::string> open_;  ///< peers' addresses

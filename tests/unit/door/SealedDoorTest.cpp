@@ -192,6 +192,21 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
     EXPECT_NE(asks.hear("}}\n").find(" 401 "), std::string::npos);
 }
 
+/// Its look at the keys is a timer: whenever that is due it does not keep the door from ending.
+TEST_F(SealedDoor, EndsWheneverItLooksAtItsKeys) {
+    for (int round = 0; round < 40; ++round) {
+        DoorOptions options{.listen = {"127.0.0.1", 0},
+                            .server = {"127.0.0.1", backlog.port},
+                            .wall = "cave",
+                            .tokens = kWords,
+                            .reach = {.keys = [this] { return current.load(); }}};
+        options.reach.look = std::chrono::milliseconds(0);
+        auto another = Door::open(options);
+        ASSERT_TRUE(another);
+        std::this_thread::sleep_for(std::chrono::microseconds(200 * (round % 7)));
+    }
+}
+
 TEST_F(SealedDoor, AnswersPlainHttpInPlainWords) {
     for (const std::string& said : {get("/api", kWords.of(Role::kOperator)), std::string("G"), std::string("\r\n")}) {
         SealedPeer peer(door->address().port);

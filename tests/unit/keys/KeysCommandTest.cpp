@@ -449,7 +449,7 @@ TEST_F(KeysCommand, TokensAreShownOnceAndKeptAsHashes) {
     EXPECT_TRUE(contains(said({"list"}), "ci"));
     said({"token", "ci", "--role", "viewer"});
     EXPECT_TRUE(contains(said({"revoke", "ci"}), "revoked 2 tokens of 'ci'"));
-    EXPECT_EQ(textOf(keys_ + "/tokens"), "");
+    EXPECT_EQ(textOf(keys_ + "/tokens"), "end\n");
     EXPECT_TRUE(contains(refusal(3, {"revoke", "token/ci"}), "nobody called"));
     EXPECT_TRUE(contains(refusal(2, {"token", "ci"}), "--role"));
     EXPECT_TRUE(contains(refusal(2, {"token", "a/b", "--role", "viewer"}), "is no name"));
@@ -527,7 +527,7 @@ TEST_F(KeysCommand, FilesThatOthersMayReadAreRefused) {
     ::chmod(keys_.c_str(), 0750);
     EXPECT_TRUE(contains(refusal(1, {"host", "left"}), "chmod 700"));
     ::chmod(keys_.c_str(), 0700);
-    std::ofstream(keys_ + "/issued") << "rubbish\n";
+    std::ofstream(keys_ + "/issued") << "rubbish\nend\n";
     EXPECT_TRUE(contains(refusal(3, {"list"}), "issued:1: "));
     EXPECT_TRUE(contains(refusal(3, {"revoke", "left"}), "issued:1: "));
 }

@@ -54,6 +54,41 @@ TEST_F(DeskRoles, EachRequestIsForItsRoleAndThoseAboveIt) {
     EXPECT_EQ(looked_, 3 * allRequests().size());
 }
 
+/// Nothing of it is looked at: nor does a second request in the same message get past.
+TEST_F(DeskRoles, WhatMayNotBeSaidIsRefusedBeforeItIsRead) {
+    const ConnectionId viewer = join(Role::kViewer), editor = join(Role::kEditor);
+    const auto answerTo = [&](ConnectionId connection, Bytes head) {
+        Bytes body(8);
+        body[0] = static_cast<std::byte>(head.size());
+        body.insert(body.end(), head.begin(), head.end());
+        server.forget();
+        server.take(desk.received({connection, "somebody", ++asked_, share(std::move(body))}, server.now));
+        return server.sent<message::Reply>(connection).at(0).error;
+    };
+    const auto member = [](int number, Bytes inner) {
+        Bytes bytes{static_cast<std::byte>((number << 3 & 0x7F) | 2)};
+        if (number >= 16) bytes = {static_cast<std::byte>((number << 3 & 0x7F) | 0x82), static_cast<std::byte>(number >> 4)};
+        bytes.push_back(static_cast<std::byte>(inner.size()));
+        bytes.insert(bytes.end(), inner.begin(), inner.end());
+        return bytes;
+    };
+    const Bytes rubbish(5, std::byte{0xFF}), status = member(request::GetStatus::kInfo.number, {});
+    for (const RequestText& request : allRequests()) {
+        if (request.info.role == Role::kViewer) continue;
+        const Bytes said = member(request.info.number, rubbish);
+        EXPECT_NE(answerTo(viewer, said).find("; this link is of a viewer"), std::string::npos) << request.info.name;
+        const bool mayEditor = request.info.role == Role::kEditor;
+        EXPECT_EQ(answerTo(editor, said).find("; this link is of an editor") == std::string::npos, mayEditor)
+            << request.info.name;
+        for (const bool first : {true, false}) {
+            Bytes both = first ? said : status;
+            both.insert(both.end(), (first ? status : said).begin(), (first ? status : said).end());
+            EXPECT_NE(answerTo(viewer, both).find("; this link is of a viewer"), std::string::npos)
+                << request.info.name;
+        }
+    }
+}
+
 TEST_F(DeskRoles, WhoHasGoneMayChangeNothing) {
     const ConnectionId connection = join(Role::kOperator);
     EXPECT_FALSE(refusedForItsRole(connection, request::UndoStep{}));

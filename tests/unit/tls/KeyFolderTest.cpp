@@ -3,11 +3,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
-#include <future>
 #include <thread>
 
 #include "WallOfKeys.h"
+#include "common/base/Channel.h"
 #include "common/tls/KeyRing.h"
 #include "tests/unit/TestFolder.h"
 
@@ -91,15 +92,27 @@ TEST(KeyFolder, TakesNothingThatOthersMayRead) {
     EXPECT_FALSE(KeyFolder::Writer::open(keys.folder));
 }
 
+/// What is missing may have said who was revoked.
 TEST(KeyFolder, ATornListOfKeysIsNone) {
     Keys keys;
+    keys.put(keys.wall.host("left"));
+    keys.revokeLast();
     const std::string file = keys.folder.path() + "/issued";
-    for (const char* text : {"x", "ab tessera://cave/server", "ab tessera://cave/king 5",
-                             "ab tessera://cave/server 5 revokedx", "ab tessera://cave/server 5 revoked more", "\n"}) {
-        std::ofstream(file) << text;
-        EXPECT_FALSE(keys.folder.issued()) << text;
-        EXPECT_FALSE(keys.folder.ofServer()) << text;  // it would let in who was revoked
+    std::ifstream in(file);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    ASSERT_TRUE(keys.folder.ofServer());
+    for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+        std::ofstream(file) << whole.substr(0, cut);
+        EXPECT_FALSE(keys.folder.ofServer()) << cut;
     }
+    for (const char* line : {"x", "ab tessera://cave/server", "ab tessera://cave/king 5", "",
+                             "ab tessera://cave/server 5 revokedx", "ab tessera://cave/server 5 revoked more"}) {
+        std::ofstream(file) << line << "\nend\n";
+        EXPECT_FALSE(keys.folder.issued()) << line;
+        EXPECT_FALSE(keys.folder.ofServer()) << line;
+    }
+    std::filesystem::remove(file);
+    EXPECT_FALSE(keys.folder.ofServer());
 }
 
 TEST(KeyFolder, KeepsTokensAsHashes) {
@@ -152,31 +165,68 @@ TEST(KeyFolder, SaysWhichKeysEndSoon) {
     EXPECT_EQ((*context)->ends().front().holder, keys.wall.server());
 }
 
+struct Watched : Keys {
+    Watched() {
+        put(wall.host("left"));
+        left = *Certificate::read(folder.ofHost("left")->own);
+        auto opened = KeyRing::open(folder.path(), [this] { return folder.ofServer(); });
+        EXPECT_TRUE(opened) << opened.error().message;
+        ring = std::move(*opened);
+        ring->watch([] {}, [this](const std::string& text) { words.tryPush(text); });
+    }
+    /// Within 10 s; it looks four times a second.
+    bool revokedSoon() const {
+        for (int tries = 0; tries < 1000; ++tries, std::this_thread::sleep_for(10ms))
+            if (!ring->current()->faultOf(left, std::chrono::system_clock::now(), {}).empty()) return true;
+        return false;
+    }
+    Certificate left;
+    Channel<std::string> words{100};
+    std::unique_ptr<KeyRing> ring;
+};
+
 TEST(KeyRing, SeesWhatIsRevokedAndKeepsItsKeysOverWhatIsTorn) {
-    Keys keys;
-    keys.put(keys.wall.host("left"));
-    auto ring = KeyRing::open(keys.folder.path(), [&] { return keys.folder.ofServer(); });
-    ASSERT_TRUE(ring) << ring.error().message;
-    std::promise<void> changed;
-    std::promise<std::string> fault;
-    int faults = 0;
-    (*ring)->watch([&] { changed.set_value(); },
-                   [&](const std::string& words) {
-                       if (faults++ == 0) fault.set_value(words);
-                   });
-    const auto before = (*ring)->current();
+    Watched keys;
+    const auto before = keys.ring->current();
     std::ofstream(keys.folder.path() + "/issued") << "rubbish";
-    auto said = fault.get_future();
-    ASSERT_EQ(said.wait_for(10s), std::future_status::ready);
-    EXPECT_NE(said.get().find("issued"), std::string::npos);
-    EXPECT_EQ((*ring)->current(), before);
+    const std::optional<std::string> said = keys.words.popFor(10s);
+    ASSERT_TRUE(said);
+    EXPECT_NE(said->find("issued"), std::string::npos);
+    EXPECT_EQ(keys.ring->current(), before);
+    EXPECT_FALSE(keys.words.popFor(600ms)) << "it is said once";
     keys.revokeLast();
-    auto done = changed.get_future();
-    ASSERT_EQ(done.wait_for(10s), std::future_status::ready);
-    const auto now = std::chrono::system_clock::now();
-    const Certificate left = *Certificate::read(keys.folder.ofHost("left")->own);
-    EXPECT_EQ(before->faultOf(left, now, {}), "");
-    EXPECT_NE((*ring)->current()->faultOf(left, now, {}), "");
+    EXPECT_TRUE(keys.revokedSoon());
+}
+
+/// By its name: a folder that is put in its place counts.
+TEST(KeyRing, SeesAFolderThatHasBeenReplaced) {
+    Watched keys;
+    std::filesystem::rename(keys.folder.path(), keys.place / "old");
+    std::filesystem::copy(keys.place / "old", keys.folder.path());
+    std::filesystem::permissions(keys.folder.path(), std::filesystem::perms::owner_all);
+    keys.revokeLast();
+    EXPECT_TRUE(keys.revokedSoon());
+}
+
+TEST(KeyRing, SeesThatAFileMayBeReadAgain) {
+    Watched keys;
+    const std::string file = keys.folder.path() + "/server.pem";
+    ASSERT_EQ(chmod(file.c_str(), 0644), 0);
+    ASSERT_TRUE(keys.words.popFor(10s));
+    keys.revokeLast();
+    std::this_thread::sleep_for(600ms);
+    ASSERT_EQ(chmod(file.c_str(), 0600), 0);
+    EXPECT_TRUE(keys.revokedSoon());
+}
+
+/// Whatever else is written there meanwhile, without a pause.
+TEST(KeyRing, ARevocationDoesNotWaitForQuiet) {
+    Watched keys;
+    std::jthread busy([&](const std::stop_token& done) {
+        for (int i = 0; !done.stop_requested(); ++i) std::ofstream(keys.folder.path() + "/other") << i;
+    });
+    keys.revokeLast();
+    EXPECT_TRUE(keys.revokedSoon());
 }
 
 TEST(KeyRing, SaysWhichKeysAreMissing) {
