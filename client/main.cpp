@@ -26,7 +26,8 @@ namespace {
 using namespace tessera;
 
 struct Arguments {
-    std::string server, host, tokenFile, keys, output, surface = "osmesa", culler, cache, inject, share = "auto", windowLog;
+    std::string server, host, tokenFile, keys, output, surface = "osmesa", culler, cache, inject, share = "auto";
+    std::string windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false;
@@ -190,9 +191,12 @@ int main(int argc, char** argv) {
     const Option host = options.option("--host", arguments.host, "Name of this host in the wall").typeName("NAME");
     options
         .option("--token-file", arguments.tokenFile,
-                "With the server's token (TESSERA_TOKEN, else in\nTESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
+                "With the server's token (TESSERA_TOKEN, else in\n"
+                "TESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
         .typeName("FILE");
-    options.option("--keys", arguments.keys, "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
+    options
+        .option("--keys", arguments.keys,
+                "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
         .typeName("DIR");
     options.option("--output", arguments.output, "Keep images below DIR/tiles").typeName("DIR");
     options.flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");

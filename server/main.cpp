@@ -294,7 +294,8 @@ int main(int argc, char** argv) {
         .option("--token-file", arguments.tokenFile,
                 "Its first line lets programs of this machine in\n(a word that this user's programs find)")
         .typeName("FILE");
-    options.option("--keys", arguments.keys, "Of this wall (tessera-keys init): who comes from\nanother machine needs one")
+    options
+        .option("--keys", arguments.keys, "Of this wall (tessera-keys init): who comes from\nanother machine needs one")
         .typeName("DIR")
         .check(named);
     options.flag("--insecure", arguments.insecure, "Whoever comes from another machine may do all");

@@ -259,7 +259,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                    "Where the server listens (TESSERA_SERVER, else the\none wall of this machine)")
         ->type_name("ADDR:PORT");
     app.add_option("--token-file", in.line.tokenFile,
-                   "With the server's token (TESSERA_TOKEN, else in\nTESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
+                   "With the server's token (TESSERA_TOKEN, else in\n"
+                   "TESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
         ->type_name("FILE");
     app.add_option("--keys", in.line.keys,
                    "With a person's key (tessera-keys person NAME), or\nthat key's file: for servers of other machines")

@@ -243,7 +243,8 @@ Expected<std::string> readToken(const std::string& file) {
 Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile) {
     if (!tokenFile.empty()) return readToken(tokenFile);
     if (const char* word = std::getenv("TESSERA_TOKEN"); word != nullptr && word[0] != '\0') {
-        if (!isToken(word)) return fail(ErrorCode::kUsage, "TESSERA_TOKEN is no token (16 to 128 letters, digits, - and _)");
+        if (!isToken(word))
+            return fail(ErrorCode::kUsage, "TESSERA_TOKEN is no token (16 to 128 letters, digits, - and _)");
         return std::string(word);
     }
     if (const char* named = std::getenv("TESSERA_TOKEN_FILE"); named != nullptr && named[0] != '\0')

@@ -39,7 +39,8 @@ void Transport::Impl::seal(const LinkPtr& link, std::shared_ptr<const TlsContext
     link->sealed = std::make_unique<SealedLink>(std::move(keys), side, link->target);
     link->timer.expires_after(limits.handshakeTime);
     link->timer.async_wait([this, link](const error_code& error) {
-        if (!error) finish(link, fmt::format("the handshake (TLS 1.3) took longer than {} ms", limits.handshakeTime.count()));
+        if (error) return;
+        finish(link, fmt::format("the handshake (TLS 1.3) took longer than {} ms", limits.handshakeTime.count()));
     });
     shake(link, first);
 }

@@ -25,7 +25,8 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     if (!control)
         return refuse(peer, {ErrorCode::kRefused, "no control connection goes with this bulk connection", true});
     if (!Admission::goTogether(control->origin, peer.origin))
-        return refuse(peer, {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
+        return refuse(
+            peer, {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
     if (const SessionPeer* old = roster_.peers.find(control->other)) {
         roster_.out.push_back(server_action::Close{old->id, "replaced by a newer bulk connection"});
         roster_.peers.erase(old->id);

@@ -68,8 +68,8 @@ std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
 }
 
 /// `remote`: null where all clients run here.
-Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath, const RemoteWall* remote,
-                                    const std::string& keys) {
+Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wall, const std::string& wallPath,
+                                    const RemoteWall* remote, const std::string& keys) {
     const Expected<std::string> server = programBeside(options.executable, "tessera-server");
     if (!server) return tl::unexpected(server.error());
     const Expected<std::string> client = programBeside(options.executable, "tessera-client");
@@ -324,7 +324,8 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     } else if (options.start) {
         console.note("no host of this wall names a machine: all run here");
     }
-    const Expected<WallRunOptions> runSetup = runOptions(options, *wall, wallPath, remote ? &*remote : nullptr, keys ? keys->folder() : "");
+    const Expected<WallRunOptions> runSetup =
+        runOptions(options, *wall, wallPath, remote ? &*remote : nullptr, keys ? keys->folder() : "");
     if (!runSetup) return failed(runSetup.error());
     const std::vector<Tile> tiles = layoutTiles(*wall);
     const TileImages images(options.output + "/tiles");

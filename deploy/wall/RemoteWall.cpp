@@ -182,7 +182,8 @@ Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const Remo
     if (!meeting) return tl::unexpected(meeting.error());
     RemoteWall remote{.clients = {}, .listen = meeting->listen};
     for (std::size_t i = 0; i < questions.size(); ++i) {
-        const Expected<std::string> bundle = options.keys != nullptr ? options.keys->bundleOf(questions[i].host) : std::string();
+        const Expected<std::string> bundle =
+            options.keys != nullptr ? options.keys->bundleOf(questions[i].host) : std::string();
         if (!bundle) return tl::unexpected(bundle.error());
         const auto dialled = meeting->dialled.find(questions[i].host);
         const std::string& address = dialled != meeting->dialled.end() ? dialled->second : meeting->usual;

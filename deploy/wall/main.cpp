@@ -72,7 +72,8 @@ int main(int argc, char** argv) {
     const Option start = commandLine.flag("--start", options.start, "Start hosts on the machines that the wall names,\nby ssh (until stopped)");
     commandLine.flag("--start-anyway", options.startAnyway, "... without those whose machine lacks something").needs(start);
     commandLine.option("--listen", options.listen, "Of the server (where the machines reach this one)").typeName("ADDR:PORT");
-    commandLine.option("--keys", options.keys, "Of the wall (tessera-keys); --start brings hosts\ntheirs (some that are made for this run)")
+    commandLine.option("--keys", options.keys, "Of the wall (tessera-keys); --start brings hosts\n"
+                                                       "theirs (some that are made for this run)")
         .typeName("DIR")
         .check(named);
     commandLine.flag("--insecure", options.insecure, "Nobody needs a key, and all that is sent is plain");

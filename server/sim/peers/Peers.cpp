@@ -65,7 +65,8 @@ void Peers::describe(answer::Status& status) const {
     const auto now = std::chrono::system_clock::now();
     const std::shared_ptr<const TlsContext> keys = keys_->current();
     for (const KeyEnd& end : keys->endsSoon(now)) status.keys.push_back(toText(end, now));
-    status.keyDays = std::max(0.0, std::chrono::duration<double, std::ratio<86'400>>(keys->ends().front().until - now).count());
+    using Days = std::chrono::duration<double, std::ratio<86'400>>;
+    status.keyDays = std::max(0.0, Days(keys->ends().front().until - now).count());
 }
 
 Peers::~Peers() {

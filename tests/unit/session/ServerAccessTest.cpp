@@ -155,7 +155,8 @@ TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
                   ServerSessionConfig config = twoHosts();
                   config.access = {{"looks", "changes", "runs"}};
                   config.passOf = [&](std::string_view word) {
-                      return holds && word == "for an hour" ? std::optional(AccessPass{"ci", Role::kEditor}) : std::nullopt;
+                      if (!holds || word != "for an hour") return std::optional<AccessPass>();
+                      return std::optional(AccessPass{"ci", Role::kEditor});
                   };
                   return config;
               }()) {}

@@ -67,7 +67,8 @@ TEST_F(DeskRoles, WhatMayNotBeSaidIsRefusedBeforeItIsRead) {
     };
     const auto member = [](int number, Bytes inner) {
         Bytes bytes{static_cast<std::byte>((number << 3 & 0x7F) | 2)};
-        if (number >= 16) bytes = {static_cast<std::byte>((number << 3 & 0x7F) | 0x82), static_cast<std::byte>(number >> 4)};
+        if (number >= 16)
+            bytes = {static_cast<std::byte>((number << 3 & 0x7F) | 0x82), static_cast<std::byte>(number >> 4)};
         bytes.push_back(static_cast<std::byte>(inner.size()));
         bytes.insert(bytes.end(), inner.begin(), inner.end());
         return bytes;
