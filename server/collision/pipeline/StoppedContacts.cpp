@@ -13,10 +13,16 @@ std::vector<Touching> StoppedContacts::settle(const ObjectHandler& handler) {
             {touching, handler.parts()[touching.partA].poseVersion, handler.parts()[touching.partB].poseVersion});
         told.push_back(touching);
     };
-    for (const Touching& touching : fresh_) keep(touching);
+    std::vector<std::pair<ObjectId, ObjectId>> pushedAgain;
+    for (const Touching& touching : fresh_) {
+        pushedAgain.emplace_back(touching.nodeA, touching.nodeB);
+        keep(touching);
+    }
+    std::ranges::sort(pushedAgain);
     fresh_.clear();
     for (Kept& before : kept_) {
         Touching& touching = before.touching;
+        if (std::ranges::binary_search(pushedAgain, std::pair(touching.nodeA, touching.nodeB))) continue;
         const std::uint32_t a = handler.partOf(touching.nodeA), b = handler.partOf(touching.nodeB);
         if (a == kNobody || b == kNobody || handler.parts()[a].poseVersion != before.versionA ||
             handler.parts()[b].poseVersion != before.versionB ||

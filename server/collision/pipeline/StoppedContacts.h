@@ -8,15 +8,16 @@
 namespace tessera {
 
 /// A motion is stopped a little before what it would run into, so the two do not touch; whoever pushed is told that
-/// they do, in the frame of the stop and for as long as both stay where they are. Kept by nodes, so that it survives
-/// changes of structure. Not thread-safe.
+/// they do, in the frame of the stop and for as long as both stay where they are. What is pushed again is told as it was
+/// stopped last: a push that goes on for hours keeps one step's stops, not every step's. Kept by nodes, so that it
+/// survives changes of structure. Not thread-safe.
 class StoppedContacts {
 public:
     /// Something stopped a motion in this step.
     void add(Touching touching) { fresh_.push_back(std::move(touching)); }
 
-    /// When everything stands where it will stand: those of this step, and those of earlier ones whose parts have not
-    /// moved since, with the time at which they stopped a motion then.
+    /// When everything stands where it will stand: those of this step, and those of earlier ones whose parts have
+    /// neither moved nor stopped each other since, with the time at which they stopped a motion then.
     [[nodiscard]] std::vector<Touching> settle(const ObjectHandler& handler);
 
 private:

@@ -78,6 +78,21 @@ TEST(Stop, ReportsWhatStoppedItAndKeepsDoingSoWhilePressed) {
     EXPECT_EQ(scene.x(), 3.0);
 }
 
+TEST(Stop, WhatIsPressedForLongIsToldAsOften) {
+    // The same stop again is the same contact: a list that kept every one made a frame slower for as long as it ran.
+    CollisionLimits limits;
+    limits.maxContacts = 1;
+    SceneMaker scene(limits);
+    const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d::Zero());
+    scene.body(kRootNode, shapes::box(Vec3d(0.2, 10, 10)), Vec3d(5.1, 0, 0));
+    scene.interest(box.node);
+    const TentativeTransform push{.transform = box.transform, .translation = Vec3d(6, 0, 0)};
+    scene.frame({push});
+    const std::uint64_t once = scene.frame({push}).counters.contactsLeftOut;
+    EXPECT_GT(once, 0u) << "several pairs of faces stop it, one is listed";
+    for (int frame = 0; frame < 300; ++frame) ASSERT_EQ(scene.frame({push}).counters.contactsLeftOut, once) << frame;
+}
+
 TEST(Stop, ATurningBeamStopsAtThePostWithoutPassingIt) {
     // A beam of length 4 turns about z in one step of nearly half a turn; a thin post stands in the quarter.
     SceneMaker scene;
