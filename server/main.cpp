@@ -22,6 +22,7 @@
 #include "common/tls/KeyRing.h"
 #include "server/door/Door.h"
 #include "server/sim/FrameLoop.h"
+#include "server/sim/audit/AuditLog.h"
 
 namespace {
 
@@ -47,7 +48,7 @@ struct Arguments {
     std::string camera;
     std::string report;
     std::string record;
-    std::string journal;
+    std::string journal, audit;
     unsigned threads = 1;
     bool noInput = false, noNotices = false;
     bool progress = false;
@@ -72,6 +73,14 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
         wall = withSize(*wall, width, height);
     }
     return wall;
+}
+
+std::string nameOfUser() {
+    std::array<char, 4096> room{};
+    passwd found{};
+    passwd* known = nullptr;
+    if (getpwuid_r(geteuid(), &found, room.data(), room.size(), &known) == 0 && known != nullptr) return known->pw_name;
+    return fmt::format("user {}", geteuid());
 }
 
 /// Who comes in on this machine: the words for it, where this user's programs find them, and the console.
@@ -102,6 +111,7 @@ public:
         group_ = group;
         tokens_ = place_ ? place_->tokens() : AccessTokens::fresh();
         if (!said.empty()) tokens_.of(Role::kOperator) = said;
+        tokens_.door = freshToken();
         return {};
     }
     [[nodiscard]] const AccessTokens& tokens() const { return tokens_; }
@@ -128,8 +138,12 @@ private:
     /// Where any port will do the last one does best: links hold.
     void openDoor(const Address& server, std::uint16_t lastPort) {
         const Address near{nearHost(server.host), server.port};
-        DoorOptions options{
-            .listen = *console_, .server = near, .wall = wall_, .tokens = tokens_, .reach = reach_};
+        DoorOptions options{.listen = *console_,
+                            .server = near,
+                            .wall = wall_,
+                            .tokens = tokens_,
+                            .owner = nameOfUser(),
+                            .reach = reach_};
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {
@@ -157,14 +171,6 @@ void keepBlocks() {
     mallopt(M_MMAP_THRESHOLD, kLargest);
     mallopt(M_TRIM_THRESHOLD, kSpare);
     mallopt(M_TOP_PAD, kStep);
-}
-
-std::string nameOfUser() {
-    std::array<char, 4096> room{};
-    passwd found{};
-    passwd* known = nullptr;
-    if (getpwuid_r(geteuid(), &found, room.data(), room.size(), &known) == 0 && known != nullptr) return known->pw_name;
-    return fmt::format("user {}", geteuid());
 }
 
 /// Beyond this machine nobody comes in without a key, but where a person says so.
@@ -256,6 +262,16 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone
 
+    std::unique_ptr<AuditLog> auditLog;
+    std::optional<AuditBook> audit;
+    if (!arguments.audit.empty()) {
+        Expected<std::unique_ptr<AuditLog>> opened = AuditLog::open(arguments.audit, log);
+        if (!opened) return tl::unexpected(opened.error());
+        auditLog = std::move(*opened);
+        audit.emplace([&](std::vector<AuditLine> lines) { auditLog->write(std::move(lines)); });
+        options.audit = &*audit;
+    }
+
     for (const std::string& missing : missingForConfinement()) log.warning(missing);
     FrameLoop loop(std::move(options), log);
     std::jthread watcher([&](const std::stop_token& done) {
@@ -326,6 +342,9 @@ int main(int argc, char** argv) {
     options.option("--record", arguments.record, "Write what happens here, for tessera-replay").typeName("FILE");
     options.option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")
         .typeName("DIR")
+        .check(named);
+    options.option("--audit", arguments.audit, "Who changed what, a line each; FILE.1 is the one\nbefore it, and so on")
+        .typeName("FILE")
         .check(named);
     options.option("--threads", arguments.threads, "Of the collision pipeline (1)")
         .typeName("N")

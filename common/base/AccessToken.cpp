@@ -36,6 +36,12 @@ bool sameToken(std::string_view a, std::string_view b) {
     return differ == 0;
 }
 
+std::optional<Entrant> AccessTokens::byDoor(std::string_view said) const {
+    if (door.empty() || said.size() <= door.size() || said[door.size()] != '/') return std::nullopt;
+    if (!sameToken(said.substr(0, door.size()), door)) return std::nullopt;
+    return readEntrant(said.substr(door.size() + 1));
+}
+
 std::optional<Role> AccessTokens::roleOf(std::string_view token) const {
     std::optional<Role> found;
     for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator})

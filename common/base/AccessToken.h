@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/Role.h"
+#include "common/base/Entrant.h"
 
 namespace tessera {
 
@@ -26,11 +26,17 @@ struct AccessPass {
 /// One for each role; empty: nobody is asked for any.
 struct AccessTokens {
     std::array<std::string, 3> words{};  ///< by role
+    /// By it the server's own door comes in, and nobody else: it is believed for whom it asks.
+    std::string door = {};
 
-    [[nodiscard]] static AccessTokens fresh() { return {{freshToken(), freshToken(), freshToken()}}; }
+    [[nodiscard]] static AccessTokens fresh() { return {{freshToken(), freshToken(), freshToken()}, freshToken()}; }
     [[nodiscard]] const std::string& of(Role role) const { return words[static_cast<std::size_t>(role)]; }
     [[nodiscard]] std::string& of(Role role) { return words[static_cast<std::size_t>(role)]; }
     [[nodiscard]] bool empty() const { return of(Role::kOperator).empty(); }
+    /// What the door says to come in for somebody.
+    [[nodiscard]] std::string ofDoorFor(const Entrant& who) const { return door + '/' + toText(who); }
+    /// None: it is not the door's.
+    [[nodiscard]] std::optional<Entrant> byDoor(std::string_view said) const;
     /// None: it is nobody's.
     [[nodiscard]] std::optional<Role> roleOf(std::string_view token) const;
 };

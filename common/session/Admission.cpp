@@ -24,12 +24,15 @@ Admission::Verdict Admission::program(const message::Hello& hello) const {
     return {};
 }
 
-Expected<Role> Admission::roleOf(const message::Hello& hello, const PeerOrigin& origin) const {
+Expected<Entrant> Admission::entrantOf(const message::Hello& hello, const PeerOrigin& origin) const {
     if (origin.key) return byKey(hello, *origin.key);
-    if (config_.access.empty()) return Role::kOperator;
+    if (std::optional<Entrant> who = origin.near ? config_.access.byDoor(hello.access) : std::nullopt)
+        return *std::move(who);
+    const Entrant anybody{.role = Role::kOperator};
+    if (config_.access.empty()) return anybody;
     const bool host = hello.role == PeerRole::kHost;
     if (!origin.sealed && !origin.near) {
-        if (config_.insecure) return hello.access.empty() ? Role::kOperator : byWord(hello);
+        if (config_.insecure) return hello.access.empty() ? anybody : byWord(hello);
         return fail(ErrorCode::kNetwork,
                     fmt::format("from another machine nobody comes in without a key: `tessera-keys {}`, on the server's "
                                 "machine, makes one, and --keys DIR names where it is",
@@ -52,12 +55,13 @@ Expected<Role> Admission::roleOf(const message::Hello& hello, const PeerOrigin& 
 }
 
 /// The names in it are the authority's word: what a program says of itself counts for nothing beside it.
-Expected<Role> Admission::byKey(const message::Hello& hello, const Credential& key) const {
+Expected<Entrant> Admission::byKey(const message::Hello& hello, const Credential& key) const {
     if (!key.fault.empty()) return fail(ErrorCode::kNetwork, key.fault);
     const Identity& who = key.identity;
     const bool host = hello.role == PeerRole::kHost;
-    if (who.kind == Identity::Kind::kPerson && !host) return who.role;
-    if (who.kind == Identity::Kind::kHost && host && hello.name == who.name) return Role::kOperator;
+    if (who.kind == Identity::Kind::kPerson && !host) return Entrant{who.role, Entrant::By::kKey, who.name};
+    if (who.kind == Identity::Kind::kHost && host && hello.name == who.name)
+        return Entrant{Role::kOperator, Entrant::By::kKey, who.name};
     if (who.kind == Identity::Kind::kHost && host)
         return fail(ErrorCode::kNetwork,
                     fmt::format("the key is of the host '{}', and not of '{}'", who.name, hello.name));
@@ -65,19 +69,22 @@ Expected<Role> Admission::byKey(const message::Hello& hello, const Credential& k
                                                  host ? "render host" : "application"));
 }
 
-Expected<Role> Admission::byWord(const message::Hello& hello) const {
-    std::optional<Role> role = config_.access.roleOf(hello.access);
-    if (const auto pass = role || !config_.passOf ? std::nullopt : config_.passOf(hello.access)) role = pass->role;
-    if (!role)
+Expected<Entrant> Admission::byWord(const message::Hello& hello) const {
+    std::optional<Entrant> who;
+    if (const std::optional<Role> role = config_.access.roleOf(hello.access))
+        who = {*role, Entrant::By::kWord, config_.owner};
+    else if (const auto pass = config_.passOf ? config_.passOf(hello.access) : std::nullopt)
+        who = {pass->role, Entrant::By::kPass, pass->name};
+    if (!who)
         return fail(ErrorCode::kRefused,
                     fmt::format("the token is not this server's, or has ended: take it from where the server's user ({}) "
                                 "finds it, or have another one made (tessera-keys token)",
                                 config_.owner));
-    if (hello.role == PeerRole::kHost && *role != Role::kOperator)
+    if (hello.role == PeerRole::kHost && who->role != Role::kOperator)
         return fail(ErrorCode::kRefused,
                     fmt::format("a render host needs the token of an operator, and this one is a token for the role {}",
-                                nameOf(*role)));
-    return *role;
+                                nameOf(who->role)));
+    return *who;
 }
 
 bool Admission::goTogether(const PeerOrigin& control, const PeerOrigin& bulk) {

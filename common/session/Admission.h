@@ -32,14 +32,10 @@ public:
     [[nodiscard]] Epoch epoch() const { return epoch_; }
 
     [[nodiscard]] Verdict program(const message::Hello& hello) const;
-    /// As what it comes in, by its key or its word. kRefused, kNetwork (it needs a key): as nothing, and it does no good
-    /// to ask again.
-    [[nodiscard]] Expected<Role> roleOf(const message::Hello& hello, const PeerOrigin& origin) const;
+    /// Who it is, and as what it comes in: by its key or its word. kRefused, kNetwork (it needs a key): as nothing, and
+    /// it does no good to ask again.
+    [[nodiscard]] Expected<Entrant> entrantOf(const message::Hello& hello, const PeerOrigin& origin) const;
     /// Whether a bulk connection may be that of a control connection: both are of one key, and the key still holds.
-    /// Whether it comes in by a word that was given for some time.
-    [[nodiscard]] bool byPass(const message::Hello& hello, const PeerOrigin& origin) const {
-        return !origin.key && !hello.access.empty() && !config_.access.empty() && !config_.access.roleOf(hello.access);
-    }
     [[nodiscard]] static bool goTogether(const PeerOrigin& control, const PeerOrigin& bulk);
     /// One more application, beside so many.
     [[nodiscard]] Verdict application(std::size_t connected) const;
@@ -56,8 +52,8 @@ public:
     [[nodiscard]] EpochVerdict epochOf(const std::string& host, Epoch seen, bool entered);
 
 private:
-    [[nodiscard]] Expected<Role> byKey(const message::Hello& hello, const Credential& key) const;
-    [[nodiscard]] Expected<Role> byWord(const message::Hello& hello) const;
+    [[nodiscard]] Expected<Entrant> byKey(const message::Hello& hello, const Credential& key) const;
+    [[nodiscard]] Expected<Entrant> byWord(const message::Hello& hello) const;
 
     struct Claim {
         ConnectionId from;  ///< the holder

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/base/AccessToken.h"
+#include "common/base/Entrant.h"
 #include "common/base/Identity.h"
 #include "common/session/Messages.h"
 #include "common/session/SwapBarrier.h"
@@ -175,8 +176,8 @@ struct EpochRaised {
 };
 struct ApplicationJoined {
     ConnectionId connection;
-    std::string name;
-    Role role = Role::kOperator;
+    std::string name;  ///< as it calls itself
+    Entrant who;
 };
 struct ApplicationLeft {
     ConnectionId connection;

@@ -13,9 +13,9 @@ void SessionEntrance::opened(ConnectionId connection, TimePoint now, bool near) 
 void SessionEntrance::hello(SessionPeer& peer, const message::Hello& hello, TimePoint now) {
     if (Admission::Verdict verdict = admission_.program(hello)) return refuse(peer, std::move(*verdict));
     if (hello.channel == ChannelKind::kBulk) return bulk(peer, hello);
-    const Expected<Role> as = admission_.roleOf(hello, peer.origin);
-    if (!as) return refuse(peer, {as.error().code, as.error().message, false});
-    if (hello.role == PeerRole::kApplication) return application(peer, hello, *as, now);
+    const Expected<Entrant> who = admission_.entrantOf(hello, peer.origin);
+    if (!who) return refuse(peer, {who.error().code, who.error().message, false});
+    if (hello.role == PeerRole::kApplication) return application(peer, hello, *who, now);
     if (hello.role == PeerRole::kHost) return host(peer, hello, now);
     refuse(peer, {ErrorCode::kNetwork, "unknown role of a peer", false});
 }
@@ -38,14 +38,16 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     control->other = peer.id;
 }
 
-void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, Role as, TimePoint now) {
+void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, Entrant who, TimePoint now) {
     if (Admission::Verdict verdict = admission_.application(roster_.peers.applications()))
         return refuse(peer, std::move(*verdict));
     peer.role = PeerRole::kApplication;
     peer.name = hello.name;
-    if (admission_.byPass(hello, peer.origin)) peer.pass = hello.access;
+    // Of those whom the door asks for it sees to that itself.
+    const bool ofDoor = roster_.config.access.byDoor(hello.access).has_value();
+    if (who.by == Entrant::By::kPass && !ofDoor) peer.pass = hello.access;
     welcome(peer, now);
-    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, as});
+    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, std::move(who)});
     // Whoever only asks is told what it asks for, and what it has subscribed to.
     if (hello.follows) roster_.followers.ask(peer.id, peer.name, roster_.out);
 }

@@ -26,7 +26,7 @@ public:
 
 private:
     void bulk(SessionPeer& peer, const message::Hello& hello);
-    void application(SessionPeer& peer, const message::Hello& hello, Role as, TimePoint now);
+    void application(SessionPeer& peer, const message::Hello& hello, Entrant who, TimePoint now);
     void host(SessionPeer& peer, const message::Hello& hello, TimePoint now);
     void admit(SessionPeer& peer, SessionHost& host, const message::Hello& hello, TimePoint now);
     void welcome(SessionPeer& peer, TimePoint now);

@@ -126,6 +126,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--camera", options.camera);
     add("--record", options.record);
     add("--journal", options.journal);
+    add("--audit", options.audit);
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
     if (options.noInput) s.push_back("--no-input");
     if (options.noNotices) s.push_back("--no-notices");

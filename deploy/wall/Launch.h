@@ -31,6 +31,7 @@ struct LaunchOptions {
     std::string share;   ///< of the clients; empty: their default
     std::string record;  ///< the server's recording; empty: none
     std::string journal;  ///< the server's; empty: none
+    std::string audit;    ///< where it writes who changes what; empty: nowhere
     unsigned threads = 0;  ///< of the server's collision pipeline; 0: its default
     std::string output = "out";
     std::vector<std::string> assets;

@@ -61,6 +61,9 @@ int main(int argc, char** argv) {
     commandLine.option("--output", options.output, "Folder for pictures and report (out)").typeName("DIR");
     commandLine.option("--assets", options.assets, "Folders for asset://NAME").typeName("DIR");
     commandLine.option("--record", options.record, "Record the server, for tessera-replay").typeName("FILE");
+    commandLine.option("--audit", options.audit, "Who changes what, a line each (deploy/security.md)")
+        .typeName("FILE")
+        .check(named);
     commandLine.option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")
         .typeName("DIR")
         .check(named);

@@ -15,6 +15,7 @@ struct DoorOptions {
     Address server;     ///< where applications dial in
     std::string wall;   ///< the wall's name, for people
     AccessTokens tokens;  ///< whoever has one may come in
+    std::string owner = {};  ///< whose tokens they are, for people
     DoorReach reach = {};
 };
 

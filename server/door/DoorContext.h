@@ -27,6 +27,7 @@ struct DoorLimits {
     std::size_t maxConnections = withinDescriptors(256, 4);  ///< at once, all kinds together
     /// Each is an application at the server, which takes 64 of them. Each has two descriptors more, of its link.
     std::size_t maxSockets = withinDescriptors(48, 8);
+    std::size_t maxHttpLinks = 8;  ///< of people whose requests come over HTTP: applications, too
     std::size_t maxHeadBytes = std::size_t{16} << 10;
     std::size_t maxTextBytes = std::size_t{4} << 20;        ///< of a body, or a message in text
     std::size_t maxBinaryBytes = std::size_t{64} << 20;     ///< of a binary frame
@@ -76,7 +77,7 @@ private:
 };
 
 struct DoorContext {
-    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port, options.reach) {}
+    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner) {}
 
     // What is left in `io` holds of both.
     std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
@@ -92,16 +93,29 @@ struct DoorContext {
     std::size_t sockets = 0;   ///< of the guests
     std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
 
-    /// The link by which requests over HTTP of a role go; dialled when it is first needed, and again when it has ended.
-    [[nodiscard]] DoorLink& sharedLink(Role role) {
-        std::shared_ptr<DoorLink>& link = shared_[role];
-        if (!link || link->ended()) link = dial("console", role, false);
-        return *link;
+    /// The link by which somebody's requests over HTTP go; dialled when it is first needed, and again when it has
+    /// ended. Of many people that asks nothing now which has asked nothing for longest goes. Null: all do.
+    [[nodiscard]] DoorLink* sharedLink(const Entrant& who) {
+        const auto known = std::ranges::find(shared_, who, &Shared::who);
+        if (known != shared_.end()) {
+            shared_.splice(shared_.end(), shared_, known);
+        } else if (shared_.size() < limits.maxHttpLinks) {
+            shared_.push_back({who, nullptr});
+        } else {
+            const auto idle = std::ranges::find_if(shared_, [](const Shared& one) { return one.link->open() == 0; });
+            if (idle == shared_.end()) return nullptr;
+            idle->link->close();
+            shared_.erase(idle);
+            shared_.push_back({who, nullptr});
+        }
+        std::shared_ptr<DoorLink>& link = shared_.back().link;
+        if (!link || link->ended()) link = dial("console", who, false);
+        return link.get();
     }
-    [[nodiscard]] std::shared_ptr<DoorLink> dial(const std::string& name, Role role, bool follow) {
+    [[nodiscard]] std::shared_ptr<DoorLink> dial(const std::string& name, const Entrant& who, bool follow) {
         return DoorLink::dial({.address = options.server,
                                .name = name,
-                               .access = [word = options.tokens.of(role)](const std::string&) { return word; },
+                               .access = [word = options.tokens.ofDoorFor(who)](const std::string&) { return word; },
                                .lists = follow},
                               wire);
     }
@@ -145,14 +159,18 @@ struct DoorContext {
     /// Nobody holds a handle of a guest from here on.
     void sendAllAway() {
         lanes.close();
-        for (const auto& [role, link] : shared_) link->close();
+        for (const Shared& one : shared_) one.link->close();
         shared_.clear();
         pictures.forget();
         for (Guest* guest : std::set(guests)) guest->leave();
     }
 
 private:
-    std::map<Role, std::shared_ptr<DoorLink>> shared_;
+    struct Shared {
+        Entrant who;
+        std::shared_ptr<DoorLink> link;
+    };
+    std::list<Shared> shared_;  ///< those that were asked last are last
     std::shared_ptr<const TlsContext> judgedBy_;
 };
 

@@ -202,6 +202,12 @@ std::optional<Credential> DoorStream::peer(const TlsContext& keys) const {
     return peer;
 }
 
+std::string DoorStream::from() {
+    Error gone;
+    const boost::asio::ip::tcp::endpoint other = socket().remote_endpoint(gone);
+    return gone ? std::string() : other.address().to_string();
+}
+
 void DoorStream::close() {
     if (impl_) impl_->raw.close();
 }

@@ -78,6 +78,8 @@ public:
     void seal(std::shared_ptr<const TlsContext> keys, std::function<void(Greeting)> then);
     /// As the keys are now. None: it has shown no certificate, or is plain.
     [[nodiscard]] std::optional<Credential> peer(const TlsContext& keys) const;
+    /// The other end's address, without its port; empty: it has gone.
+    [[nodiscard]] std::string from();
 
     [[nodiscard]] executor_type get_executor() const { return executor_; }
     [[nodiscard]] boost::asio::ip::tcp::socket& socket() { return raw().socket(); }

@@ -21,9 +21,10 @@ std::string inLowerCase(std::string_view text) {
 }
 
 /// The names in a key are the authority's word: a token counts for nothing beside it.
-tl::expected<Role, HttpAnswer> roleOfKey(const Credential& key) {
+tl::expected<Entrant, HttpAnswer> entrantByKey(const Credential& key, const std::string& from) {
     if (!key.fault.empty()) return tl::unexpected(errorAnswer(403, "refused", key.fault));
-    if (key.identity.kind == Identity::Kind::kPerson) return key.identity.role;
+    if (key.identity.kind == Identity::Kind::kPerson)
+        return Entrant{key.identity.role, Entrant::By::kKey, key.identity.name, from};
     return tl::unexpected(errorAnswer(
         403, "refused", fmt::format("the key is of {}, and lets in no person", describe(key.identity))));
 }
@@ -43,11 +44,14 @@ std::optional<HttpAnswer> Gatekeeper::strangers(const HttpRequest& request) cons
     return errorAnswer(403, "refused", "a page from elsewhere may not ask this door");
 }
 
-tl::expected<Role, HttpAnswer> Gatekeeper::roleOf(const HttpRequest& request, const HttpTarget& target) const {
+tl::expected<Entrant, HttpAnswer> Gatekeeper::entrantOf(const HttpRequest& request, const HttpTarget& target) const {
     if (std::optional<HttpAnswer> stranger = strangers(request)) return tl::unexpected(std::move(*stranger));
-    if (request.key) return roleOfKey(*request.key);
+    if (request.key) return entrantByKey(*request.key, request.from);
     for (const std::string_view word : wordsIn(request, target))
-        if (const auto role = roleOfWord(word)) return *role;
+        if (std::optional<Entrant> who = entrantBy(word)) {
+            who->from = request.from;
+            return *std::move(who);
+        }
     HttpAnswer answer = errorAnswer(
         401, "refused", "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
     answer.fields.emplace_back("WWW-Authenticate", "Bearer");
@@ -66,19 +70,19 @@ std::vector<std::string_view> Gatekeeper::wordsIn(const HttpRequest& request, co
     return words;
 }
 
-std::optional<Role> Gatekeeper::roleOfWord(std::string_view word) const {
-    if (const std::optional<Role> role = tokens_.roleOf(word)) return role;
+std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
+    if (const std::optional<Role> role = tokens_.roleOf(word)) return Entrant{*role, Entrant::By::kWord, owner_};
     const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
     const std::optional<AccessPass> pass =
         keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
-    return pass ? std::optional(pass->role) : std::nullopt;
+    return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name}) : std::nullopt;
 }
 
 std::string Gatekeeper::passIn(const HttpRequest& request, const HttpTarget& target) const {
     if (request.key) return {};
     for (const std::string_view word : wordsIn(request, target)) {
         if (tokens_.roleOf(word)) return {};
-        if (roleOfWord(word)) return std::string(word);
+        if (entrantBy(word)) return std::string(word);
     }
     return {};
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/AccessToken.h"
+#include "common/base/Entrant.h"
 #include "common/base/Error.h"
 #include "common/tls/KeyRing.h"
 #include "server/door/HttpMessage.h"
@@ -30,13 +31,14 @@ struct DoorReach {
 /// in its certificate, too: nobody else can let a name of theirs stand for it.
 class Gatekeeper {
 public:
-    Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {})
-        : tokens_(std::move(tokens)), port_(port), reach_(std::move(reach)) {}
+    /// `owner`: whose tokens they are.
+    Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {}, std::string owner = {})
+        : tokens_(std::move(tokens)), port_(port), reach_(std::move(reach)), owner_(std::move(owner)) {}
 
-    /// As what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a strange
+    /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a strange
     /// Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
     /// Authorization ("Bearer T"), or for the page and the socket in the query.
-    [[nodiscard]] tl::expected<Role, HttpAnswer> roleOf(const HttpRequest& request, const HttpTarget& target) const;
+    [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request, const HttpTarget& target) const;
     /// The word for some time that lets it in; empty: it comes in otherwise.
     [[nodiscard]] std::string passIn(const HttpRequest& request, const HttpTarget& target) const;
     /// Without key and token: where the request comes from.
@@ -44,13 +46,14 @@ public:
 
 private:
     [[nodiscard]] static std::vector<std::string_view> wordsIn(const HttpRequest& request, const HttpTarget& target);
-    [[nodiscard]] std::optional<Role> roleOfWord(std::string_view word) const;
+    [[nodiscard]] std::optional<Entrant> entrantBy(std::string_view word) const;
     [[nodiscard]] bool isHere(std::string_view authority) const;
     [[nodiscard]] bool isOurs(const std::string& host) const;
 
     AccessTokens tokens_;
     std::uint16_t port_;
     DoorReach reach_;
+    std::string owner_;
 };
 
 /// So many at once, and so many in a second.

@@ -20,6 +20,7 @@ struct HttpRequest {
     bool wantsSocket = false;  ///< an upgrade to a WebSocket
     std::string body;
     std::optional<Credential> key = {};  ///< whom its sender has proved to be; none: nobody
+    std::string from = {};               ///< its sender's address
 };
 
 struct HttpAnswer {

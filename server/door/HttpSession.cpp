@@ -114,7 +114,8 @@ private:
                     .contentType = field(http::field::content_type),
                     .wantsSocket = beast::websocket::is_upgrade(head),
                     .body = {},
-                    .key = context_.options.reach.keys ? stream_.peer(*context_.options.reach.keys()) : std::nullopt};
+                    .key = context_.options.reach.keys ? stream_.peer(*context_.options.reach.keys()) : std::nullopt,
+                    .from = stream_.from()};
         // Chunks have extensions and trailers, for which the library knows no bounds.
         if (head.find(http::field::transfer_encoding) != head.end())
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
@@ -221,7 +222,7 @@ private:
         const HttpTarget target = *readTarget(request_.target);
         std::string word = context_.gate.passIn(request_, target);
         if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), std::move(word), context_);
-        startSocketSession(std::move(stream_), parser_->release(), target, routes_.role(), std::move(word), context_);
+        startSocketSession(std::move(stream_), parser_->release(), target, routes_.who(), std::move(word), context_);
     }
 
     DoorStream stream_;

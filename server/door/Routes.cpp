@@ -82,11 +82,11 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     knowsWho_ = false;
     if (target->path == "/style.css" || target->path == kAuthorityPath) {
         if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
-    } else if (tl::expected<Role, HttpAnswer> role = context_.gate.roleOf(request, *target); !role) {
-        if (role.error().status == 401 && target->path == "/") return tokenPage();
-        return std::move(role.error());
+    } else if (tl::expected<Entrant, HttpAnswer> who = context_.gate.entrantOf(request, *target); !who) {
+        if (who.error().status == 401 && target->path == "/") return tokenPage();
+        return std::move(who.error());
     } else {
-        role_ = *role;
+        who_ = *std::move(who);
         knowsWho_ = true;
     }
     if (method.empty())
@@ -121,28 +121,35 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         static const std::string kApi = jsonText(apiJson()) + "\n";
         return answer({.body = kApi});
     }
-    if (target->path == "/metrics")
-        return context_.sharedLink(role_).ask(
-            StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
-                if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));
-                answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
-                        .body = metricsText(std::get<answer::Status>(*status))});
-            });
-    if (target->path == "/wall.jpg") return context_.pictures.wall(context_.sharedLink(role_), answer);
-    if (target->path.starts_with(kTilePrefix))
-        return context_.pictures.tile(
-            context_.sharedLink(role_),
-            target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
-            answer);
     if (target->path == "/socket" || target->path == "/link")
         return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
-    ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+    if (target->path.starts_with(kAskPrefix))
+        return ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+    DoorLink* const link = this->link(answer);
+    if (!link) return;
+    if (target->path == "/wall.jpg") return context_.pictures.wall(*link, answer);
+    if (target->path.starts_with(kTilePrefix))
+        return context_.pictures.tile(
+            *link, target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
+            answer);
+    link->ask(StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
+        if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));
+        answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
+                .body = metricsText(std::get<answer::Status>(*status))});
+    });
+}
+
+DoorLink* Routes::link(const AnswerHttp& answer) {
+    DoorLink* const link = context_.sharedLink(who_);
+    if (!link) answer(errorAnswer(503, "limit", "as many people ask at once as may: try again"));
+    return link;
 }
 
 void Routes::ask(const std::string& name, const std::string& body, const AnswerHttp& answer) {
     for (const RequestText& known : allRequests()) {
         if (known.info.name != name) continue;
-        if (role_ < known.info.role) return answer(errorAnswer(403, "refused", roleRefusal(known.info, role_).message));
+        if (who_.role < known.info.role)
+            return answer(errorAnswer(403, "refused", roleRefusal(known.info, who_.role).message));
         if (known.info.ownLink)
             return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
     }
@@ -163,7 +170,9 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
 }
 
 void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer) {
-    askInJson(context_.sharedLink(role_), name, std::move(fields), {},
+    DoorLink* const link = this->link(answer);
+    if (!link) return;
+    askInJson(*link, name, std::move(fields), {},
               [answer, &beside = context_.beside](const ApiExpected<ByteSlice>& came) {
                   if (!came) return answer(apiErrorAnswer(came.error()));
                   if (came->size() <= kMostAtOnce) return answer(httpAnswerOf(*came));

@@ -14,16 +14,18 @@ public:
     [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request);
     void answer(const HttpRequest& request, const AnswerHttp& answer);
     /// Of who has come in, once beforeBody has said nothing.
-    [[nodiscard]] Role role() const { return role_; }
+    [[nodiscard]] const Entrant& who() const { return who_; }
     /// A token was shown.
     [[nodiscard]] bool knowsWho() const { return knowsWho_; }
 
 private:
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
+    /// Null: it has answered that too many ask at once.
+    [[nodiscard]] DoorLink* link(const AnswerHttp& answer);
     void askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer);
 
     DoorContext& context_;
-    Role role_ = Role::kViewer;
+    Entrant who_;
     bool knowsWho_ = false;
 };
 

@@ -38,12 +38,12 @@ const RequestInfo* requestOf(std::string_view name) {
 
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
-    SocketSession(DoorStream stream, const HttpTarget& target, Role role, DoorContext& context)
+    SocketSession(DoorStream stream, const HttpTarget& target, Entrant who, DoorContext& context)
         : Guest(context),
           stream_(std::move(stream)),
           clock_(context.io),
           context_(context),
-          role_(role),
+          who_(std::move(who)),
           rate_(context.limits.socketPerSecond, 2 * context.limits.socketPerSecond) {
         ++context_.sockets;
         const auto name = target.query.find("name");
@@ -78,7 +78,7 @@ private:
 
     void begin() {
         alive_ = shared_from_this();
-        link_ = context_.dial(name_, role_, follows_);
+        link_ = context_.dial(name_, who_, follows_);
         const auto with = [weak = Weak(shared_from_this())](auto&& tell) {
             return [weak, tell](const auto& what) {
                 if (const std::shared_ptr<SocketSession> self = weak.lock()) tell(*self, what);
@@ -189,9 +189,9 @@ private:
         // What nobody will look at is not kept until it is whole.
         if (envelope->binaries > 0) {
             const RequestInfo* const known = requestOf(envelope->request);
-            if (!known || role_ < known->role) discards_ = std::exchange(envelope->binaries, 0);
-            if (known && role_ < known->role)
-                return say(errorText(said.id, {ErrorCode::kRefused, roleRefusal(*known, role_).message}), {});
+            if (!known || who_.role < known->role) discards_ = std::exchange(envelope->binaries, 0);
+            if (known && who_.role < known->role)
+                return say(errorText(said.id, {ErrorCode::kRefused, roleRefusal(*known, who_.role).message}), {});
         }
         awaited_ = std::move(*envelope);
         binaries_.clear();
@@ -403,7 +403,7 @@ private:
     boost::asio::steady_timer clock_;
     int quiet_ = 0;  ///< so often it has neither said nor taken anything
     DoorContext& context_;
-    const Role role_;
+    const Entrant who_;
     RateLimit rate_;
     std::string name_;
     bool follows_ = false;
@@ -437,8 +437,8 @@ private:
 }  // namespace
 
 void startSocketSession(DoorStream stream, beast::http::request<beast::http::string_body> upgrade,
-                        const HttpTarget& target, Role role, std::string pass, DoorContext& context) {
-    const auto session = std::make_shared<SocketSession>(std::move(stream), target, role, context);
+                        const HttpTarget& target, const Entrant& who, std::string pass, DoorContext& context) {
+    const auto session = std::make_shared<SocketSession>(std::move(stream), target, who, context);
     session->pass = std::move(pass);
     session->accept(upgrade);
 }

@@ -13,6 +13,6 @@ namespace tessera {
 /// `pass`: the word for some time that it came with; empty: it came otherwise.
 void startSocketSession(DoorStream stream,
                         boost::beast::http::request<boost::beast::http::string_body> upgrade, const HttpTarget& target,
-                        Role role, std::string pass, DoorContext& context);
+                        const Entrant& who, std::string pass, DoorContext& context);
 
 }  // namespace tessera

@@ -13,6 +13,7 @@
 #include "common/wall/Showing.h"
 #include "common/wall/Wall.h"
 #include "server/import/Importer.h"
+#include "server/sim/audit/AuditBook.h"
 
 namespace tessera {
 
@@ -33,6 +34,7 @@ struct ServerOptions {
     std::string reportPath;    ///< empty: no report
     std::string recordPath;    ///< empty: no recording
     std::string journalPath;   ///< empty: no journal
+    AuditBook* audit = nullptr;  ///< null: nobody keeps who does what; outlives the loop
     Showing showing = Showing::kScene;  ///< until somebody asks for something else
     bool takesInput = true;    ///< of windows and applications: false: the view moves by hand alone
     bool notices = true;       ///< walls say what is wrong with programs of materials

@@ -108,7 +108,8 @@ ServerActions SessionActions::on(const server_action::RequestReceived& request) 
 }
 
 ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
-    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .role = joined.role});
+    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .who = joined.who},
+                                   around_.peers.addressOf(joined.connection));
     return {};
 }
 

@@ -33,7 +33,7 @@ void head(std::string_view text) {
                               .authorization = field(http::field::authorization)};
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (!target) return;
-    must(!Gatekeeper(AccessTokens::fresh(), 7001).roleOf(request, *target), "nobody comes in without the token");
+    must(!Gatekeeper(AccessTokens::fresh(), 7001).entrantOf(request, *target), "nobody comes in without the token");
 }
 
 void ask(std::string_view name, const Json& fields, std::span<const ByteSlice> binaries) {

@@ -272,6 +272,12 @@ std::vector<std::uint32_t> ObjectHandler::placesOf(ObjectId transform) const {
     return tree_.sortedBearers(number);
 }
 
+ObjectId ObjectHandler::bearerOf(ObjectId core) const {
+    const std::uint32_t number = core ? tree_.bearersOf(core) : VisibleTree::kNone;
+    if (number == VisibleTree::kNone || tree_.bearers()[number].count != 1) return {};
+    return tree_.at(tree_.bearers()[number].first).node;
+}
+
 std::uint32_t ObjectHandler::transformNumber(ObjectId transform, std::uint32_t guess) const {
     if (!transform) return kNobody;
     if (guess < tree_.bearers().size() && tree_.bearers()[guess].core == transform) return guess;

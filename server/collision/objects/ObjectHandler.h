@@ -99,6 +99,8 @@ public:
     }
     /// The same by its id, listed.
     [[nodiscard]] std::vector<std::uint32_t> placesOf(ObjectId transform) const;
+    /// The one visible node that has a core, of whatever kind; none: none has it, or several have.
+    [[nodiscard]] ObjectId bearerOf(ObjectId core) const;
     /// Visits the parts at or below all places of a Transform, by number: visit(part, place). A part that is below two
     /// of them is visited for each, the nearer one last.
     template <typename Visit>

@@ -157,6 +157,10 @@ std::span<const InterestTerms> CollisionPipeline::interests() const {
     return impl_->handler.interests();
 }
 
+ObjectId CollisionPipeline::bearerOf(ObjectId core) const {
+    return impl_->handler.bearerOf(core);
+}
+
 const CollisionLimits& CollisionPipeline::limits() const {
     return impl_->limits;
 }

@@ -77,6 +77,8 @@ public:
     /// The enabled interests, in document order; valid until the scene changes.
     [[nodiscard]] std::span<const InterestTerms> interests() const;
     [[nodiscard]] const CollisionLimits& limits() const;
+    /// The one visible node that has this core; none: none has it, or several have.
+    [[nodiscard]] ObjectId bearerOf(ObjectId core) const;
 
     /// The nearest visible triangle along a ray in world coordinates.
     [[nodiscard]] std::optional<PickHit> pickNode(const Aspect& aspect, const Ray& ray,

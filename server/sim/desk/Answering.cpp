@@ -13,7 +13,8 @@ message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& an
     return reply;
 }
 
-ServerActions answerTo(ServerSession& session, const Asker& asker, const Expected<ApplicationAnswer>& answer) {
+ServerActions Answers::to(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
+    if (audit) audit->answered(asker.connection, asker.request, answer.has_value());
     return session.reply(asker.connection, replyTo(asker, answer));
 }
 

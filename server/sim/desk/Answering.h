@@ -3,6 +3,7 @@
 
 #include "common/codec/ApplicationCodec.h"
 #include "common/session/ServerSession.h"
+#include "server/sim/audit/AuditBook.h"
 
 namespace tessera {
 
@@ -14,7 +15,12 @@ struct Asker {
 
 /// What is sent. On any thread.
 [[nodiscard]] message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& answer);
-[[nodiscard]] ServerActions answerTo(ServerSession& session, const Asker& asker,
-                                     const Expected<ApplicationAnswer>& answer);
+/// The one way by which what may have changed something is answered.
+struct Answers {
+    ServerSession& session;
+    AuditBook* audit = nullptr;  ///< who did what; null: nobody keeps it
+
+    [[nodiscard]] ServerActions to(const Asker& asker, const Expected<ApplicationAnswer>& answer) const;
+};
 
 }  // namespace tessera

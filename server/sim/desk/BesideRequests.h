@@ -12,7 +12,7 @@ namespace tessera {
 /// Applications take turns. Of one that asks for much more than it is told the rest is refused. Frame thread only.
 class BesideRequests {
 public:
-    explicit BesideRequests(ServerSession& session) : session_(session) {}
+    explicit BesideRequests(const Answers& answers) : answers_(answers) {}
 
     /// Calls `begin` now or later, unless the application has gone by then; whoever has begun calls `done` once. `bytes`:
     /// of memory that the waiting takes.
@@ -34,7 +34,7 @@ private:
     };
     void goOn();
 
-    ServerSession& session_;
+    const Answers answers_;
     std::map<ConnectionId, Queue> waiting_;  ///< none is empty
     ConnectionId last_;                      ///< who had the last turn
     bool busy_ = false;

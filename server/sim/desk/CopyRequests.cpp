@@ -28,7 +28,7 @@ ServerActions CopyRequests::ask(const Asker& asker, const CloneWish& wish, TimeP
         goOn();
         return {};
     }
-    if (!clone) return answerTo(around_.session, asker, tl::unexpected(clone.error()));
+    if (!clone) return around_.answers().to(asker, tl::unexpected(clone.error()));
     std::vector<Blob> named = blobsOf(clone->list);
     const std::size_t bytes = memoryWithoutArrays(clone->list);
     return edits_.enter({.asker = asker,

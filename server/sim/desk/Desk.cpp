@@ -9,7 +9,7 @@ namespace tessera {
 
 std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& info) const {
     const auto known = applications.find(connection);
-    const Role role = known == applications.end() ? Role::kViewer : known->second.role;
+    const Role role = known == applications.end() ? Role::kViewer : known->second.who.role;
     if (role >= info.role) return std::nullopt;
     return roleRefusal(info, role);
 }

@@ -21,8 +21,8 @@ namespace tessera {
 struct Desk {
     /// An application, as its link has brought it.
     struct Known {
-        std::string name = {};
-        Role role = Role::kOperator;
+        std::string name = {};  ///< as it calls itself
+        Entrant who = {.role = Role::kOperator};
     };
 
     Desk(const DeskSurroundings& lent, const DeskLimits& most)
@@ -33,10 +33,10 @@ struct Desk {
           loads(around, edits),
           copies(around, limits, edits),
           images(around.wall, around.session, limits.imageDeadline),
-          views(around.session, around.view, around.simulation, around.orderSurvey),
+          views(around.answers(), around.view, around.simulation, around.orderSurvey),
           news(around.session, limits.news),
-          looks(around.session),
-          works(around.session) {}
+          looks(around.answers()),
+          works(around.answers()) {}
     ~Desk() { *closing = true; }
     Desk(const Desk&) = delete;
     Desk& operator=(const Desk&) = delete;
@@ -56,7 +56,7 @@ struct Desk {
     const std::shared_ptr<std::atomic<bool>> closing = std::make_shared<std::atomic<bool>>(false);
 
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
-        return answerTo(around.session, asker, answer);
+        return around.answers().to(asker, answer);
     }
     [[nodiscard]] ServerActions done(const Asker& asker) const { return answer(asker, answer::Done{}); }
     [[nodiscard]] ServerActions refuse(const Asker& asker, Error why) const {

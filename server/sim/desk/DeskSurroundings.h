@@ -9,6 +9,7 @@
 #include "common/codec/ApplicationCodec.h"
 #include "common/session/Messages.h"
 #include "server/manipulators/ManipulatorDrags.h"
+#include "server/sim/desk/Answering.h"
 #include "server/sim/desk/FrameNews.h"
 #include "server/sim/desk/Loader.h"
 #include "server/sim/desk/Uploads.h"
@@ -81,6 +82,9 @@ struct DeskSurroundings {
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
+    AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it
+
+    [[nodiscard]] Answers answers() const { return {session, audit}; }
     /// Why no edit is taken at present; none: edits are taken.
     [[nodiscard]] std::optional<Error> whyNoEdit() const { return editsRefused ? editsRefused() : std::nullopt; }
 };

@@ -42,7 +42,7 @@ ServerActions ImageRequests::finish(Opens::iterator open) {
     Open done = std::move(open->second);
     open_.erase(open);
     for (Open::Awaited& awaited : done.awaited) done.answer.missing.push_back(std::move(awaited.tile));
-    return answerTo(session_, done.asker, ApplicationAnswer(std::move(done.answer)));
+    return Answers{session_}.to(done.asker, ApplicationAnswer(std::move(done.answer)));
 }
 
 ServerActions ImageRequests::advance(TimePoint now) {

@@ -14,7 +14,7 @@ constexpr std::size_t kMostNoteBytes = 500;
 }  // namespace
 
 ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, const Placing& placing) {
-    const auto refuse = [&](Error why) { return answerTo(around_.session, asker, tl::unexpected(std::move(why))); };
+    const auto refuse = [&](Error why) { return around_.answers().to(asker, tl::unexpected(std::move(why))); };
     if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(*why);
     const ObjectId below = parent ? parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(below))

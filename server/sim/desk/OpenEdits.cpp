@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/sim/desk/AuditNames.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -146,10 +147,12 @@ std::vector<Edit> OpenEdits::takeEdits() {
         // Nor do many large ones hold up a frame.
         changes += open.edit.move ? 1 : weightOf(open.edit.list);
         full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
-        if (full)
+        if (full) {
             later.push_back(ticket);
-        else
-            edits.push_back(std::move(open.edit));
+            continue;
+        }
+        note(open, open.edit);
+        edits.push_back(std::move(open.edit));
     }
     ready_ = std::move(later);
     return edits;
@@ -163,11 +166,30 @@ void OpenEdits::takePart(std::vector<Edit>& edits) {
     Open& open = open_.at(loading_.front());
     Edit part = open.edit;
     part.list = std::move(open.parts[open.nextPart++]);
+    note(open, part);
     const bool isLast = open.nextPart == open.parts.size();
     // What is one part only is an edit like others.
     if (open.parts.size() > 1) part.kind = isLast ? Edit::Kind::kLastPart : Edit::Kind::kPart;
     edits.push_back(std::move(part));
     if (isLast) loading_.pop_front();
+}
+
+void OpenEdits::note(const Open& open, const Edit& edit) const {
+    AuditBook* const audit = around_.audit;
+    if (!audit || open.content) return;
+    Simulation& simulation = around_.simulation;
+    const ChangeListPtr step = isStep(edit.kind) ? simulation.listOf(edit.kind) : nullptr;
+    const ChangeList& list = step ? *step : edit.list;
+    const auto [connection, request] = open.asker;
+    if (audit->wantsObjects(connection, request))
+        audit->names(connection, request, auditNames(simulation, list, AuditBook::kMostObjects));
+    audit->changes(connection, request, edit.move ? 1 : list.changeCount());
+}
+
+bool OpenEdits::has(const Asker& asker) const {
+    return std::ranges::any_of(open_, [&](const auto& entry) {
+        return entry.second.asker.connection == asker.connection && entry.second.asker.request == asker.request;
+    });
 }
 
 void OpenEdits::drop(std::vector<ChangeList> parts) {
@@ -195,7 +217,7 @@ ServerActions OpenEdits::committed(std::vector<EditOutcome> outcomes) {
 }
 
 ServerActions OpenEdits::tell(const Open& open, const Expected<ApplicationAnswer>& outcome) {
-    if (!open.content) return answerTo(around_.session, open.asker, outcome);
+    if (!open.content) return around_.answers().to(open.asker, outcome);
     if (around_.inlines)
         around_.inlines->ended(open.content, outcome ? std::nullopt : std::optional(outcome.error().message));
     return {};

@@ -55,6 +55,8 @@ public:
     [[nodiscard]] ServerActions enter(Open open, std::vector<Blob> named, TimePoint now);
     [[nodiscard]] ServerActions refuse(std::uint64_t ticket, const Error& why);
     void blobsEverywhere(std::uint64_t ticket);
+    /// One of this request is open.
+    [[nodiscard]] bool has(const Asker& asker) const;
 
     struct Count {
         std::size_t edits = 0, bytes = 0;
@@ -82,6 +84,8 @@ private:
 
     /// To whoever asked, or to who orders what Inlines hold.
     [[nodiscard]] ServerActions tell(const Open& open, const Expected<ApplicationAnswer>& outcome);
+    /// The audit log is told what it writes, before that is done.
+    void note(const Open& open, const Edit& edit) const;
     /// Its outcome is known, or nobody wants it. What comes behind it.
     Opens::iterator close(Opens::iterator open);
 

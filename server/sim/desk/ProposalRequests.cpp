@@ -11,7 +11,7 @@ namespace tessera {
 ServerActions ProposalRequests::propose(const Asker& asker, Proposal proposal, TimePoint now) {
     const Expected<Uploads::Closed> upload =
         around_.uploads ? around_.uploads->close(asker.connection) : Uploads::Closed();
-    if (!upload) return answerTo(around_.session, asker, failWith("proposal", upload.error()));
+    if (!upload) return around_.answers().to(asker, failWith("proposal", upload.error()));
     const std::uint64_t ticket = edits_.newTicket();
     std::size_t bytes = proposal.list.size() + upload->bytes;
     for (const ByteSlice& blob : proposal.blobs) bytes += blob.size();

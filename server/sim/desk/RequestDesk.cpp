@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/sim/desk/AuditNames.h"
 #include "server/sim/desk/Deeds.h"
 #include "server/sim/frame/Simulation.h"
 
@@ -13,19 +14,41 @@ constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said o
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
     const Asker asker{.connection = received.connection, .request = received.id};
+    AuditBook* const audit = desk_.around.audit;
     // The one place where roles are looked at.
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body, {}, [&](const RequestInfo& info) {
         std::optional<Error> why = desk_.mayNot(received.connection, info);
         if (why && info.bringsArrays) desk_.proposals.dropArrays(received.connection);
+        if (audit && why) audit->mayNot(asker.connection, info, why->message);
+        if (audit && !why) audit->asked(asker.connection, asker.request, info);
         return why;
     });
     if (!decoded) return desk_.refuse(asker, decoded.error());
+    if (audit && audit->wantsObjects(asker.connection, asker.request))
+        audit->names(asker.connection, asker.request, auditNames(desk_.around.simulation, *decoded));
     return carryOut(desk_, asker, *decoded, now);
 }
 
 ServerActions RequestDesk::blobsEverywhere(std::uint64_t token) {
     desk_.edits.blobsEverywhere(token);
     return {};
+}
+
+void RequestDesk::applicationJoined(ConnectionId connection, const Desk::Known& known, const std::string& from) {
+    desk_.applications.insert_or_assign(connection, known);
+    // Of whom a door asks for it says where that is.
+    if (AuditBook* const audit = desk_.around.audit)
+        audit->came(connection, {known.who, known.name, known.who.from.empty() ? from : known.who.from});
+}
+
+ServerActions RequestDesk::advance(TimePoint now) {
+    if (AuditBook* const audit = desk_.around.audit) audit->advance(now);
+    return desk_.images.advance(now);
+}
+
+TimePoint RequestDesk::nextDeadline() const {
+    const AuditBook* const audit = desk_.around.audit;
+    return std::min(desk_.images.nextDeadline(), audit ? audit->nextDeadline() : TimePoint::max());
 }
 
 void RequestDesk::applicationLeft(ConnectionId connection) {
@@ -39,6 +62,8 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     desk_.proposals.dropArrays(connection);
     desk_.around.drags.release(connection.value);
     desk_.edits.forgetLeftBehind([this](ConnectionId one) { return desk_.applications.contains(one); });
+    if (AuditBook* const audit = desk_.around.audit)
+        audit->left(connection, [&](std::uint64_t request) { return desk_.edits.has({connection, request}); });
     desk_.copies.goOn();
 }
 
@@ -48,8 +73,13 @@ std::vector<Edit> RequestDesk::takeEdits() {
     if (around.steering && around.whyNoEdit()) around.steering->letGoOfHandles();
     // Beside steps of undo there is nothing else in a frame.
     if (std::ranges::none_of(edits, isStep, &Edit::kind)) {
-        if (around.steering) std::ranges::move(around.steering->takeEdits(), std::back_inserter(edits));
         Simulation& simulation = around.simulation;
+        std::vector<Edit> byHand = around.steering ? around.steering->takeEdits() : std::vector<Edit>();
+        if (around.audit)
+            for (const Edit& edit : byHand)
+                around.audit->byHand(auditNames(simulation, edit.list, AuditBook::kMostObjects),
+                                     edit.list.changeCount());
+        std::ranges::move(byHand, std::back_inserter(edits));
         ChangeList held = around.drags.corrections(simulation.scene(), simulation.manipulators());
         if (!held.empty()) edits.push_back({.ticket = kHeldTicket, .list = std::move(held), .undoable = false});
     }

@@ -35,11 +35,10 @@ public:
     }
     /// What was ordered by `orderSurvey`.
     [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return desk_.views.surveyed(bounds, at); }
-    [[nodiscard]] ServerActions advance(TimePoint now) { return desk_.images.advance(now); }
-    [[nodiscard]] TimePoint nextDeadline() const { return desk_.images.nextDeadline(); }
-    void applicationJoined(ConnectionId connection, Desk::Known known = {}) {
-        desk_.applications.insert_or_assign(connection, std::move(known));
-    }
+    [[nodiscard]] ServerActions advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const;
+    /// `from`: the other end of its link.
+    void applicationJoined(ConnectionId connection, const Desk::Known& known = {}, const std::string& from = {});
     void applicationLeft(ConnectionId connection);
 
     /// The edits for the frame that is about to be made.

@@ -25,7 +25,7 @@ inline ServerActions subscribe(Desk& desk, const Asker& asker, const request::Su
 inline ServerActions whoAmI(Desk& desk, const Asker& asker, const request::WhoAmI&, TimePoint) {
     const auto known = desk.applications.find(asker.connection);
     answer::Identity who;
-    if (known != desk.applications.end()) who = {.name = known->second.name, .role = known->second.role};
+    if (known != desk.applications.end()) who = {.name = known->second.name, .role = known->second.who.role};
     return desk.answer(asker, ApplicationAnswer(std::move(who)));
 }
 

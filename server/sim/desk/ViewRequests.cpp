@@ -33,8 +33,8 @@ ServerActions ViewRequests::goOn() {
 
 ServerActions ViewRequests::set(const Asker& asker, const ViewWish& wish, const Box* bounds) {
     const Expected<void> set = view_.set(simulation_.scene(), wish, bounds);
-    if (!set) return answerTo(session_, asker, tl::unexpected(set.error()));
-    return answerTo(session_, asker, ApplicationAnswer(answer::Done{}));
+    if (!set) return answers_.to(asker, tl::unexpected(set.error()));
+    return answers_.to(asker, ApplicationAnswer(answer::Done{}));
 }
 
 void ViewRequests::applicationLeft(ConnectionId connection) {

@@ -20,8 +20,8 @@ public:
     /// Orders how far the scene as it is now reaches (AnimatedBounds), found elsewhere; `surveyed` is told. One at a time. Empty: it
     /// is found between two frames.
     using Survey = std::function<void()>;
-    ViewRequests(ServerSession& session, ViewSource& view, const Simulation& simulation, Survey survey)
-        : session_(session), view_(view), simulation_(simulation), survey_(std::move(survey)) {}
+    ViewRequests(const Answers& answers, ViewSource& view, const Simulation& simulation, Survey survey)
+        : answers_(answers), view_(view), simulation_(simulation), survey_(std::move(survey)) {}
 
     [[nodiscard]] ServerActions ask(const Asker& asker, const ViewWish& wish);
     /// `at`: the list up to which the scene had come.
@@ -44,7 +44,7 @@ private:
     /// As far as what is known goes.
     [[nodiscard]] ServerActions goOn();
 
-    ServerSession& session_;
+    const Answers answers_;
     ViewSource& view_;
     const Simulation& simulation_;
     Survey survey_;

@@ -94,6 +94,8 @@ public:
     [[nodiscard]] const SkinPoses& skinPoses() const { return step_->skins; }
     [[nodiscard]] const InlineContents& inlines() const { return step_->inlines; }
     [[nodiscard]] ManipulatorDisplay& manipulators() { return step_->handles; }
+    /// The one visible node that has this core; none: none has it, or several have.
+    [[nodiscard]] ObjectId bearerOf(ObjectId core) const { return pipeline_.bearerOf(core); }
     /// Motions and animations that play and write what the list writes.
     [[nodiscard]] std::vector<ObjectId> drivingWhat(const ChangeList& list) const;
     [[nodiscard]] const EditHistory& history() const { return history_; }

@@ -103,6 +103,11 @@ std::size_t Peers::hostCount() const {
         std::ranges::count_if(open_, [&](const auto& peer) { return session_.isHost(peer.first); }));
 }
 
+std::string Peers::addressOf(ConnectionId connection) const {
+    const auto found = open_.find(connection);
+    return found == open_.end() ? std::string() : found->second;
+}
+
 ServerActions Peers::received(const link_event::Received& received, TimePoint at) {
     const ConnectionId connection{received.link.value};
     if (!open_.contains(connection)) return {};

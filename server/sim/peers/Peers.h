@@ -64,6 +64,8 @@ public:
     void describe(answer::Status& status) const;
     [[nodiscard]] std::size_t connectionCount() const { return open_.size(); }
     [[nodiscard]] std::size_t hostCount() const;
+    /// Of the other end; empty: it has gone.
+    [[nodiscard]] std::string addressOf(ConnectionId connection) const;
 
 private:
     [[nodiscard]] ServerActions received(const link_event::Received& received, TimePoint at);

@@ -20,8 +20,8 @@ int verdict(HttpRequest request, const DoorReach& reach = {}, std::uint16_t port
     const Gatekeeper gate({{"looks", "changes", "secret"}}, port, reach);
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (!target) return 400;
-    const tl::expected<Role, HttpAnswer> role = gate.roleOf(request, *target);
-    return role ? 200 : role.error().status;
+    const tl::expected<Entrant, HttpAnswer> who = gate.entrantOf(request, *target);
+    return who ? 200 : who.error().status;
 }
 
 TEST(Gatekeeper, LetsInThisMachinesPagesWithTheToken) {
@@ -44,7 +44,7 @@ TEST(Gatekeeper, TellsRolesByTheirTokens) {
     const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001);
     const auto roleOf = [&](const std::string& token) {
         const HttpRequest request{.target = "/api", .host = "localhost:7001", .authorization = "Bearer " + token};
-        return gate.roleOf(request, *readTarget("/api")).value();
+        return gate.entrantOf(request, *readTarget("/api")).value().role;
     };
     EXPECT_EQ(roleOf("looks"), Role::kViewer);
     EXPECT_EQ(roleOf("changes"), Role::kEditor);
@@ -131,11 +131,11 @@ TEST(Gatekeeper, LetsInByKeyBeforeAToken) {
         const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001);
         const HttpRequest request{
             .target = "/api", .host = "localhost:7001", .authorization = "Bearer secret", .key = key};
-        return gate.roleOf(request, *readTarget("/api"));
+        return gate.entrantOf(request, *readTarget("/api"));
     };
     const test::WallOfKeys wall;
     for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator})
-        EXPECT_EQ(answer({.identity = wall.person("anna", role), .serial = "1"}).value(), role);
+        EXPECT_EQ(answer({.identity = wall.person("anna", role), .serial = "1"}).value(), (Entrant{role, Entrant::By::kKey, "anna"}));
     const Identity anna = wall.person("anna", Role::kOperator);
     for (const Credential& wrong : {Credential{.identity = anna, .serial = "1", .fault = "it has ended"},
                                     Credential{.identity = wall.host("left"), .serial = "1"},

@@ -10,7 +10,7 @@ struct Gated : ServerFixture {
     Gated()
         : ServerFixture([] {
               ServerSessionConfig config = twoHosts();
-              config.access = {{"looks", "changes", "runs"}};
+              config.access = {{"looks", "changes", "runs"}, "the-door"};
               config.owner = "ada";
               return config;
           }()) {}
@@ -54,7 +54,7 @@ TEST(ServerAccess, OnThisMachineTheWordsOfItsUserLetIn) {
             s.forget();
             EXPECT_EQ(s.refusalOf(s.knock(word, from)), "");
             ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
-            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, role);
+            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].who.role, role);
         }
     s.forget();
     EXPECT_EQ(s.refusalOf(s.knock("runs", kHere, PeerRole::kHost)), "");
@@ -100,7 +100,7 @@ TEST(ServerAccess, AKeySaysWhoComesAndNothingElseDoes) {
             s.forget();
             EXPECT_EQ(s.refusalOf(s.knock(word, with(person(role)))), "");
             ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
-            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, role);
+            EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].who.role, role);
         }
     s.forget();
     const auto refused = [&](const PeerOrigin& from, PeerRole role, const std::string& name, const char* words) {
@@ -121,6 +121,29 @@ TEST(ServerAccess, AKeySaysWhoComesAndNothingElseDoes) {
     EXPECT_EQ(s.refusalOf(s.knock("", kSealed)).substr(0, 40), "nobody comes in without a key or a token");
     EXPECT_EQ(s.refusalOf(s.knock("", with(hostOf("a")), PeerRole::kHost, "a")), "");
     EXPECT_EQ(s.state("a"), HostState::kJoining);
+}
+
+/// For whom it asks is the door's word, and nobody else's.
+TEST(ServerAccess, TheServersOwnDoorComesInForOthers) {
+    Gated s;
+    const AccessTokens words{{"looks", "changes", "runs"}, "the-door"};
+    for (const Entrant& who : {Entrant{Role::kViewer, Entrant::By::kKey, "ada/x", "10.0.0.7"},
+                               Entrant{Role::kOperator, Entrant::By::kPass, "ci", "fe80::1%eth0"},
+                               Entrant{Role::kEditor, Entrant::By::kWord, "", ""}}) {
+        s.forget();
+        EXPECT_EQ(s.refusalOf(s.knock(words.ofDoorFor(who), kHere)), "");
+        ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+        EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].who, who);
+        EXPECT_NE(s.refusalOf(s.knock(words.ofDoorFor(who), kSealed)), "") << "the door is on this machine";
+    }
+    s.forget();
+    const std::string ada = toText({Role::kOperator, Entrant::By::kKey, "ada", "10.0.0.7"});
+    const std::vector<std::string> others{"the-dooR/" + ada, "/" + ada,    ada,
+                                          "the-door",        "the-door/",  "runs/" + ada,
+                                          "the-door/operator/9//ada", "the-door/operator/3/ada"};
+    for (const std::string& said : others)
+        EXPECT_NE(s.refusalOf(s.knock(said, kHere)), "") << said;
+    EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
 }
 
 TEST(ServerAccess, ABulkConnectionComesWithTheKeyOfItsControlConnection) {
@@ -153,7 +176,7 @@ TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
         explicit Timed(bool& holds)
             : ServerFixture([&] {
                   ServerSessionConfig config = twoHosts();
-                  config.access = {{"looks", "changes", "runs"}};
+                  config.access = {{"looks", "changes", "runs"}, "the-door"};
                   config.passOf = [&](std::string_view word) {
                       if (!holds || word != "for an hour") return std::optional<AccessPass>();
                       return std::optional(AccessPass{"ci", Role::kEditor});
@@ -171,7 +194,7 @@ TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
     } s(holds);
     const ConnectionId timed = s.knock("for an hour"), usual = s.knock("changes");
     ASSERT_EQ(s.actions<server_action::ApplicationJoined>().size(), 2u);
-    EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].role, Role::kEditor);
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].who.role, Role::kEditor);
     EXPECT_EQ(s.sent<message::Refused>(s.knock("for an hour", PeerRole::kHost)).size(), 1u) << "hosts have keys";
     s.run(2s, {timed, usual});
     EXPECT_TRUE(s.actions<server_action::ApplicationLeft>().empty());
@@ -188,7 +211,7 @@ TEST(ServerAccess, AnInsecureServerTakesWhomeverComes) {
         Open()
             : ServerFixture([] {
                   ServerSessionConfig config = twoHosts();
-                  config.access = {{"looks", "changes", "runs"}};
+                  config.access = {{"looks", "changes", "runs"}, "the-door"};
                   config.insecure = true;
                   return config;
               }()) {}

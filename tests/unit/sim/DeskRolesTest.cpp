@@ -16,7 +16,7 @@ class DeskRoles : public test::DeskStage {
 protected:
     ConnectionId join(Role role) {
         const ConnectionId connection = server.hello("somebody", PeerRole::kApplication);
-        desk.applicationJoined(connection, {.name = fmt::format("a {}", nameOf(role)), .role = role});
+        desk.applicationJoined(connection, {.name = fmt::format("a {}", nameOf(role)), .who = {.role = role}});
         return connection;
     }
     /// Whether it is refused for its role; whatever else is wrong with saying nothing.

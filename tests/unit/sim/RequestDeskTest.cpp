@@ -83,7 +83,7 @@ private:
             if (const auto* request = std::get_if<server_action::RequestReceived>(&action))
                 (void)peers.perform(desk.received(*request, std::chrono::steady_clock::now()));
             if (const auto* joined = std::get_if<server_action::ApplicationJoined>(&action))
-                desk.applicationJoined(joined->connection, {.name = joined->name, .role = joined->role});
+                desk.applicationJoined(joined->connection, {.name = joined->name, .who = joined->who});
             if (const auto* left = std::get_if<server_action::ApplicationLeft>(&action))
                 desk.applicationLeft(left->connection);
         }

@@ -37,7 +37,7 @@ protected:
     Simulation simulation;
     ViewSource view{test::wallOfOne(), ""};
     int orders = 0;
-    ViewRequests views{server.session, view, simulation, [this] { ++orders; }};
+    ViewRequests views{{server.session}, view, simulation, [this] { ++orders; }};
     ConnectionId ada, bob;
     std::uint64_t asked = 0;
     Vec3d before;

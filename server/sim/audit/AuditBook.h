@@ -1,0 +1,85 @@
+/// Who did what, from asking to its outcome.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/Clock.h"
+#include "common/request/Members.h"
+#include "common/session/ServerSession.h"
+#include "server/sim/audit/AuditLine.h"
+
+namespace tessera {
+
+/// Of all that is above a viewer's role. What one application does alike within a second is
+/// one line, so that a drag is, and a program that writes in each frame. Holds a line a second for each application and
+/// kind of request, and what is open; hands them over once a second. Frame thread only.
+class AuditBook {
+public:
+    static constexpr std::size_t kMostObjects = 16;  ///< that a line names
+    static constexpr std::chrono::milliseconds kTogether{1'000};
+
+    struct Application {
+        Entrant who;
+        std::string program, from;
+    };
+    using Write = std::function<void(std::vector<AuditLine>)>;
+    using Now = std::function<std::chrono::system_clock::time_point()>;
+
+    explicit AuditBook(Write write, Now now = &std::chrono::system_clock::now)
+        : write_(std::move(write)), now_(std::move(now)) {}
+    /// Hands over what there is.
+    ~AuditBook() { handOver(); }
+    AuditBook(const AuditBook&) = delete;
+    AuditBook& operator=(const AuditBook&) = delete;
+
+    void came(ConnectionId connection, Application application);
+    /// What it has asked for is carried out: `isUnderWay` says of which requests.
+    void left(ConnectionId connection, const std::function<bool(std::uint64_t request)>& isUnderWay);
+
+    /// It has said this, and may.
+    void asked(ConnectionId connection, std::uint64_t request, const RequestInfo& info);
+    /// Its role keeps it from saying this.
+    void mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why);
+    /// Whether names of what such a request writes are wanted: it costs something to find them.
+    [[nodiscard]] bool wantsObjects(ConnectionId connection, std::uint64_t request) const;
+    void names(ConnectionId connection, std::uint64_t request, std::vector<std::string> objects);
+    void changes(ConnectionId connection, std::uint64_t request, std::uint64_t count);
+    /// Its outcome. What was refused for another reason than a role is nobody's deed.
+    void answered(ConnectionId connection, std::uint64_t request, bool done);
+    /// At a window of the wall, or with a wand.
+    void byHand(std::vector<std::string> objects, std::uint64_t changes);
+
+    void advance(TimePoint now);
+    [[nodiscard]] TimePoint nextDeadline() const { return due_; }
+
+private:
+    struct Present {
+        Application who;
+        bool gone = false;  ///< its edits are under way
+    };
+    struct Deed {
+        std::string_view did;
+        std::vector<std::string> objects = {};
+        std::uint64_t changes = 0;
+    };
+    using LineKey = std::pair<ConnectionId, std::string>;
+
+    AuditLine& lineOf(ConnectionId connection, std::string_view did, const std::string& refused = {});
+    void note(ConnectionId connection, Deed deed, const std::string& refused = {});
+    void forgetGone(ConnectionId connection);
+    void handOver();
+
+    Write write_;
+    Now now_;
+    std::map<ConnectionId, Present> applications_;
+    std::map<std::pair<ConnectionId, std::uint64_t>, Deed> open_;
+    std::map<LineKey, AuditLine> lines_;
+    TimePoint due_ = TimePoint::max();
+};
+
+}  // namespace tessera

@@ -1,0 +1,57 @@
+/// A file of lines that is only ever appended to, and becomes neither too long nor too many.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/Channel.h"
+#include "common/base/Error.h"
+#include "common/base/Log.h"
+#include "server/sim/audit/AuditLine.h"
+
+namespace tessera {
+
+struct AuditLimits {
+    std::uint64_t fileBytes = std::uint64_t{16} << 20;  ///< of one file; then another one is begun
+    unsigned files = 8;                                 ///< FILE, FILE.1 (the one before), …, FILE.7
+    std::size_t waitingBatches = 256;                   ///< that are not written yet
+};
+
+/// Writes on a thread of its own: nobody waits for a disk. What the disk does not take is counted, said in the server's
+/// log, and said in the file once it takes lines again. A server that starts goes on behind what is there.
+class AuditLog {
+public:
+    /// kFailed: the file cannot be written. Nobody but this user may read it.
+    [[nodiscard]] static Expected<std::unique_ptr<AuditLog>> open(const std::string& path, Log& log,
+                                                                  const AuditLimits& limits = {});
+    /// Writes what waits.
+    ~AuditLog();
+    AuditLog(const AuditLog&) = delete;
+    AuditLog& operator=(const AuditLog&) = delete;
+
+    /// From one thread. Never waits.
+    void write(std::vector<AuditLine> lines);
+
+private:
+    AuditLog(std::string path, int file, Log& log, const AuditLimits& limits);
+    void work();
+    void append(const std::string& text, std::uint64_t lines);
+    void rotate();
+    void lose(std::uint64_t lines, int error);
+
+    const std::string path_;
+    const AuditLimits limits_;
+    Log& log_;
+    int file_;
+    std::uint64_t bytes_ = 0;  ///< of the file
+    std::uint64_t lost_ = 0;   ///< lines, since the file last took one
+    std::atomic<std::uint64_t> noRoom_{0};  ///< lines that found no room here
+    Channel<std::vector<AuditLine>> waiting_;
+    std::thread thread_;
+};
+
+}  // namespace tessera

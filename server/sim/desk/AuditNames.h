@@ -1,0 +1,20 @@
+/// How the audit log names what somebody writes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/request/Requests.h"
+#include "server/sim/frame/Simulation.h"
+
+namespace tessera {
+
+/// Before it is done: what is gone afterwards has its name then. "/hall/crane" of a node, and of a core
+/// that one node has; "#17 Material" of other objects; "#17" of what stands among more siblings than are looked at. What a
+/// list makes is named by its place to be. `most` of them, each once, whatever else the list writes.
+[[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, const ChangeList& list,
+                                                  std::size_t most);
+/// The nodes and files that a request names itself.
+[[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, const ApplicationRequest& request);
+
+}  // namespace tessera

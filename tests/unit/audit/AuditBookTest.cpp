@@ -1,0 +1,128 @@
+// Who did what: from asking to a line.
+#include "server/sim/audit/AuditBook.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace tessera {
+namespace {
+
+constexpr RequestInfo kLook{.number = 1, .name = "GetStatus", .help = ""};
+constexpr RequestInfo kMove{.number = 2, .name = "MoveNode", .role = Role::kEditor, .help = ""};
+constexpr RequestInfo kShow{.number = 3, .name = "ShowPicture", .role = Role::kOperator, .help = ""};
+const ConnectionId kAda{1}, kBob{2};
+const auto kNobodys = [](std::uint64_t) { return false; };
+
+class Audit : public testing::Test {
+protected:
+    Audit() {
+        book.came(kAda, {{Role::kEditor, Entrant::By::kKey, "ada"}, "blender", "10.0.0.7:4000"});
+        book.came(kBob, {{Role::kOperator, Entrant::By::kPass, "ci"}, "script", "127.0.0.1:5000"});
+    }
+    void does(ConnectionId who, const RequestInfo& what, std::vector<std::string> objects = {}, bool done = true) {
+        book.asked(who, ++request, what);
+        if (!objects.empty()) book.names(who, request, std::move(objects));
+        book.answered(who, request, done);
+    }
+    std::vector<AuditLine> handedOver() {
+        book.advance(TimePoint::max());
+        return std::exchange(written, {});
+    }
+
+    std::vector<AuditLine> written;
+    std::chrono::system_clock::time_point clock = std::chrono::sys_days(std::chrono::year(2026) / 11 / 26);
+    AuditBook book{[this](std::vector<AuditLine> lines) { std::ranges::move(lines, std::back_inserter(written)); },
+                   [this] { return clock += std::chrono::milliseconds(1); }};
+    std::uint64_t request = 0;
+};
+
+TEST_F(Audit, SaysWhoDidWhatToWhat) {
+    does(kAda, kMove, {"/hall/crane"});
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(toJson(lines[0]),
+              R"({"at":"2026-11-26T00:00:00.001Z","who":"ada","by":"a key","role":"editor","program":"blender",)"
+              R"("from":"10.0.0.7:4000","did":"MoveNode","objects":["/hall/crane"]})");
+}
+
+TEST_F(Audit, WhoLooksAndWhatIsRefusedIsNoDeed) {
+    does(kAda, kLook);
+    does(kAda, kMove, {"/a"}, false);
+    EXPECT_TRUE(handedOver().empty());
+    EXPECT_EQ(book.nextDeadline(), TimePoint::max()) << "nothing wakes a server that rests";
+}
+
+TEST_F(Audit, WhatARoleForbidsIsSaidOnceASecond) {
+    for (int i = 0; i < 1'000; ++i) book.mayNot(kAda, kShow, "ShowPicture is for an operator");
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0].refused, "ShowPicture is for an operator");
+    EXPECT_EQ(lines[0].times, 1'000u);
+}
+
+TEST_F(Audit, WhatOneDoesAlikeWithinASecondIsOneLine) {
+    for (int i = 0; i < 600; ++i) {
+        does(kAda, kMove, {"/n" + std::to_string(i % 40)});
+        does(kBob, kMove, {"/m"});
+    }
+    does(kBob, kShow);
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0].times, 600u);
+    EXPECT_EQ(lines[0].objects.size(), AuditBook::kMostObjects);
+    EXPECT_EQ(lines[0].objects[0], "/n0");
+    EXPECT_EQ(lines[1].objects, std::vector<std::string>{"/m"});
+    EXPECT_EQ(lines[2].did, "ShowPicture");
+    EXPECT_TRUE(lines[0].at < lines[1].at && lines[1].at < lines[2].at);
+    EXPECT_FALSE(book.wantsObjects(kAda, 1)) << "it is over";
+}
+
+TEST_F(Audit, NamesAreWantedUntilALineIsFull) {
+    for (std::size_t i = 0; i < AuditBook::kMostObjects; ++i) {
+        book.asked(kAda, ++request, kMove);
+        EXPECT_TRUE(book.wantsObjects(kAda, request));
+        book.names(kAda, request, {std::to_string(i)});
+        EXPECT_FALSE(book.wantsObjects(kAda, request)) << "it has them";
+        book.answered(kAda, request, true);
+    }
+    book.asked(kAda, ++request, kMove);
+    EXPECT_FALSE(book.wantsObjects(kAda, request));
+    book.asked(kBob, request, kMove);
+    EXPECT_TRUE(book.wantsObjects(kBob, request));
+}
+
+TEST_F(Audit, WhatIsUnderWayIsSaidOfWhoHasGone) {
+    book.asked(kAda, 7, kMove);
+    book.asked(kAda, 8, kMove);
+    book.left(kAda, [](std::uint64_t asked) { return asked == 7; });
+    book.answered(kAda, 8, true);
+    book.changes(kAda, 7, 3);
+    book.answered(kAda, 7, true);
+    book.left(kBob, kNobodys);
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0].who.name, "ada");
+    EXPECT_EQ(lines[0].times, 1u);
+    EXPECT_EQ(lines[0].changes, 3u);
+}
+
+TEST_F(Audit, WhoStandsBeforeTheWallHasNoName) {
+    book.byHand({"/hall/lamp"}, 1);
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0].program, "the wall itself");
+    EXPECT_EQ(lines[0].who.name, "");
+}
+
+TEST_F(Audit, NothingOfWhatIsSaidLeavesItsLine) {
+    does(kAda, kMove, {"/a\n{\"who\":\"bob\"}", std::string("\xff\x00\x1b[2J", 6)});
+    const std::string text = toJson(handedOver().at(0));
+    EXPECT_EQ(text.find('\n'), std::string::npos);
+    EXPECT_EQ(text.find('\x1b'), std::string::npos);
+    EXPECT_NE(text.find(R"("/a\n{\"who\":\"bob\"}")"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace tessera
