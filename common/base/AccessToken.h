@@ -21,6 +21,7 @@ namespace tessera {
 struct AccessPass {
     std::string name;
     Role role = Role::kViewer;
+    std::string panel = {};  ///< its name among the keys: it reaches that panel's fields alone; empty: all that its role does
 };
 
 /// One for each role; empty: nobody is asked for any.

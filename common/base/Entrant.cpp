@@ -19,7 +19,8 @@ std::string_view nameOf(Entrant::By by) {
 }
 
 std::string toText(const Entrant& entrant) {
-    return fmt::format("{}/{}/{}/{}", nameOf(entrant.role), static_cast<int>(entrant.by), entrant.from, entrant.name);
+    return fmt::format("{}/{}/{}/{}/{}", nameOf(entrant.role), static_cast<int>(entrant.by), entrant.panel,
+                       entrant.from, entrant.name);
 }
 
 std::optional<Entrant> readEntrant(std::string_view text) {
@@ -28,10 +29,10 @@ std::optional<Entrant> readEntrant(std::string_view text) {
             const std::string before = fmt::format("{}/{}/", nameOf(role), by);
             if (!text.starts_with(before)) continue;
             const std::string_view left = text.substr(before.size());
-            const std::size_t end = left.find('/');
-            if (end == std::string_view::npos) return std::nullopt;
-            return Entrant{role, static_cast<Entrant::By>(by), std::string(left.substr(end + 1)),
-                           std::string(left.substr(0, end))};
+            const std::size_t panel = left.find('/'), from = panel == left.npos ? panel : left.find('/', panel + 1);
+            if (from == left.npos) return std::nullopt;
+            return Entrant{role, static_cast<Entrant::By>(by), std::string(left.substr(from + 1)),
+                           std::string(left.substr(panel + 1, from - panel - 1)), std::string(left.substr(0, panel))};
         }
     return std::nullopt;
 }

@@ -24,13 +24,14 @@ struct Entrant {
     By by = By::kNothing;
     std::string name = {};  ///< of the person, the token, or the server's user
     std::string from = {};  ///< the address, where a door asks for it; empty: the link's own
+    std::string panel = {};  ///< AccessPass::panel
     bool operator==(const Entrant&) const = default;
 };
 
 /// "nothing", "the server's token", "a token", "a key"
 [[nodiscard]] std::string_view nameOf(Entrant::By by);
 
-/// One line, as a door says to its server for whom it asks: "editor/3/10.0.0.7/ada".
+/// One line, as a door says to its server for whom it asks: "editor/3//10.0.0.7/ada".
 [[nodiscard]] std::string toText(const Entrant& entrant);
 /// None: it is not such a line.
 [[nodiscard]] std::optional<Entrant> readEntrant(std::string_view text);

@@ -1,18 +1,14 @@
 /// Wall files: protobuf text with errors that a person can act on.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <google/protobuf/descriptor.h>
-#include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 
-#include "common/base/Nearest.h"
+#include "common/codec/TextFaults.h"
 #include "common/codec/WallCodec.h"
 #include "common/codec/WallMessage.h"
 #include "common/output/BlendExcess.h"
@@ -23,119 +19,15 @@ namespace tessera {
 namespace {
 
 using google::protobuf::Descriptor;
-using google::protobuf::EnumDescriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::TextFormat;
 
-/// Line and column from 0; negative: unknown.
-struct Place {
-    int line = -1, column = -1;
-};
-
-std::string located(std::string_view file, Place place, std::string_view text) {
-    if (place.line < 0) return fmt::format("{}: {}", file, text);
-    return fmt::format("{}:{}:{}: {}", file, place.line + 1, std::max(place.column, 0) + 1, text);
-}
-
-/// The text between the first pair of quotes after `before`, where `message` has it.
-std::optional<std::string> quotedAfter(std::string_view message, std::string_view before) {
-    const std::size_t at = message.find(before);
-    if (at == std::string_view::npos) return std::nullopt;
-    const std::size_t start = at + before.size();
-    const std::size_t end = message.find('"', start);
-    if (end == std::string_view::npos) return std::nullopt;
-    return std::string(message.substr(start, end - start));
-}
-
-std::string listed(const std::vector<std::string>& names) {
-    return fmt::format("{}", fmt::join(names, ", "));
-}
-
-std::string suggestion(const std::string& wanted, const std::vector<std::string>& known) {
-    const std::string nearest = nearestName(wanted, known);
-    return nearest.empty() ? fmt::format("known: {}", listed(known))
-                           : fmt::format("did you mean \"{}\"? (known: {})", nearest, listed(known));
-}
-
-const Descriptor* messageNamed(const std::string& fullName) {
-    return google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(fullName);
-}
-
-/// The enumeration of the field called `name` somewhere in a wall.
-const EnumDescriptor* enumOfField(const std::string& name) {
-    const Descriptor* wall = proto::Wall::descriptor();
-    for (int i = 0; i < wall->nested_type_count(); ++i) {
-        const FieldDescriptor* field = wall->nested_type(i)->FindFieldByName(name);
-        if (field != nullptr && field->enum_type() != nullptr) return field->enum_type();
-    }
-    return nullptr;
-}
-
-/// Keeps the first error, in our words where protobuf's do not help.
-class FirstError : public google::protobuf::io::ErrorCollector {
-public:
-    explicit FirstError(std::string_view text) : text_(text) {}
-
-    void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
-        if (!message_.empty()) return;
-        place_ = {.line = line, .column = column};
-        message_ = message;
-        if (const auto key = quotedAfter(message, "has no field named \"")) {
-            pointAt(*key);
-            std::vector<std::string> known;
-            const auto type = quotedAfter(message, "Message type \"");
-            const Descriptor* descriptor = type ? messageNamed(*type) : nullptr;
-            for (int i = 0; descriptor != nullptr && i < descriptor->field_count(); ++i)
-                known.push_back(descriptor->field(i)->name());
-            message_ = fmt::format("unknown key \"{}\"; {}", *key, suggestion(*key, known));
-        } else if (const auto value = quotedAfter(message, "Unknown enumeration value of \"")) {
-            pointAt(*value);
-            std::vector<std::string> known;
-            const auto field = quotedAfter(message, "for field \"");
-            const EnumDescriptor* type = field ? enumOfField(*field) : nullptr;
-            for (int i = 0; type != nullptr && i < type->value_count(); ++i) known.push_back(type->value(i)->name());
-            message_ =
-                fmt::format("{} cannot be \"{}\"; {}", field.value_or("this key"), *value, suggestion(*value, known));
-        } else if (const auto twice = quotedAfter(message, "Non-repeated field \"")) {
-            pointAt(*twice);
-            message_ = fmt::format("\"{}\" is given twice here; only one is possible", *twice);
-        }
-    }
-
-    [[nodiscard]] bool any() const { return !message_.empty(); }
-    [[nodiscard]] Place place() const { return place_; }
-    [[nodiscard]] const std::string& message() const { return message_; }
-
-private:
-    /// Protobuf reports the token behind the word that is wrong: goes back to the word, which may stand on an earlier
-    /// line.
-    void pointAt(const std::string& word) {
-        std::size_t offset = 0;
-        for (int i = 0; i < place_.line && offset != std::string_view::npos; ++i) {
-            offset = text_.find('\n', offset);
-            if (offset != std::string_view::npos) ++offset;
-        }
-        if (offset == std::string_view::npos) return;
-        const std::size_t found = text_.rfind(word, offset + static_cast<std::size_t>(std::max(place_.column, 0)));
-        if (found == std::string_view::npos) return;
-        const std::size_t lineStart =
-            text_.rfind('\n', found) == std::string_view::npos ? 0 : text_.rfind('\n', found) + 1;
-        place_.line =
-            static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(found), '\n'));
-        place_.column = static_cast<int>(found - lineStart);
-    }
-
-    std::string_view text_;
-    Place place_;
-    std::string message_;
-};
-
-Place placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree) {
+TextPlace placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree) {
     const Descriptor* wall = proto::Wall::descriptor();
     const auto index = static_cast<int>(fault.index);
     const auto at = [](const TextFormat::ParseInfoTree& where, const FieldDescriptor* field, int i) {
         const TextFormat::ParseLocation location = where.GetLocation(field, i);
-        return Place{.line = location.line, .column = location.column};
+        return TextPlace{.line = location.line, .column = location.column};
     };
     switch (fault.part) {
         case WallFault::Part::kScreen:
@@ -175,7 +67,7 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
                                                    text.size(), kMaxWallBytes));
     }
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-    FirstError errors(text);
+    FirstTextFault errors(text, *proto::Wall::descriptor());
     TextFormat::ParseInfoTree tree;
     TextFormat::Parser parser;
     parser.RecordErrorsTo(&errors);

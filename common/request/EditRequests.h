@@ -95,6 +95,7 @@ struct ProposeChanges {
         .changes = Changes::kScene,
         .help = "Commits a list of changes, whole or not at all",
         .bringsArrays = true,
+        .forPanels = true,
         .example =
             R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],"set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
     static constexpr auto members() {

@@ -214,6 +214,7 @@ struct GetObjects {
     static constexpr RequestInfo kInfo{.number = 15,
                                        .name = "GetObjects",
                                        .help = "What stands at names: nodes by their paths, objects by their numbers",
+                                       .forPanels = true,
                                        .example = R"({"names":["/hall/crane","#1"],"content":true})"};
     static constexpr auto members() { return std::tuple(spreadMember<&GetObjects::wish>(1)); }
 };

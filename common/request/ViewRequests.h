@@ -124,6 +124,7 @@ struct NavigateView {
                                        .role = Role::kEditor,
                                        .changes = Changes::kView,
                                        .help = "Flies, orbits or walks, goes home, to a node or to a bookmark",
+                                       .forPanels = true,
                                        .example = R"({"mode":"orbit","deed":"keep_bookmark","bookmark":1})"};
     static constexpr auto members() { return std::tuple(spreadMember<&NavigateView::wish>(1)); }
 };

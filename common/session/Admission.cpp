@@ -74,7 +74,7 @@ Expected<Entrant> Admission::byWord(const message::Hello& hello) const {
     if (const std::optional<Role> role = config_.access.roleOf(hello.access))
         who = {*role, Entrant::By::kWord, config_.owner};
     else if (const auto pass = config_.passOf ? config_.passOf(hello.access) : std::nullopt)
-        who = {pass->role, Entrant::By::kPass, pass->name};
+        who = {pass->role, Entrant::By::kPass, pass->name, {}, pass->panel};
     if (!who)
         return fail(ErrorCode::kRefused,
                     fmt::format("the token is not this server's, or has ended: take it from where the server's user ({}) "

@@ -82,6 +82,8 @@ struct ServerSessionConfig {
     AccessTokens access = {};
     /// Whom a word lets in that was given for some time, now. May be empty: there are none.
     std::function<std::optional<AccessPass>(std::string_view word)> passOf = {};
+    /// The text of a panel that such a word is of; null: it is not there. May be empty: there are none.
+    std::function<std::shared_ptr<const std::string>(const std::string& panel)> panelOf = {};
     /// Whoever comes from another machine needs neither key nor word, and may do all (--insecure).
     bool insecure = false;
     std::string owner = {};  ///< whose programs they are, for people
@@ -178,6 +180,7 @@ struct ApplicationJoined {
     ConnectionId connection;
     std::string name;  ///< as it calls itself
     Entrant who;
+    std::shared_ptr<const std::string> panel = {};  ///< the text of the one whose fields it reaches alone; null: none
 };
 struct ApplicationLeft {
     ConnectionId connection;

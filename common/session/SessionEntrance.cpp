@@ -27,6 +27,7 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     if (!Admission::goTogether(control->origin, peer.origin))
         return refuse(
             peer, {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
+    if (control->ofPanel) return refuse(peer, {ErrorCode::kRefused, "a panel has no arrays", false});
     if (const SessionPeer* old = roster_.peers.find(control->other)) {
         roster_.out.push_back(server_action::Close{old->id, "replaced by a newer bulk connection"});
         roster_.peers.erase(old->id);
@@ -41,13 +42,22 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
 void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, Entrant who, TimePoint now) {
     if (Admission::Verdict verdict = admission_.application(roster_.peers.applications()))
         return refuse(peer, std::move(*verdict));
+    std::shared_ptr<const std::string> panel;
+    if (!who.panel.empty()) {
+        if (hello.follows)
+            return refuse(peer, {ErrorCode::kRefused, "a panel's token does not follow the scene: it reaches the fields "
+                                                      "of its panel alone", false});
+        if (roster_.config.panelOf) panel = roster_.config.panelOf(who.panel);
+        if (!panel) return refuse(peer, {ErrorCode::kRefused, "the panel of this token is not there any more", false});
+    }
     peer.role = PeerRole::kApplication;
     peer.name = hello.name;
+    peer.ofPanel = panel != nullptr;
     // Of those whom the door asks for it sees to that itself.
     const bool ofDoor = roster_.config.access.byDoor(hello.access).has_value();
     if (who.by == Entrant::By::kPass && !ofDoor) peer.pass = hello.access;
     welcome(peer, now);
-    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, std::move(who)});
+    roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, std::move(who), std::move(panel)});
     // Whoever only asks is told what it asks for, and what it has subscribed to.
     if (hello.follows) roster_.followers.ask(peer.id, peer.name, roster_.out);
 }

@@ -19,6 +19,7 @@ struct SessionPeer {
     Stage stage = Stage::kPending;
     PeerRole role = PeerRole::kHost;
     PeerOrigin origin;
+    bool ofPanel = false;  ///< it reaches a panel's fields alone
     std::string pass;  ///< the word for some time that it came in with; empty: it came in otherwise
     std::string name;
     SessionToken token;

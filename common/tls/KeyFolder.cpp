@@ -23,6 +23,8 @@ namespace {
 
 constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kTokens = "tokens",
                            kBundleEnd = "end of keys\n", kEnd = "end";
+constexpr std::string_view kPanel = "panel-";
+constexpr std::size_t kPanelDigits = 32;
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
 tl::unexpected<Error> systemError(std::string_view what, const std::string& path) {
@@ -83,11 +85,14 @@ std::optional<IssuedKey> keyIn(std::string_view line) {
 std::optional<KeptToken> tokenIn(std::string_view line) {
     constexpr std::size_t kDigits = 64;
     const std::vector<std::string_view> words = parted(line, ' ');
-    if (words.size() != 3 || words[0].size() != kDigits) return std::nullopt;
+    if (words.size() < 3 || words.size() > 4 || words[0].size() != kDigits) return std::nullopt;
     const Expected<Identity> holder = parseIdentity(words[1]);
     const std::optional<DateTime> until = timeIn(words[2]);
     if (!holder || holder->kind != Identity::Kind::kPerson || !until) return std::nullopt;
-    return KeptToken{.hash = std::string(words[0]), .pass = {holder->name, holder->role}, .until = *until};
+    const std::string panel(words.size() == 4 ? words[3] : "");
+    if (words.size() == 4 && (panel.size() != kPanelDigits || panel.find_first_not_of("0123456789abcdef") != panel.npos))
+        return std::nullopt;
+    return KeptToken{.hash = std::string(words[0]), .pass = {holder->name, holder->role, panel}, .until = *until};
 }
 
 /// All lines of a file as values. `what`: how a line is, for people. Without its last line it is torn: what is missing
@@ -178,7 +183,7 @@ Expected<std::vector<KeptToken>> KeyFolder::tokens() const {
     const std::string file(kTokens);
     Expected<std::string> text = readOwn(file);
     if (!text && text.error().code == ErrorCode::kNotFound) return std::vector<KeptToken>();
-    return linesIn(text, &tokenIn, path_ + "/" + file, "SHA256 HOLDER SECONDS");
+    return linesIn(text, &tokenIn, path_ + "/" + file, "SHA256 HOLDER SECONDS [PANEL]");
 }
 
 Expected<TlsKeys> KeyFolder::of(const std::string& file, const std::string& lacking) const {
@@ -207,8 +212,20 @@ Expected<TlsKeys> KeyFolder::ofServer() const {
     }
     Expected<std::vector<KeptToken>> words = tokens();
     if (!words) return tl::unexpected(words.error());
-    keys->tokens = std::move(*words);
+    for (KeptToken& token : *words) {
+        const std::string& panel = token.pass.panel;
+        if (!panel.empty() && !keys->panels.contains(panel)) {
+            Expected<std::string> text = readOwn(std::string(kPanel) + panel);
+            if (!text || panelName(*text) != panel) continue;
+            keys->panels.emplace(panel, std::move(*text));
+        }
+        keys->tokens.push_back(std::move(token));
+    }
     return keys;
+}
+
+std::string KeyFolder::panelName(std::string_view text) {
+    return hashOfToken(text).substr(0, kPanelDigits);
 }
 
 Expected<TlsKeys> KeyFolder::ofHost(const std::string& name) const {
@@ -324,9 +341,28 @@ Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& toke
     for (const KeptToken& token : tokens) {
         const Identity holder{
             .wall = "-", .kind = Identity::Kind::kPerson, .name = token.pass.name, .role = token.pass.role};
-        text += fmt::format("{} {} {}\n", token.hash, toUri(holder), secondsOf(token.until));
+        const std::string& panel = token.pass.panel;
+        text += fmt::format("{} {} {}{}{}\n", token.hash, toUri(holder), secondsOf(token.until), panel.empty() ? "" : " ",
+                            panel);
     }
-    return write(std::string(kTokens), text + std::string(kEnd) + "\n");
+    const Expected<void> written = write(std::string(kTokens), text + std::string(kEnd) + "\n");
+    if (!written) return written;
+    std::error_code error;
+    for (std::filesystem::directory_iterator each(path_, error), none; !error && each != none; each.increment(error)) {
+        const std::string file = each->path().filename();
+        const auto isOf = [&](const KeptToken& token) { return kPanel.size() + token.pass.panel.size() == file.size() && file.ends_with(token.pass.panel); };
+        std::error_code ignored;
+        if (file.starts_with(kPanel) && file.size() == kPanel.size() + kPanelDigits && std::ranges::none_of(tokens, isOf))
+            std::filesystem::remove(each->path(), ignored);
+    }
+    return written;
+}
+
+Expected<std::string> KeyFolder::Writer::writePanel(std::string_view text) const {
+    std::string name = panelName(text);
+    if (const Expected<void> written = write(std::string(kPanel) + name, text); !written)
+        return tl::unexpected(written.error());
+    return name;
 }
 
 }  // namespace tessera

@@ -22,7 +22,7 @@ struct IssuedKey {
 
 /// In DIR: authority.pem (its key; where keys are made), authority.crt (its certificate), server.pem, host-NAME.pem,
 /// person-NAME.pem (key and certificate of each), issued (what was made, what has been revoked), tokens (hashes of
-/// words). All of mode 0600 in a folder of mode 0700; others may read authority.crt. Files are replaced whole, and by
+/// words), panel-HASH (panels that tokens are of). All of mode 0600 in a folder of mode 0700; others may read authority.crt. Files are replaced whole, and by
 /// one program at a time.
 class KeyFolder {
 public:
@@ -43,7 +43,11 @@ public:
     /// Words that let in somebody for a time; those that have ended, too. kBadInput: a line is none.
     [[nodiscard]] Expected<std::vector<KeptToken>> tokens() const;
 
-    /// Of the server of this wall, with the serials that have been revoked.
+    /// What a panel of this text is called here.
+    [[nodiscard]] static std::string panelName(std::string_view text);
+
+    /// Of the server of this wall, with the serials that have been revoked. A token whose panel is not there, or is
+    /// another one, is left out.
     [[nodiscard]] Expected<TlsKeys> ofServer() const;
     [[nodiscard]] Expected<TlsKeys> ofHost(const std::string& name) const;
     /// `name` empty: the only one there is. kUsage: there are several. kNotFound: there is none.
@@ -64,7 +68,10 @@ public:
 
         [[nodiscard]] Expected<void> write(const std::string& file, std::string_view text) const;
         [[nodiscard]] Expected<void> write(const std::vector<IssuedKey>& issued) const;
+        /// Panels that none of them is of go.
         [[nodiscard]] Expected<void> writeTokens(const std::vector<KeptToken>& tokens) const;
+        /// Before a token of it. Returns its name.
+        [[nodiscard]] Expected<std::string> writePanel(std::string_view text) const;
 
     private:
         Writer(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}

@@ -40,6 +40,8 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
     made->impl_ = std::make_unique<Impl>();
     made->revoked_ = std::move(keys.revoked);
     made->tokens_ = std::move(keys.tokens);
+    for (auto& [name, text] : keys.panels)
+        made->panels_.emplace(name, std::make_shared<const std::string>(std::move(text)));
     made->ends_ = std::move(keys.ends);
     made->impl_->context.reset(SSL_CTX_new(TLS_method()));
     SSL_CTX* const context = made->impl_->context.get();
@@ -111,6 +113,11 @@ std::optional<AccessPass> TlsContext::passOf(std::string_view word, DateTime now
     for (const KeptToken& token : tokens_)
         if (CRYPTO_memcmp(token.hash.data(), hash.data(), hash.size()) == 0 && now < token.until) found = token.pass;
     return found;
+}
+
+std::shared_ptr<const std::string> TlsContext::panelOf(const std::string& name) const {
+    const auto found = panels_.find(name);
+    return found == panels_.end() ? nullptr : found->second;
 }
 
 std::vector<KeyEnd> TlsContext::endsSoon(DateTime now) const {

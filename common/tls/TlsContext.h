@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -41,6 +42,7 @@ struct TlsKeys {
     std::string pinned = {};     ///< SHA-256 of the authority's certificate, hexadecimal: for links that carry it
     std::set<std::string> revoked = {};  ///< serials that let nobody in any more
     std::vector<KeptToken> tokens = {};  ///< of a server
+    std::map<std::string, std::string> panels = {};  ///< that tokens are of: texts by their names
     std::vector<KeyEnd> ends = {};       ///< of those that were issued and not revoked
 };
 
@@ -72,6 +74,8 @@ public:
 
     /// Whom this word lets in now. Takes as long whatever it is.
     [[nodiscard]] std::optional<AccessPass> passOf(std::string_view word, DateTime now) const;
+    /// The text of a panel that tokens are of (AccessPass::panel); null: there is none.
+    [[nodiscard]] std::shared_ptr<const std::string> panelOf(const std::string& name) const;
     /// The first to end comes first; its own is among them.
     [[nodiscard]] const std::vector<KeyEnd>& ends() const { return ends_; }
 
@@ -91,6 +95,7 @@ private:
     std::string authority_;
     std::set<std::string> revoked_;
     std::vector<KeptToken> tokens_;
+    std::map<std::string, std::shared_ptr<const std::string>> panels_;
     std::vector<KeyEnd> ends_;
     std::string authorityPem_;
 };

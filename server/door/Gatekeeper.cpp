@@ -75,7 +75,8 @@ std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
     const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
     const std::optional<AccessPass> pass =
         keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
-    return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name}) : std::nullopt;
+    return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name, {}, pass->panel})
+                : std::nullopt;
 }
 
 std::string Gatekeeper::passIn(const HttpRequest& request, const HttpTarget& target) const {

@@ -10,6 +10,7 @@
 #include "common/options/Options.h"
 #include "common/codec/WallCodec.h"
 #include "common/scenefile/SceneFile.h"
+#include "server/panel/PanelInScene.h"
 #include "server/tools/SceneImport.h"
 
 namespace tessera {
@@ -19,12 +20,13 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     bool schema = false;
     Options options(
         "tessera-check",
-        "Says what is wrong with walls and scenes, with line and column where they\n"
-        "are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
+        "Says what is wrong with walls, panels and scenes, with line and column where\n"
+        "they are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
         "first that is not: 3 for a bad or missing file.",
         versionText("tessera-check"));
-    options.option("FILE", out.files, "Walls (.wall), scenes and models");
+    options.option("FILE", out.files, "Walls (.wall), panels (.panel), scenes and models");
     options.option("--assets", out.assets, "A folder for asset://NAME; may be repeated").typeName("DIR").oneEach();
+    options.option("--scene", out.scene, "Panels are to have their nodes and fields in it").typeName("S");
     options.flag("--json", out.json, "One JSON object per file");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
@@ -35,6 +37,23 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }
+
+namespace {
+
+/// Of a panel by itself, or in a scene: what is wrong, a line each; empty: nothing.
+Expected<std::string> faultsOf(const Panel& panel, const std::string& path, const CheckArguments& arguments) {
+    if (arguments.scene.empty()) return std::string();
+    const Expected<FileScene> scene = importAsScene(
+        arguments.scene, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+    if (!scene) return tl::unexpected(scene.error());
+    std::string faults;
+    const PanelInScene there(panel, scene->scene);
+    for (const std::string& fault : there.faults())
+        faults += fmt::format("{}{}: {}", faults.empty() ? "" : "\n", path, fault);
+    return faults;
+}
+
+}  // namespace
 
 CheckResult checkFile(const std::string& path, const CheckArguments& arguments) {
     CheckResult result{.file = path};
@@ -49,6 +68,17 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         std::size_t tiles = 0;
         for (const auto& host : wall->hosts) tiles += host.tiles.size();
         result.what = fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        return result;
+    }
+    if (path.ends_with(".panel")) {
+        const Expected<std::string> text = readPanelFile(path);
+        if (!text) return bad(text.error());
+        const Expected<Panel> panel = parsePanel(*text, path);
+        if (!panel) return bad(panel.error());
+        const Expected<std::string> faults = faultsOf(*panel, path, arguments);
+        if (!faults) return bad(faults.error());
+        if (!faults->empty()) return bad({ErrorCode::kBadInput, *faults});
+        result.what = fmt::format("a panel of {} controls", panel->controls.size());
         return result;
     }
     const Expected<FileScene> file =

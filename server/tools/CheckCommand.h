@@ -1,4 +1,4 @@
-/// tessera-check: what is wrong with scenes and walls.
+/// tessera-check: what is wrong with scenes, walls and panels.
 #pragma once
 
 #include <string>
@@ -12,6 +12,7 @@ namespace tessera {
 struct CheckArguments {
     std::vector<std::string> files;
     std::vector<std::string> assets;
+    std::string scene;  ///< in which panels are looked at; empty: by themselves
     bool json = false;
     bool allowUnconfined = false;
 };
@@ -29,7 +30,7 @@ struct CheckResult {
     std::vector<std::string> notes;  ///< what was left away or is not understood
     int exitCode = 0;                ///< as the programs have it; 0: good
 };
-/// A .wall file as a wall, anything else as a scene, which is imported whole.
+/// A .wall file as a wall, a .panel file as a panel, anything else as a scene, which is imported whole.
 [[nodiscard]] CheckResult checkFile(const std::string& path, const CheckArguments& arguments);
 
 /// The whole program; returns its exit code: that of the first file that is not good.

@@ -200,6 +200,11 @@ ROWS = {
     "tessera-keys host NAME": keys("tessera-keys host left && tessera-keys list", says="left"),
     "tessera-keys revoke NAME": keys("tessera-keys host left && tessera-keys revoke left && tessera-keys list", says="revoked"),
     "tessera-keys token ci --role editor --hours 8": keys("tessera-keys token ci --role editor --hours 8 && tessera-keys list", says="token"),
+    "tessera-keys token visitor --panel FILE": keys("tessera-keys token visitor --panel $OLDPWD/deploy/scenes/engine-hall.panel && tessera-keys list", says="panel"),
+    "tessera-keys token visitor --panel hall.panel": Row("", elsewhere="deploy/security.md has the same line"),
+    "tessera-keys token NAME --panel FILE": Row("", elsewhere="deploy/security.md has the same line"),
+    "tessera-check --scene hall.tsct hall.panel": Row(
+        "Files", "tessera-check --scene deploy/scenes/engine-hall.tsct --assets /usr/share/assimp/models deploy/scenes/engine-hall.panel", says="a panel of 7 controls"),
     "tessera-keys revoke ci": keys("tessera-keys token ci --role editor && tessera-keys revoke ci", says="revoked 1 token"),
     "tessera-keys token": Row("", elsewhere="the beginning of a line"),
     "tessera-keys person": Row("", elsewhere="the beginning of a line"),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/request/Check.h"
+#include "server/sim/desk/PanelRights.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -10,8 +11,24 @@ namespace tessera {
 std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& info) const {
     const auto known = applications.find(connection);
     const Role role = known == applications.end() ? Role::kViewer : known->second.who.role;
-    if (role >= info.role) return std::nullopt;
-    return roleRefusal(info, role);
+    if (role < info.role) return roleRefusal(info, role);
+    if (known == applications.end() || !known->second.panel || info.forPanels) return std::nullopt;
+    return Error{ErrorCode::kRefused, fmt::format("{} is not for the token of a panel: it reaches the fields of \"{}\" alone",
+                                                  info.name, known->second.panel->title)};
+}
+
+std::optional<Error> Desk::mayNot(ConnectionId connection, const ApplicationRequest& request) const {
+    const auto known = applications.find(connection);
+    if (known == applications.end() || !known->second.panel) return std::nullopt;
+    return whyNotOfPanel(*known->second.panel, around.simulation.scene(), request);
+}
+
+std::shared_ptr<const Panel> Desk::panelIn(const std::string& name, const std::string& text) {
+    constexpr std::size_t kMost = 64;
+    if (const auto known = panels.find(name); known != panels.end()) return known->second;
+    Expected<Panel> panel = parsePanel(text, name);
+    if (panels.size() >= kMost) panels.erase(panels.begin());
+    return panels[name] = panel ? std::make_shared<const Panel>(std::move(*panel)) : nullptr;
 }
 
 ServerActions Desk::afterLooking(const Asker& asker, std::size_t bytes, Look look) {

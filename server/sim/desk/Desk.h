@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "server/panel/Panel.h"
 #include "server/sim/desk/BesideRequests.h"
 #include "server/sim/desk/CopyRequests.h"
 #include "server/sim/desk/DeskSurroundings.h"
@@ -23,6 +24,7 @@ struct Desk {
     struct Known {
         std::string name = {};  ///< as it calls itself
         Entrant who = {.role = Role::kOperator};
+        std::shared_ptr<const Panel> panel = {};  ///< whose fields alone it reaches; null: all that its role does
     };
 
     Desk(const DeskSurroundings& lent, const DeskLimits& most)
@@ -44,6 +46,7 @@ struct Desk {
     const DeskSurroundings around;
     const DeskLimits limits;
     std::map<ConnectionId, Known> applications;  ///< that are there
+    std::map<std::string, std::shared_ptr<const Panel>> panels;  ///< by their names among the keys
     OpenEdits edits;
     ProposalRequests proposals;
     LoadRequests loads;
@@ -73,6 +76,10 @@ struct Desk {
     void letGo(std::shared_ptr<const void> with = {}) const;
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
+    /// The same of what it says in it, where it reaches a panel alone.
+    [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const ApplicationRequest& request) const;
+    /// Read once, however often somebody comes with it. Null: it is no panel any more.
+    [[nodiscard]] std::shared_ptr<const Panel> panelIn(const std::string& name, const std::string& text);
     /// Each application for itself: one that asks without end keeps no other from asking.
     [[nodiscard]] std::optional<Error> tooManyOpen(ConnectionId connection) const;
 };

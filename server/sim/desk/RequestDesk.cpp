@@ -24,6 +24,11 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         return why;
     });
     if (!decoded) return desk_.refuse(asker, decoded.error());
+    if (std::optional<Error> why = desk_.mayNot(received.connection, *decoded)) {
+        if (audit) audit->mayNot(asker.connection, infoOf(*decoded), why->message);
+        desk_.proposals.dropArrays(received.connection);
+        return desk_.refuse(asker, *std::move(why));
+    }
     if (audit && audit->wantsObjects(asker.connection, asker.request))
         audit->names(asker.connection, asker.request, auditNames(desk_.around.simulation, *decoded));
     return carryOut(desk_, asker, *decoded, now);
@@ -34,11 +39,21 @@ ServerActions RequestDesk::blobsEverywhere(std::uint64_t token) {
     return {};
 }
 
-void RequestDesk::applicationJoined(ConnectionId connection, const Desk::Known& known, const std::string& from) {
-    desk_.applications.insert_or_assign(connection, known);
+void RequestDesk::applicationJoined(ConnectionId connection, Desk::Known known, const std::string& from,
+                                    const std::string* panel) {
+    // One that is none any more reaches nothing.
+    static const auto kNothing = std::make_shared<const Panel>();
+    if (panel && !known.panel) known.panel = desk_.panelIn(known.who.panel, *panel);
+    if (panel && !known.panel) known.panel = kNothing;
     // Of whom a door asks for it says where that is.
     if (AuditBook* const audit = desk_.around.audit)
         audit->came(connection, {known.who, known.name, known.who.from.empty() ? from : known.who.from});
+    desk_.applications.insert_or_assign(connection, std::move(known));
+}
+
+void RequestDesk::uploading(const server_action::UploadReceived& received) {
+    const auto known = desk_.applications.find(received.connection);
+    if (known == desk_.applications.end() || !known->second.panel) desk_.proposals.uploading(received);
 }
 
 ServerActions RequestDesk::advance(TimePoint now) {

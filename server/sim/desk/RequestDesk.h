@@ -22,7 +22,7 @@ public:
     [[nodiscard]] ServerActions received(const server_action::RequestReceived& request, TimePoint now);
     [[nodiscard]] ServerActions blobsEverywhere(std::uint64_t token);
     /// Arrays of an application's next proposal. Costs the same however large they are.
-    void uploading(const server_action::UploadReceived& received) { desk_.proposals.uploading(received); }
+    void uploading(const server_action::UploadReceived& received);
     [[nodiscard]] ServerActions uploaded(UploadFinished finished, TimePoint now) {
         return desk_.proposals.uploaded(std::move(finished), now);
     }
@@ -37,8 +37,9 @@ public:
     [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return desk_.views.surveyed(bounds, at); }
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
-    /// `from`: the other end of its link.
-    void applicationJoined(ConnectionId connection, const Desk::Known& known = {}, const std::string& from = {});
+    /// `from`: the other end of its link. `panel`: the text of the one whose fields it reaches alone; null: none.
+    void applicationJoined(ConnectionId connection, Desk::Known known = {}, const std::string& from = {},
+                           const std::string* panel = nullptr);
     void applicationLeft(ConnectionId connection);
 
     /// The edits for the frame that is about to be made.

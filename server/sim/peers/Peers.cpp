@@ -42,6 +42,8 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
               config.passOf = [keys = keys_](std::string_view word) {
                   return keys->current()->passOf(word, std::chrono::system_clock::now());
               };
+          if (keys_)
+              config.panelOf = [keys = keys_](const std::string& panel) { return keys->current()->panelOf(panel); };
           config.unsentBytes = [this](ConnectionId connection) {
               return transport_.queuedBytes(LinkId{connection.value});
           };

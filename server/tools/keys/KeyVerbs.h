@@ -17,7 +17,8 @@ struct KeysArguments {
     std::string out;   ///< the folder that new keys go to; empty: `keys`
     std::string file;  ///< of `exportAuthority`; "-": the standard output
     bool all = false;
-    double hours = 8;  ///< of a token
+    double hours = 8;   ///< of a token
+    std::string panel;  ///< the file of the one that a token is of; empty: of none
 };
 
 /// Each returns what there is to print. kNotFound: the folder, or somebody's key, is not there. kRefused: there is a

@@ -52,23 +52,26 @@ void takeHost(Options& options, KeysArguments& in) {
     takeOut(options, in);
 }
 
-void takeRole(Options& options, KeysArguments& in) {
-    options.option("--role", in.role, "viewer, editor or operator")
+Option takeRole(Options& options, KeysArguments& in) {
+    return options.option("--role", in.role, "viewer, editor or operator")
         .typeName("ROLE")
-        .oneOf({"viewer", "editor", "operator"}, ShowValues::kInErrorsAlone)
-        .required();
+        .oneOf({"viewer", "editor", "operator"}, ShowValues::kInErrorsAlone);
 }
 
 void takePerson(Options& options, KeysArguments& in) {
     takeHolder(options, in, "Of the person");
-    takeRole(options, in);
+    takeRole(options, in).required();
     takeOut(options, in);
 }
 
 void takeToken(Options& options, KeysArguments& in) {
     constexpr double kShortest = 0.001, kLongest = 87'600;
     takeHolder(options, in, "Whose it is, to revoke it by");
-    takeRole(options, in);
+    const Option role = takeRole(options, in);
+    options.option("--panel", in.panel, "It reaches the fields of this panel alone; instead\nof a role")
+        .typeName("FILE")
+        .check(emptyFault)
+        .excludes(role);
     options.option("--hours", in.hours, "For so long it holds (8)").typeName("H").range(kShortest, kLongest);
 }
 
@@ -127,7 +130,8 @@ Expected<std::string> runWithoutVerb(const std::vector<std::string>& words) {
                     "  init --wall W               the wall's authority, its server's certificate\n"
                     "  host NAME                   a key of a render host\n"
                     "  person NAME --role ROLE     a key of a person\n"
-                    "  token NAME --role ROLE      a word that lets in without a key, for hours\n"
+                    "  token NAME --role ROLE      a word that lets in without a key, for hours;\n"
+                    "                              --panel FILE: to the fields of a panel alone\n"
                     "  list                        what has been made, and what of it is good\n"
                     "  revoke NAME                 lets a host or person in no more\n"
                     "  renew [NAME...]             other keys, for what ends soon or is named\n"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "server/panel/Panel.h"
 #include "server/tools/keys/Holders.h"
 #include "server/tools/keys/KeyVerbs.h"
 
@@ -32,6 +33,15 @@ Expected<std::string> issueToken(const KeysArguments& arguments) {
     constexpr std::size_t kMostTokens = 1000;
     const std::string& name = arguments.holders.front();
     if (const Expected<void> good = checkHolderName(name); !good) return tl::unexpected(good.error());
+    if (arguments.role.empty() && arguments.panel.empty())
+        return fail(ErrorCode::kUsage, "say what it lets in to: --role ROLE, or --panel FILE");
+    std::string panel;
+    if (!arguments.panel.empty()) {
+        Expected<std::string> text = readPanelFile(arguments.panel);
+        if (!text) return tl::unexpected(text.error());
+        if (const Expected<Panel> read = parsePanel(*text, arguments.panel); !read) return tl::unexpected(read.error());
+        panel = std::move(*text);
+    }
     const KeyFolder folder(arguments.keys);
     // A folder that is not there would be made: a token lets in nobody where there is no server's key.
     if (const Expected<std::string> authority = folder.authorityCertificate(); !authority)
@@ -44,17 +54,19 @@ Expected<std::string> issueToken(const KeysArguments& arguments) {
     if (tokens->size() >= kMostTokens)
         return fail(ErrorCode::kLimit, fmt::format("{} tokens hold already, the most there may be", kMostTokens));
     const std::string word = freshToken();
-    const Role role = arguments.role == "viewer"   ? Role::kViewer
-                      : arguments.role == "editor" ? Role::kEditor
-                                                   : Role::kOperator;
+    const Role role = arguments.role == "viewer"                              ? Role::kViewer
+                      : arguments.role == "editor" || arguments.role.empty() ? Role::kEditor
+                                                                              : Role::kOperator;
+    const Expected<std::string> panelName = panel.empty() ? std::string() : writer->writePanel(panel);
+    if (!panelName) return tl::unexpected(panelName.error());
     const auto serves = std::chrono::duration_cast<std::chrono::seconds>(
         std::chrono::duration<double, std::ratio<3600>>(arguments.hours));
-    tokens->push_back({.hash = hashOfToken(word), .pass = {name, role}, .until = now + serves});
+    tokens->push_back({.hash = hashOfToken(word), .pass = {name, role, *panelName}, .until = now + serves});
     if (const Expected<void> written = writer->writeTokens(*tokens); !written) return tl::unexpected(written.error());
     return fmt::format(
         "token of '{}', {}, until {}. It is shown this once: give it in TESSERA_TOKEN, or in a\n"
         "file that --token-file names.\n{}\n",
-        name, nameOf(role), toText(tokens->back().until), word);
+        name, panel.empty() ? nameOf(role) : std::string_view("of a panel"), toText(tokens->back().until), word);
 }
 
 }  // namespace tessera

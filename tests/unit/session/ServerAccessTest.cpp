@@ -140,7 +140,7 @@ TEST(ServerAccess, TheServersOwnDoorComesInForOthers) {
     const std::string ada = toText({Role::kOperator, Entrant::By::kKey, "ada", "10.0.0.7"});
     const std::vector<std::string> others{"the-dooR/" + ada, "/" + ada,    ada,
                                           "the-door",        "the-door/",  "runs/" + ada,
-                                          "the-door/operator/9//ada", "the-door/operator/3/ada"};
+                                          "the-door/operator/9///ada", "the-door/operator/3//ada"};
     for (const std::string& said : others)
         EXPECT_NE(s.refusalOf(s.knock(said, kHere)), "") << said;
     EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
@@ -204,6 +204,49 @@ TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
     ASSERT_EQ(left.size(), 1u);
     EXPECT_EQ(left[0].connection, timed);
     EXPECT_EQ(s.sent<message::Refused>(s.knock("for an hour")).size(), 1u);
+}
+
+/// A panel's token: its holder has the panel's text, and neither the scene nor its arrays.
+TEST(ServerAccess, APanelsTokenBringsItsPanelAndNothingElse) {
+    struct OfPanels : ServerFixture {
+        OfPanels()
+            : ServerFixture([] {
+                  ServerSessionConfig config = twoHosts();
+                  config.access = {{"looks", "changes", "runs"}, "the-door"};
+                  config.passOf = [](std::string_view word) {
+                      return std::optional(AccessPass{"visitor", Role::kEditor, word == "gone" ? "gone" : "hall"});
+                  };
+                  config.panelOf = [](const std::string& name) {
+                      return name == "hall" ? std::make_shared<const std::string>("the text") : nullptr;
+                  };
+                  return config;
+              }()) {}
+        ConnectionId knock(const std::string& word, bool follows = false, SessionToken bulkOf = {}) {
+            const ConnectionId connection(++lastConnection);
+            take(session.connectionOpened(connection, now, true));
+            message::Hello hello = greeting("tablet", PeerRole::kApplication);
+            hello.access = word;
+            hello.follows = follows;
+            hello.token = bulkOf;
+            if (bulkOf != SessionToken()) hello.channel = ChannelKind::kBulk;
+            say(connection, hello);
+            return connection;
+        }
+    } s;
+    const Entrant byDoor{Role::kEditor, Entrant::By::kPass, "visitor", "10.0.0.7", "hall"};
+    for (const std::string& word : {std::string("a token of the hall"), AccessTokens{{"looks", "changes", "runs"}, "the-door"}.ofDoorFor(byDoor)}) {
+        s.forget();
+        const ConnectionId visitor = s.knock(word);
+        const auto joined = s.actions<server_action::ApplicationJoined>();
+        ASSERT_EQ(joined.size(), 1u);
+        ASSERT_TRUE(joined[0].panel);
+        EXPECT_EQ(*joined[0].panel, "the text");
+        EXPECT_EQ(joined[0].who.panel, "hall");
+        const SessionToken token = s.sent<message::Welcome>(visitor).at(0).token;
+        EXPECT_EQ(s.sent<message::Refused>(s.knock(word, false, token)).size(), 1u) << "it has no arrays";
+        EXPECT_EQ(s.sent<message::Refused>(s.knock(word, true)).size(), 1u) << "it does not follow";
+    }
+    EXPECT_EQ(s.sent<message::Refused>(s.knock("gone")).size(), 1u) << "its panel is not there";
 }
 
 TEST(ServerAccess, AnInsecureServerTakesWhomeverComes) {

@@ -143,6 +143,33 @@ TEST(KeyFolder, KeepsTokensAsHashes) {
     }
 }
 
+TEST(KeyFolder, ATokenOfAPanelIsNoneWithoutIt) {
+    Keys keys;
+    const auto now = std::chrono::system_clock::now();
+    const std::string text = "title: \"a\"", word = freshToken(), other = freshToken();
+    const std::string file = keys.folder.path() + "/panel-" + KeyFolder::panelName(text);
+    {
+        auto writer = KeyFolder::Writer::open(keys.folder);
+        ASSERT_TRUE(writer);
+        const Expected<std::string> name = writer->writePanel(text);
+        ASSERT_TRUE(name);
+        ASSERT_TRUE(writer->writeTokens({{hashOfToken(word), {"visitor", Role::kEditor, *name}, now + 1h},
+                                         {hashOfToken(other), {"ci", Role::kViewer}, now + 1h}}));
+    }
+    const auto passOf = [&](const std::string& said) { return (*TlsContext::make(*keys.folder.ofServer()))->passOf(said, now); };
+    ASSERT_TRUE(passOf(word));
+    EXPECT_EQ(passOf(word)->panel, KeyFolder::panelName(text));
+    EXPECT_EQ(*(*TlsContext::make(*keys.folder.ofServer()))->panelOf(passOf(word)->panel), text);
+    EXPECT_EQ(passOf(other)->panel, "");
+    // Another text, or none: nobody comes in by it, and the other tokens hold.
+    std::ofstream(file) << "title: \"b\"";
+    EXPECT_FALSE(passOf(word));
+    EXPECT_TRUE(passOf(other));
+    std::filesystem::remove(file);
+    EXPECT_FALSE(passOf(word));
+    EXPECT_TRUE(passOf(other));
+}
+
 TEST(KeyFolder, SaysWhichKeysEndSoon) {
     Keys keys;
     keys.put(keys.wall.host("left"));

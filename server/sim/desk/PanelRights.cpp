@@ -1,0 +1,88 @@
+#include "server/sim/desk/PanelRights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <variant>
+
+#include "common/codec/ChangeCodec.h"
+#include "server/panel/PanelInScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kMostListBytes = std::size_t{64} << 10;
+constexpr std::size_t kMostChanges = 256;
+
+Error refused(const Panel& panel, std::string_view why) {
+    return {ErrorCode::kRefused, fmt::format("the token is of the panel \"{}\": {}", panel.title, why)};
+}
+
+std::optional<Error> whyNotList(const Panel& panel, const Aspect& scene, const ByteSlice& bytes, bool bringsArrays) {
+    if (bringsArrays) return refused(panel, "it has no arrays");
+    const BlobStore none;
+    const Expected<ChangeList> list = decodeChangeList(bytes, none, AbsentBlobs::kRefuse,
+                                                       {.maxBytes = kMostListBytes, .maxChanges = kMostChanges});
+    if (!list) return list.error();
+    return PanelInScene(panel, scene).whyNot(*list);
+}
+
+/// "#17"; none: it is a path.
+std::optional<ObjectId> numberIn(const std::string& name) {
+    std::uint64_t number = 0;
+    const char* end = name.data() + name.size();
+    if (!name.starts_with('#') || std::from_chars(name.data() + 1, end, number).ptr != end) return std::nullopt;
+    return ObjectId(number);
+}
+
+std::optional<Error> whyNotNames(const Panel& panel, const Aspect& scene, const std::vector<std::string>& names) {
+    std::optional<PanelInScene> there;
+    const auto isOf = [&](const std::string& name) {
+        return std::ranges::any_of(panel.controls, [&](const PanelControl& control) {
+            const auto* press = std::get_if<PanelPress>(&control.as);
+            return control.of.node == name ||
+                   (press && std::ranges::any_of(press->sets, [&](const auto& set) { return set.of.node == name; }));
+        });
+    };
+    for (const std::string& name : names) {
+        const std::optional<ObjectId> number = numberIn(name);
+        if (number && !there) there.emplace(panel, scene);
+        if (number ? !there->holds(*number) : name.empty() || !isOf(name))
+            return refused(panel, fmt::format("it has no control of {}", name));
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> whyNotFlight(const Panel& panel, const NavigationWish& wish) {
+    const bool flies = wish.mode || wish.input || wish.deed == NavigationWish::Deed::kNone;
+    const bool allowed = !flies && std::ranges::any_of(panel.controls, [&](const PanelControl& control) {
+        const auto* press = std::get_if<PanelPress>(&control.as);
+        if (!press) return false;
+        if (wish.deed == NavigationWish::Deed::kHome) return press->home;
+        return wish.deed == NavigationWish::Deed::kGoToBookmark && press->bookmark == wish.bookmark;
+    });
+    if (allowed) return std::nullopt;
+    return refused(panel, "no control leads the view there");
+}
+
+}  // namespace
+
+std::optional<Error> whyNotOfPanel(const Panel& panel, const Aspect& scene, const ApplicationRequest& request) {
+    return std::visit(
+        [&]<typename Request>(const Request& said) -> std::optional<Error> {
+            if constexpr (!Request::kInfo.forPanels)
+                return refused(panel, "it does not say that");
+            else if constexpr (requires { said.list; })
+                return whyNotList(panel, scene, said.list, !said.blobs.empty());
+            else if constexpr (requires { said.wish.names; })
+                return whyNotNames(panel, scene, said.wish.names);
+            else if constexpr (requires { said.wish.deed; })
+                return whyNotFlight(panel, said.wish);
+            else
+                return std::nullopt;
+        },
+        request);
+}
+
+}  // namespace tessera

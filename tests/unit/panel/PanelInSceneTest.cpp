@@ -1,0 +1,130 @@
+// What a panel reaches in a scene, and nothing else.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/cores/Node.h"
+#include "common/cores/PointLight.h"
+#include "common/cores/SpotLight.h"
+#include "common/cores/Transform.h"
+#include "common/scene/FieldTable.h"
+#include "server/panel/PanelInScene.h"
+
+namespace tessera {
+namespace {
+
+constexpr ObjectId kLamp{10}, kLight{11}, kCart{12}, kPlace{13}, kOther{14}, kOtherLight{15};
+
+class PanelReaches : public testing::Test {
+protected:
+    PanelReaches() {
+        ChangeListBuilder list;
+        const auto node = [&](ObjectId id, const std::string& name, ObjectId core, ObjectType type) {
+            list.create(core, type);
+            list.create(id, typeOf<Node>());
+            setField<&Node::name>(list, id, name);
+            setField<&Node::core>(list, id, core);
+            list.place(id, kRootNode);
+        };
+        node(kLamp, "lamp", kLight, typeOf<PointLight>());
+        node(kCart, "cart", kPlace, typeOf<Transform>());
+        node(kOther, "other", kOtherLight, typeOf<PointLight>());
+        EXPECT_TRUE(scene.apply(list.take()));
+    }
+    static Panel read(const std::string& text) {
+        Expected<Panel> panel = parsePanel(text, "x.panel");
+        EXPECT_TRUE(panel) << panel.error().message;
+        return panel ? *panel : Panel();
+    }
+    /// Whether it may write that.
+    template <auto kMember>
+    bool may(ObjectId id, const typename FieldMember<decltype(kMember)>::Type& value) {
+        ChangeListBuilder list;
+        setField<kMember>(list, id, value);
+        return !PanelInScene(panel, scene).whyNot(list.take());
+    }
+
+    Aspect scene;
+    Panel panel = read(R"(title: "Hall"
+controls { label: "bright" node: "/lamp" field: "intensity" slider { least: 0.1 greatest: 0.7 } }
+controls { label: "on" node: "/lamp" field: "on" toggle {} }
+controls { label: "colour" node: "/lamp" field: "color" colour {} }
+controls { label: "name" node: "/cart" field: "name" text { bytes: 3 } }
+controls { label: "place" node: "/cart" field: "translation" choice { options { value: "0 0 0" } options { value: "0.1 -2 3e0" } } }
+controls { label: "dark" press { sets { node: "/lamp" field: "intensity" value: "0" } } }
+)");
+};
+
+TEST_F(PanelReaches, WhatItsControlsGive) {
+    ASSERT_TRUE(PanelInScene(panel, scene).faults().empty()) << PanelInScene(panel, scene).faults().front();
+    for (const float good : {0.1f, 0.3f, 0.7f, 0.0f, -0.0f}) EXPECT_TRUE(may<&PointLight::intensity>(kLight, good)) << good;
+    for (const float bad : {0.05f, 0.70001f, -1.0f, 1e9f, std::numeric_limits<float>::infinity(),
+                            std::numeric_limits<float>::quiet_NaN()})
+        EXPECT_FALSE(may<&PointLight::intensity>(kLight, bad)) << bad;
+    EXPECT_TRUE(may<&PointLight::on>(kLight, false));
+    EXPECT_TRUE(may<&PointLight::color>(kLight, Vec3f(1, 0, 0.5f)));
+    EXPECT_FALSE(may<&PointLight::color>(kLight, Vec3f(1, 0, 1.5f)));
+    EXPECT_TRUE(may<&Node::name>(kCart, "abc"));
+    EXPECT_FALSE(may<&Node::name>(kCart, "abcd"));
+    EXPECT_TRUE(may<&Transform::translation>(kPlace, Vec3d(0.1, -2, 3)));
+    EXPECT_FALSE(may<&Transform::translation>(kPlace, Vec3d(0.1, -2, 3.01)));
+}
+
+TEST_F(PanelReaches, NothingElse) {
+    EXPECT_FALSE(may<&PointLight::range>(kLight, 1.0f)) << "another field";
+    EXPECT_FALSE(may<&PointLight::intensity>(kOtherLight, 0.5f)) << "another node's";
+    EXPECT_FALSE(may<&Node::name>(kLamp, "a"));
+    EXPECT_FALSE(may<&Node::core>(kCart, kLight));
+    const auto refuses = [&](const auto& say) {
+        ChangeListBuilder list;
+        say(list);
+        return PanelInScene(panel, scene).whyNot(list.take()).has_value();
+    };
+    EXPECT_TRUE(refuses([](ChangeListBuilder& list) { list.destroy(kOtherLight); }));
+    EXPECT_TRUE(refuses([](ChangeListBuilder& list) { list.place(kCart, kLamp); }));
+    EXPECT_TRUE(refuses([](ChangeListBuilder& list) { list.create(ObjectId(kFirstPlaceholder), typeOf<Node>()); }));
+    EXPECT_TRUE(refuses([](ChangeListBuilder& list) {  // one good value hides no bad one
+        setField<&PointLight::intensity>(list, kLight, 0.5f);
+        setField<&PointLight::intensity>(list, kOtherLight, 0.5f);
+    }));
+    ChangeListBuilder known;
+    setField<&PointLight::intensity>(known, kLight, 0.5f);
+    ChangeList list = known.take();
+    list.columns[0].type = typeOf<SpotLight>();  // a field of that number, of another type
+    EXPECT_TRUE(PanelInScene(panel, scene).whyNot(list));
+    list.columns[0].type = typeOf<PointLight>();
+    list.columns[0].ids = {ObjectId(999)};
+    EXPECT_TRUE(PanelInScene(panel, scene).whyNot(list)) << "nothing";
+}
+
+TEST_F(PanelReaches, WhatHasComeToStandAtItsPath) {
+    ChangeListBuilder list;
+    setField<&Node::name>(list, kLamp, std::string("old"));
+    setField<&Node::name>(list, kOther, std::string("lamp"));
+    ASSERT_TRUE(scene.apply(list.take()));
+    EXPECT_TRUE(may<&PointLight::intensity>(kOtherLight, 0.5f));
+    EXPECT_FALSE(may<&PointLight::intensity>(kLight, 0.5f));
+}
+
+TEST_F(PanelReaches, ControlsThatAreNothingHereAreNamed) {
+    const auto faults = [&](const std::string& control) {
+        const Panel one = read("controls { label: \"x\" " + control + "}");
+        const PanelInScene there(one, scene);
+        return there.faults().empty() ? "" : there.faults().front();
+    };
+    EXPECT_NE(faults(R"(node: "/lamb" field: "on" toggle {})").find("there is no \"lamb\""), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "of" toggle {})").find("no field \"of\""), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "color" slider { greatest: 1 })").find("a slider moves one"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "color" toggle {})").find("neither on nor off"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "intensity" colour {})").find("is no colour"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "on" text {})").find("is no text"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })").find("no value"), std::string::npos);
+    EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })").find("no value"),
+              std::string::npos);
+    EXPECT_NE(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "-1" } })").find("at least 0"),
+              std::string::npos);
+    EXPECT_EQ(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "1" } })"), "");
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,73 @@
+// Panels as files.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include "server/panel/Panel.h"
+
+namespace tessera {
+namespace {
+
+std::string faultIn(const std::string& text) {
+    const Expected<Panel> panel = parsePanel(text, "x.panel");
+    return panel ? "" : panel.error().message;
+}
+
+TEST(PanelText, ReadsEachKindOfControl) {
+    const Expected<Panel> panel = parsePanel(R"(# of a hall
+title: "Hall"
+controls { label: "a" node: "/n" field: "f" slider { least: -1 greatest: 2 step: 0.5 } }
+controls { label: "b" node: "/n" field: "f" toggle {} }
+controls { label: "c" node: "/n" field: "f" choice { options { label: "o" value: "1 2" } options { value: "3 4" } } }
+controls { label: "d" node: "/n" field: "f" colour {} }
+controls { label: "e" node: "/n" field: "f" text { bytes: 9 } }
+controls { label: "g" press { sets { node: "/m" field: "h" value: "true" } bookmark: 9 } }
+)",
+                                             "x.panel");
+    ASSERT_TRUE(panel) << panel.error().message;
+    EXPECT_EQ(panel->title, "Hall");
+    ASSERT_EQ(panel->controls.size(), 6u);
+    EXPECT_EQ(std::get<PanelSlider>(panel->controls[0].as).step, 0.5);
+    EXPECT_EQ(panel->controls[1].of, (PanelField{"/n", "f"}));
+    EXPECT_EQ(std::get<PanelChoice>(panel->controls[2].as).options.at(1).value, "3 4");
+    EXPECT_EQ(std::get<PanelText>(panel->controls[4].as).bytes, 9u);
+    EXPECT_EQ(std::get<PanelPress>(panel->controls[5].as).sets.at(0).of.node, "/m");
+}
+
+TEST(PanelText, SaysWhatIsWrongAndWhere) {
+    const std::string of = R"(node: "/n" field: "f" )";
+    const std::vector<std::pair<std::string, std::string>> wrong{
+        {"", "x.panel:1:1: a panel without controls"},
+        {"\ncontrols {\n  lable: \"a\" }", "x.panel:3:3: unknown key \"lable\"; did you mean \"label\"?"},
+        {"title: \"a\"\ncontrols { " + of + "}", "x.panel:2:1: a control is slider, toggle,"},
+        {"controls { " + of + "slider { least: 1 greatest: 1 } }", "goes nowhere"},
+        {"controls { " + of + "slider { least: nan greatest: 1 } }", "goes nowhere"},
+        {"controls { " + of + "slider { least: 0 greatest: inf } }", "goes nowhere"},
+        {"controls { " + of + "slider { greatest: 1 step: 2 } }", "does not fit"},
+        {"controls { " + of + "slider { greatest: 1 step: -1 } }", "does not fit"},
+        {"controls { toggle {} }", "which field of which node"},
+        {"controls { " + of + "choice {} }", "a choice of nothing"},
+        {"controls { press {} }", "does nothing"},
+        {"controls { press { bookmark: 10 } }", "bookmarks are 1 to 9"},
+        {"controls { press { bookmark: 1 home: true } }", "not to both"},
+        {"controls { " + of + "press { home: true } }", "shows no field"},
+        {"controls { press { sets { node: \"/n\" } } }", "which field of which node it sets"},
+        {"controls { " + of + "toggle {} slider {} }", "x.panel:1:"},
+        {"not a panel at all", "x.panel:1:"},
+        {std::string(Panel::kMostBytes + 1, ' '), "at most 65536 may be"},
+        {"controls { label: \"" + std::string(300, 'x') + "\" " + of + "toggle {} }", "bytes of a label"},
+    };
+    for (const auto& [text, words] : wrong) EXPECT_NE(faultIn(text).find(words), std::string::npos) << faultIn(text);
+    std::string many;
+    for (std::size_t i = 0; i <= Panel::kMostControls; ++i) many += "controls { " + of + "toggle {} }\n";
+    EXPECT_NE(faultIn(many).find("x.panel:65:1: 65 controls, at most 64"), std::string::npos) << faultIn(many);
+}
+
+TEST(PanelText, WhatIsNoFileIsSaid) {
+    EXPECT_EQ(readPanelFile("/nowhere/x.panel").error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(readPanelFile("/").error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(readPanelFile("/dev/zero").error().code, ErrorCode::kBadInput);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,106 @@
+// Whose token is of a panel: what of all requests it may say.
+#include <gtest/gtest.h>
+
+#include "common/codec/ChangeCodec.h"
+#include "common/request/Catalogue.h"
+#include "common/scene/FieldTable.h"
+#include "tests/unit/sim/DeskStage.h"
+
+namespace tessera {
+namespace {
+
+class DeskPanel : public test::DeskStage {
+protected:
+    DeskPanel() {
+        std::vector<ChangeList> lists{test::craneScene()};
+        EXPECT_TRUE(simulation.load(std::move(lists)));
+        visitor = server.hello("tablet", PeerRole::kApplication);
+        desk.applicationJoined(visitor, {.name = "tablet", .who = {.role = Role::kEditor, .panel = "p"}}, "", &text);
+    }
+    /// What it is told at once; empty: nothing yet, or that it is done.
+    std::string said(const ApplicationRequest& request) {
+        server.forget();
+        server.take(desk.received({visitor, "tablet", ++asked, share(encodeRequest(request))}, server.now));
+        const auto replies = server.sent<message::Reply>(visitor);
+        return replies.empty() ? "" : replies[0].error;
+    }
+    std::string proposes(const ChangeList& list) {
+        return said(request::ProposeChanges{.list = share(encodeChangeList(list)), .blobs = {}});
+    }
+    [[nodiscard]] ObjectId coreOf(std::string_view path) const {
+        return simulation.scene().get<Node>(findNode(simulation.scene(), path).value_or(ObjectId()))->core;
+    }
+    template <typename Request, typename... More>
+    void eachOf(std::variant<Request, More...>*) {
+        Request request;
+        if constexpr (std::is_same_v<Request, request::ProposeChanges>) request.list = share(encodeChangeList({}));
+        const std::string why = said(request);
+        const bool refused = why.find("panel") != why.npos || why.find("this link is of an editor") != why.npos;
+        if (!Request::kInfo.forPanels) EXPECT_TRUE(refused) << Request::kInfo.name;
+        sayable += !refused;
+        if constexpr (sizeof...(More) > 0) eachOf(static_cast<std::variant<More...>*>(nullptr));
+    }
+
+    const std::string text = R"(title: "Crane"
+controls { label: "near" node: "/crane" field: "translation" choice { options { value: "0 0 0" } } }
+controls { label: "home" press { home: true } }
+controls { label: "there" press { bookmark: 3 } })";
+    RequestDesk desk{surroundings()};
+    ConnectionId visitor;
+    std::uint64_t asked = 0;
+    std::size_t sayable = 0;
+};
+
+TEST_F(DeskPanel, OfAllRequestsItSaysThoseThatAPanelNeeds) {
+    eachOf(static_cast<ApplicationRequest*>(nullptr));
+    EXPECT_LE(sayable, 4u);
+    EXPECT_GT(sayable, 0u);
+}
+
+TEST_F(DeskPanel, EditsReachItsFieldsAlone) {
+    ChangeListBuilder list;
+    setField<&Transform::translation>(list, coreOf("/crane"), Vec3d::Zero());
+    EXPECT_EQ(proposes(list.take()), "");
+    setField<&Transform::translation>(list, coreOf("/crane"), Vec3d(1, 0, 0));
+    EXPECT_NE(proposes(list.take()).find("\"near\" gives no such value"), std::string::npos);
+    setField<&Transform::translation>(list, coreOf("/wall"), Vec3d::Zero());
+    EXPECT_NE(proposes(list.take()).find("it has no control for that field"), std::string::npos);
+    EXPECT_NE(said(request::ProposeChanges{.list = share(encodeChangeList({})), .blobs = {share(Bytes(8))}}).find("arrays"),
+              std::string::npos);
+}
+
+TEST_F(DeskPanel, ItAsksForItsNodesAlone) {
+    EXPECT_EQ(said(request::GetObjects{{.names = {"/crane"}, .content = true}}), "");
+    const ObjectId crane = *findNode(simulation.scene(), "/crane"), core = coreOf("/crane");
+    for (const ObjectId known : {crane, core})
+        EXPECT_EQ(said(request::GetObjects{{.names = {"#" + std::to_string(known.value)}}}), "");
+    EXPECT_NE(said(request::GetObjects{{.names = {"#" + std::to_string(coreOf("/wall").value)}}}), "");
+    for (const char* other : {"/wall", "#1", "", "/crane/hook", "/crane[0]", "#", "#x", "#99999"})
+        EXPECT_NE(said(request::GetObjects{{.names = {"/crane", other}}}).find("panel"), std::string::npos) << other;
+}
+
+TEST_F(DeskPanel, TheViewGoesWhereItSaysAlone) {
+    using Deed = NavigationWish::Deed;
+    const auto flies = [&](const NavigationWish& wish) { return said(request::NavigateView{wish}); };
+    const std::string no = "no control leads the view there";
+    EXPECT_EQ(flies({.deed = Deed::kHome}).find(no), std::string::npos);
+    EXPECT_EQ(flies({.deed = Deed::kGoToBookmark, .bookmark = 3}).find(no), std::string::npos);
+    EXPECT_NE(flies({.deed = Deed::kGoToBookmark, .bookmark = 4}).find(no), std::string::npos);
+    EXPECT_NE(flies({.deed = Deed::kKeepBookmark, .bookmark = 3}).find(no), std::string::npos);
+    EXPECT_NE(flies({.deed = Deed::kFit}).find(no), std::string::npos);
+    EXPECT_NE(flies({.mode = NavigationMode::kWalk, .deed = Deed::kHome}).find(no), std::string::npos);
+    EXPECT_NE(flies({.deed = Deed::kHome, .input = InputState()}).find(no), std::string::npos);
+}
+
+TEST_F(DeskPanel, APanelThatIsNoneReachesNothing) {
+    const std::string none = "no panel";
+    const ConnectionId other = server.hello("other", PeerRole::kApplication);
+    desk.applicationJoined(other, {.name = "o", .who = {.role = Role::kEditor, .panel = "q"}}, "", &none);
+    visitor = other;
+    ChangeListBuilder list;
+    setField<&Transform::translation>(list, coreOf("/crane"), Vec3d::Zero());
+    EXPECT_NE(proposes(list.take()).find("no control"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
