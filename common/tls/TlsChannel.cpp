@@ -80,6 +80,17 @@ int TlsCallbacks::channelIndex() {
     return index;
 }
 
+namespace {
+
+/// Else a chain that leads to the authority is wrong in itself.
+bool isOfAnotherAuthority(int why) {
+    return why == X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT || why == X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY ||
+           why == X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE || why == X509_V_ERR_CERT_SIGNATURE_FAILURE ||
+           why == X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT || why == X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN;
+}
+
+}  // namespace
+
 int TlsCallbacks::verify(X509_STORE_CTX* chain, void* given) {
     const TlsContext& context = *static_cast<const TlsContext*>(given);
     auto* const ssl = static_cast<SSL*>(X509_STORE_CTX_get_ex_data(chain, SSL_get_ex_data_X509_STORE_CTX_idx()));
@@ -99,13 +110,16 @@ int TlsCallbacks::verify(X509_STORE_CTX* chain, void* given) {
     if (channel == nullptr) return 0;
     const X509* const leaf = X509_STORE_CTX_get0_cert(chain);
     const Certificate shown = leaf == nullptr ? Certificate{} : Certificate::of(*leaf);
-    channel->refusal_ =
-        shown.holder
-            ? fmt::format(
-                  "the other side shows a certificate of {}, which another authority made than this wall's ({})",
-                  describe(*shown.holder), X509_verify_cert_error_string(why))
-            : fmt::format("the other side shows a certificate that is not this wall's ({})",
-                          X509_verify_cert_error_string(why));
+    // Both sides read it: who is refused, and who refuses.
+    const char* const words = X509_verify_cert_error_string(why);
+    if (!shown.holder)
+        channel->refusal_ = fmt::format("the certificate is not one of this wall's ({})", words);
+    else if (isOfAnotherAuthority(why))
+        channel->refusal_ = fmt::format("the certificate of {} was made by another authority than this wall's ({})",
+                                        describe(*shown.holder), words);
+    else
+        channel->refusal_ = fmt::format("the certificate of {} is not one that tessera-keys makes ({})",
+                                        describe(*shown.holder), words);
     if (channel->side_ == TlsChannel::Side::kDials) return 0;
     // It is told why in words. The result stays with the session, which nobody is to resume.
     SSL_set_num_tickets(ssl, 0);
@@ -235,7 +249,8 @@ Expected<void> TlsChannel::judge() {
     if (fault.empty() && SSL_get_verify_result(ssl) != X509_V_OK) fault = "its certificate is not believed";
     if (fault.empty()) fault = context_->faultOf(certificate, now(), otherClock_);
     if (fault.empty() && dials != (certificate.holder->kind == Identity::Kind::kServer))
-        fault = fmt::format("the other side shows the certificate of {}", describe(*certificate.holder));
+        fault = fmt::format("the certificate is of {}, and {}", describe(*certificate.holder),
+                            dials ? "not of a server" : "a server dials nobody");
     if (dials && !fault.empty()) return fail(ErrorCode::kRefused, fault);
     shown_ = certificate;
     peer_ = Credential{

@@ -179,9 +179,25 @@ TEST(TlsChannel, WhoeverIsRefusedIsNotResumed) {
         ASSERT_TRUE(wire.open());
         EXPECT_FALSE(wire.client.resumed());
         ASSERT_TRUE(wire.server.peer());
-        EXPECT_NE(wire.server.peer()->fault.find("which another authority made"), std::string::npos)
+        EXPECT_NE(wire.server.peer()->fault.find("was made by another authority"), std::string::npos)
             << wire.server.peer()->fault;
     }
+}
+
+/// A key of this wall, for another purpose.
+TEST(TlsChannel, AKeyInTheWrongPlaceIsNotAnotherAuthoritys) {
+    const Context server = contextOf(wall().keysOf(wall().server())), host = contextOf(wall().keysOf(wall().host("left")));
+    Wire dialling(server, server);
+    dialling.shake();
+    ASSERT_TRUE(dialling.server.peer());
+    const std::string fault = dialling.server.peer()->fault;
+    EXPECT_NE(fault.find("the server of the wall 'cave'"), std::string::npos) << fault;
+    EXPECT_EQ(fault.find("another authority"), std::string::npos) << fault;
+    Wire accepting(contextOf(wall().pinned()), host);
+    accepting.shake();
+    ASSERT_FALSE(accepting.clientSays);
+    EXPECT_EQ(accepting.clientSays.error().message.find("another authority"), std::string::npos)
+        << accepting.clientSays.error().message;
 }
 
 /// Both clocks are told of, on both sides.
