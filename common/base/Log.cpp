@@ -41,10 +41,11 @@ public:
 
 private:
     void run() {
-        sigset_t pipe;  // whose end is gone: an error of `write`, in programs that do not ask for it too
-        sigemptyset(&pipe);
-        sigaddset(&pipe, SIGPIPE);
-        pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
+        // A pipe whose end is gone is an error of `write`, in programs that do not ask for it too. All others are for
+        // the program's own threads: one that blocks SIGTERM after its first message would be ended by it here.
+        sigset_t all;
+        sigfillset(&all);
+        pthread_sigmask(SIG_BLOCK, &all, nullptr);
         std::unique_lock lock(mutex_);
         while (true) {
             filled_.wait(lock, [&] { return closed_ || !waiting_.empty(); });

@@ -57,7 +57,7 @@ struct Door::Impl {
 
     void accept() {
         acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
-            if (error == boost::asio::error::operation_aborted) return;
+            if (over || error == boost::asio::error::operation_aborted) return;
             if (!error) return admit(std::move(socket));
             // Where no descriptor is left, whoever came waits in the backlog for one of somebody silent.
             const bool crowded = error == boost::asio::error::no_descriptors && !context.silent.empty();
@@ -103,8 +103,8 @@ struct Door::Impl {
     template <typename F>
     void later(TimePoint due, F f) {
         pause.expires_at(due);
-        pause.async_wait([f = std::move(f)](boost::system::error_code stopped) {
-            if (!stopped) f();
+        pause.async_wait([this, f = std::move(f)](boost::system::error_code stopped) {
+            if (!stopped && !over) f();  // as above: nobody is admitted, or waited for, at a port that is closed
         });
     }
 

@@ -70,7 +70,8 @@ void DrillWall::startServer() {
 
 /// From machines of their own nobody comes in without one.
 void DrillWall::makeKeys() {
-    std::vector<std::vector<std::string>> verbs = {{"init", "--wall", options_.wall}};
+    std::vector<std::vector<std::string>> verbs = {{"init", "--wall", options_.wall},
+                                                   {"person", "ada", "--role", "editor"}};
     for (const std::string& name : kFourHosts) verbs.push_back({"host", name});
     for (std::vector<std::string>& words : verbs) {
         words.insert(words.begin(), {test::program("tessera-keys"), "--keys", keys()});
@@ -99,6 +100,12 @@ void DrillWall::startHost(const std::string& name) {
 
 std::unique_ptr<test::Process> DrillWall::start(const std::string& name, std::vector<std::string> command) {
     const NetworkNamespace::Inside inside(serverMachine());
+    return std::make_unique<test::Process>(folder(), name, std::move(command));
+}
+
+std::unique_ptr<test::Process> DrillWall::startOn(std::size_t machine, const std::string& name,
+                                                  std::vector<std::string> command) {
+    const NetworkNamespace::Inside inside(&network_->host(machine));
     return std::make_unique<test::Process>(folder(), name, std::move(command));
 }
 
@@ -214,18 +221,22 @@ void DrillWall::conclude(Measurement& measured, const std::vector<std::string>& 
     if (server_->waitForExit(20s) != 0) measured.broken.push_back("the server did not end in order:\n" + logs());
     for (auto& [name, process] : hosts_)
         if (process->waitForExit(10s) != 0) measured.broken.push_back(name + " did not end in order");
-    const json report = json::parse(test::readText(folder() + "/report.json"), nullptr, false);
-    if (report.is_discarded()) {
+    const json left = report();
+    if (left.is_discarded()) {
         measured.broken.push_back("there is no report");
         return;
     }
-    if (const auto wrong = report["replication"]["state_hash_mismatches"].get<int>(); wrong != 0)
+    if (const auto wrong = left["replication"]["state_hash_mismatches"].get<int>(); wrong != 0)
         measured.broken.push_back(fmt::format("{} times a host had another state than the server", wrong));
-    for (const json& fault : report["faults"]) {
+    for (const json& fault : left["faults"]) {
         const auto host = fault["host"].get<std::string>();
         if (std::ranges::find(expectedFaults, host) == expectedFaults.end())
             measured.broken.push_back(fmt::format("{} was lost: {}", host, fault["kind"].get<std::string>()));
     }
+}
+
+json DrillWall::report() const {
+    return json::parse(test::readText(folder() + "/report.json"), nullptr, false);
 }
 
 std::string DrillWall::logs() const {

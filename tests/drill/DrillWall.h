@@ -38,7 +38,7 @@ struct DrillWallOptions {
     std::string scene = {};
     std::vector<std::string> server = {};                          ///< more options of tessera-server
     std::map<std::string, std::vector<std::string>> clients = {};  ///< more options of a host's tessera-client
-    std::size_t machines = 0;  ///< > 0: so many hosts' machines on a switch; else all on one machine's loopback
+    std::size_t machines = 0;  ///< > 0: so many machines on a switch, the hosts' first; else all on one's loopback
 };
 
 class DrillWall {
@@ -58,13 +58,18 @@ public:
     /// None where everything runs in the drill's own network.
     [[nodiscard]] const NetworkNamespace* serverMachine() const;
 
-    /// The same command as before, at the address of the first one.
+    /// Of the wall, its hosts, and an editor, ada.
     void makeKeys();
     [[nodiscard]] std::string keys() const { return folder() + "/keys"; }
+    [[nodiscard]] std::string personsKey() const { return keys() + "/person-ada.pem"; }
+    /// The same command as before, at the address of the first one.
     void startServer();
     void startHost(const std::string& name);
     /// Any program, on the server's machine.
     [[nodiscard]] std::unique_ptr<test::Process> start(const std::string& name, std::vector<std::string> command);
+    /// On another one of its network.
+    [[nodiscard]] std::unique_ptr<test::Process> startOn(std::size_t machine, const std::string& name,
+                                                         std::vector<std::string> command);
     /// See Guest.h. `nice`: at the lowest priority.
     [[nodiscard]] std::unique_ptr<test::Process> startGuest(const std::string& kind, bool nice = false);
     [[nodiscard]] test::Outcome ctl(std::vector<std::string> words);
@@ -89,6 +94,8 @@ public:
     /// Ends the wall and checks what holds for every row: all hosts are live and at the server's state, none was ever
     /// at another, every process ends in order. `expectedFaults`: hosts that may have been lost; nobody else may.
     void conclude(Measurement& measured, const std::vector<std::string>& expectedFaults);
+    /// What the server has left behind, once it has concluded.
+    [[nodiscard]] nlohmann::json report() const;
 
     /// The end of what everybody has said, for messages.
     [[nodiscard]] std::string logs() const;

@@ -18,6 +18,7 @@
 #include "common/net/FrameHeader.h"
 #include "common/net/Transport.h"
 #include "common/scene/FieldTable.h"
+#include "tests/drill/Crowd.h"
 #include "tests/integration/MessageBytes.h"
 
 namespace tessera::drill {
@@ -159,6 +160,13 @@ int runGuest(const std::string& kind, const std::string& address) {
     struct sigaction action {};
     action.sa_handler = [](int) { over = 1; };
     sigaction(SIGTERM, &action, nullptr);
+    if (kind == "crowd") {
+        CrowdCount count;
+        if (!standAround(address, over, count)) return 3;
+        fmt::print("{} stood at most, {} came, {} were closed, {} failed\n", count.most, count.came, count.closed,
+                   count.failed);
+        return 0;
+    }
     std::uint64_t answered = 0;
     if (kind == "status")
         answered = askOn(address, request::GetStatus{});

@@ -13,8 +13,9 @@ namespace tessera::drill {
 ///   tree                    follows the scene anew again and again, as tessera-ctl tree does
 ///   slow                    follows the scene and reads 64 KiB a second
 ///   silent                  follows the scene, says that it lives, and reads nothing
+///   crowd                   is no application: Crowd.h; prints how many stood, came, were closed and failed
 ///
-/// Returns an exit code.
+/// Returns an exit code; 3: this system does not let it have what it needs.
 [[nodiscard]] int runGuest(const std::string& kind, const std::string& address);
 
 }  // namespace tessera::drill

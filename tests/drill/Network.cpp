@@ -44,7 +44,10 @@ void command(const NetworkNamespace& where, const std::string& text) {
     command(where, std::vector<std::string>(std::istream_iterator<std::string>(in), {}));
 }
 
-constexpr const char* kNet = "10.200.0.";
+/// Of the server (0) and of the hosts behind it.
+std::string addressOf(std::size_t number) {
+    return fmt::format("10.200.0.{}", number + 1);
+}
 /// Where a packet filter loads a random number from (linux/filter.h).
 constexpr std::uint32_t kRandom = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_RANDOM);
 
@@ -99,12 +102,16 @@ void SwitchedNetwork::plugIn(const NetworkNamespace& machine, std::size_t number
     command(switch_, fmt::format("ip link add p{} gso_max_segs 1 type veth peer name eth0 gso_max_segs 1 netns {}",
                                  number, machine.path()));
     command(switch_, fmt::format("ip link set p{} master br0 up", number));
-    command(machine, fmt::format("ip addr add {}{}/24 dev eth0", kNet, number + 1));
+    command(machine, fmt::format("ip addr add {}/24 dev eth0", addressOf(number)));
     command(machine, "ip link set eth0 up");
 }
 
-std::string SwitchedNetwork::serverAddress() const {
-    return fmt::format("{}1", kNet);
+std::string SwitchedNetwork::serverAddress() {
+    return addressOf(0);
+}
+
+std::string SwitchedNetwork::hostAddress(std::size_t index) const {
+    return addressOf(index + 1);
 }
 
 void SwitchedNetwork::cut(std::size_t host) {

@@ -51,7 +51,8 @@ public:
 
     [[nodiscard]] const NetworkNamespace& server() const { return server_; }
     [[nodiscard]] const NetworkNamespace& host(std::size_t index) const { return hosts_.at(index); }
-    [[nodiscard]] std::string serverAddress() const;
+    [[nodiscard]] static std::string serverAddress();
+    [[nodiscard]] std::string hostAddress(std::size_t index) const;
 
     // A host's cable. Each lasts until `heal`.
     void cut(std::size_t host);

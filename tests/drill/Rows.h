@@ -15,6 +15,7 @@ struct DrillOptions {
     std::uint64_t nodes = 100'000;
     bool large = false;  ///< a million nodes for who loads or joins
     int repetitions = 3;
+    int seconds = 60;  ///< that a crowd stands around
 };
 
 struct Row {
@@ -27,6 +28,7 @@ struct Row {
 [[nodiscard]] std::vector<Row> hostRows();
 [[nodiscard]] std::vector<Row> serverRows();
 [[nodiscard]] std::vector<Row> strangerRows();
+[[nodiscard]] std::vector<Row> crowdRows();
 [[nodiscard]] std::vector<Row> linkRows();
 [[nodiscard]] std::vector<Row> applicationRows(const DrillOptions& options);
 

@@ -27,7 +27,8 @@ struct Arguments {
 
 std::vector<Row> allRows(const DrillOptions& options) {
     std::vector<Row> all;
-    for (std::vector<Row> some : {hostRows(), serverRows(), strangerRows(), linkRows(), applicationRows(options)})
+    for (std::vector<Row> some : {hostRows(), serverRows(), strangerRows(), crowdRows(), linkRows(),
+                                   applicationRows(options)})
         std::ranges::move(some, std::back_inserter(all));
     return all;
 }
@@ -90,6 +91,9 @@ int main(int argc, char** argv) {
     options.option("--nodes", arguments.drill.nodes, "In the scene (100000)")
         .typeName("N")
         .range(1'000, 1'000'000);
+    options.option("--seconds", arguments.drill.seconds, "That a crowd stands around (60)")
+        .typeName("S")
+        .range(1, 3'600);
     options.flag("--large", arguments.drill.large, "A million nodes to load and to join");
     options.option("--guest", arguments.guest).expected(2).hidden();  // the drill's own children
     if (const std::optional<int> code = options.parse(argc, argv)) return *code;

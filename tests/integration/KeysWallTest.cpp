@@ -1,6 +1,7 @@
 /// Walls whose hosts and people come in by keys: on this machine, and from machines of their own.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <chrono>
 #include <filesystem>
@@ -161,6 +162,8 @@ TEST_F(WallByKeys, BeyondThisMachineTheServerWantsKeysOrAPersonsWord) {
     startServer("0.0.0.0", {"--insecure"});
     EXPECT_HAS(server_->output(), "may do all");
     EXPECT_HAS(ctl({"status"}).output, "--insecure: whoever comes from another machine may do all");
+    server_->signal(SIGTERM);  // which is no thread's that wrote the warning
+    EXPECT_EQ(server_->waitForExit(20s), 0) << server_->output();
 }
 
 /// From machines of their own, in networks that this test made.

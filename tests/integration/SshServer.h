@@ -1,12 +1,19 @@
-/// An sshd of the test's own on loopback: keys, configuration, port and log lie in its folder.
+/// An sshd of the test's own, on loopback or on a machine of its own: keys, configuration, port and log lie in its
+/// folder.
 #pragma once
 
 #include <memory>
 #include <string>
 
+#include "tests/drill/Network.h"
 #include "tests/integration/Process.h"
 
 namespace tessera::test {
+
+struct SshPlace {
+    std::string address = "127.0.0.1";
+    const drill::NetworkNamespace* network = nullptr;  ///< whose address that is; null: the test's own
+};
 
 /// Whoever runs the test is let in, by a key. As root it needs an account "sshd" and /run/sshd: it gets both in a view of the file
 /// system that is its own (unshare), so that nothing outside changes.
@@ -15,10 +22,12 @@ public:
     /// Why there can be none here; empty: there can.
     [[nodiscard]] static std::string whyNot();
 
-    explicit SshServer(const std::string& folder);
+    /// Those of one folder share its keys: the client of the last one reaches them all.
+    explicit SshServer(const std::string& folder, SshPlace place = {});
     /// It answers.
     [[nodiscard]] bool good() const { return port_ != 0; }
     [[nodiscard]] int port() const { return port_; }
+    [[nodiscard]] const std::string& address() const { return place_.address; }
     /// A program that is ssh with the test's key and without anybody's configuration.
     [[nodiscard]] const std::string& client() const { return client_; }
     /// The same with a key that nobody knows; and without knowing the server.
@@ -29,6 +38,7 @@ public:
     void cutAll();
 
 private:
+    SshPlace place_;
     std::string folder_, client_, stranger_, newcomer_;
     int port_ = 0;
     std::unique_ptr<Process> server_;

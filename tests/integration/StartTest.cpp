@@ -9,9 +9,7 @@
 #include <thread>
 
 #include "common/base/Version.h"
-#include "common/image/Picture.h"
-#include "tests/integration/LiveWall.h"
-#include "tests/integration/SshServer.h"
+#include "tests/integration/StartedWall.h"
 
 namespace tessera::test {
 namespace {
@@ -19,74 +17,18 @@ namespace {
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
-const std::string kSmallYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
-
-/// Processes of this machine that run a program below the build folder with `word` among their arguments.
-std::vector<pid_t> clientsWith(const std::string& word) {
-    std::vector<pid_t> found;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
-        const std::string name = entry.path().filename();
-        if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-        const std::string line = readText(entry.path() / "cmdline");
-        if (line.starts_with(program("tessera-client")) && line.find(word) != std::string::npos) found.push_back(std::stoi(name));
-    }
-    return found;
-}
-
-class StartedBySsh : public testing::Test {
+class StartedBySsh : public StartedWall {
 protected:
     void SetUp() override {
         if (const std::string why = SshServer::whyNot(); !why.empty()) GTEST_SKIP() << why;
         sshd_.emplace(folder_.path());
         ASSERT_TRUE(sshd_->good()) << sshd_->log();
     }
-    static std::string me() {
-        const char* name = ::geteuid() == 0 ? "root" : ::getenv("USER");
-        return name ? name : "root";
-    }
-    /// What a host's machine says in the wall file; `more` behind the address.
-    [[nodiscard]] std::string machine(const std::string& more = "", int port = 0) const {
-        return fmt::format("machine {{ ssh: \"{}@127.0.0.1\" port: {} {} }}", me(), port != 0 ? port : sshd_->port(), more);
-    }
-    [[nodiscard]] std::string client(const std::string& path = program("tessera-client")) const { return fmt::format("command: \"{}\"", path); }
-    /// Two tiles; the left one's host is started as `left` says, the right one's as `right`. Empty: here.
-    std::string wallOf(const std::string& left, const std::string& right) {
-        return folder_.write("lab.wall", fmt::format(R"(
-screens {{ name: "front" lower_left {{ x: -1.6 y: 0.6 }} lower_right {{ x: 1.6 y: 0.6 }} upper_left {{ x: -1.6 y: 2.4 }}
-  grid {{ columns: 2 rows: 1 tile_width_px: 120 tile_height_px: 100 }} }}
-users {{ name: "viewer" position {{ y: 1.7 z: 2.4 }} }}
-hosts {{ name: "west" tiles {{ screen: "front" column: 0 user: "viewer" }} {} }}
-hosts {{ name: "east" tiles {{ screen: "front" column: 1 user: "viewer" }} {} }}
-sync {{ late_frame: WAIT frame_deadline_ms: 10000 heartbeat_ms: 100 lost_after_ms: 800 start_deadline_ms: 20000 }}
-samples: 1
-)", left, right));
-    }
+    [[nodiscard]] std::string machine(const std::string& more = "", int port = 0) const { return machineAt(*sshd_, more, port); }
     std::vector<std::string> command(const std::string& wall, std::vector<std::string> more = {}) {
-        std::vector<std::string> words = {program("tessera-wall"), "--wall", wall, "--scene", kSmallYard, "--output", folder_.path() + "/out",
-                                          "--start", "--ssh", sshd_->client()};
-        words.insert(words.end(), more.begin(), more.end());
-        return words;
-    }
-    Picture picture(const std::string& file) {
-        const Expected<Bytes> bytes = readFile(file, 100 << 20);
-        if (!bytes) {
-            ADD_FAILURE() << bytes.error().message;
-            return {};
-        }
-        return decodePng(*bytes).value().picture;
-    }
-    /// No client of this test's wall lives any more.
-    static bool allGone(std::chrono::milliseconds patience) {
-        const auto until = std::chrono::steady_clock::now() + patience;
-        while (!clientsWith("--while-input").empty()) {
-            if (std::chrono::steady_clock::now() > until) return false;
-            std::this_thread::sleep_for(20ms);
-        }
-        return true;
+        return StartedWall::command(*sshd_, wall, std::move(more));
     }
 
-    TemporaryFolder folder_;
     std::optional<SshServer> sshd_;
 };
 
@@ -103,7 +45,7 @@ TEST_F(StartedBySsh, IsTheWallThatRunsHereAndLeavesNobodyBehind) {
     ASSERT_NE(said, std::string::npos) << there.output;
     const int frame = std::stoi(there.output.substr(said + 15));
     EXPECT_GE(frame, 2);
-    const Outcome here = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", kSmallYard, "--frames", std::to_string(frame + 1), "--output", folder_.path() + "/here"}, 120s);
+    const Outcome here = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", kYard, "--frames", std::to_string(frame + 1), "--output", folder_.path() + "/here"}, 120s);
     ASSERT_EQ(here.exitCode, 0) << here.output;
     EXPECT_TRUE(picture(folder_.path() + "/here/wall.png") == picture(folder_.path() + "/out/wall.png"));
     EXPECT_FALSE(fs::exists(folder_.path() + "/out/tiles/front-0-0/shown.frame")) << "clients elsewhere have no folder here";

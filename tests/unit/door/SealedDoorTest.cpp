@@ -32,6 +32,11 @@ protected:
             *cave().authority().issue(cave().server(), {"localhost", "127.0.0.1"}, std::chrono::system_clock::now());
         keys = cave().keysWith(own.pem);
         current.store(contextOf(keys));
+        openDoor();
+        host = fmt::format("Host: 127.0.0.1:{}\r\n", door->address().port);
+    }
+
+    void openDoor() {
         auto opened = Door::open({.listen = {"127.0.0.1", 0},
                                   .server = {"127.0.0.1", backlog.port},
                                   .wall = "cave",
@@ -39,7 +44,6 @@ protected:
                                   .reach = {.keys = [this] { return current.load(); }}});
         EXPECT_TRUE(opened) << opened.error().message;
         if (opened) door = std::move(*opened);
-        host = fmt::format("Host: 127.0.0.1:{}\r\n", door->address().port);
     }
 
     void revoke(const Authority::Issued& key) {
@@ -312,6 +316,18 @@ TEST_F(SealedDoor, OpensBeyondThisMachineWithKeysOrOpenly) {
     SealedPeer peer((*http)->address().port);
     peer.say(fmt::format("GET /authority.crt HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", (*http)->address().port));
     EXPECT_TRUE(peer.hear("\r\n\r\n").starts_with("HTTP/1.1 404 "));
+}
+
+/// Whoever waits to be admitted is not, once the door has ended: nobody would see it out.
+TEST_F(SealedDoor, EndsWhileACrowdWaitsForRoom) {
+    for (int round = 0; round < 10; ++round) {
+        const std::uint16_t port = door->address().port;
+        std::vector<std::unique_ptr<SealedPeer>> crowd;
+        for (int i = 0; i < 600; ++i) crowd.push_back(std::make_unique<SealedPeer>(port));
+        EXPECT_TRUE(crowd.front()->closes(20s)) << "from now on the others come in one after the other";
+        door.reset();  // or else forever
+        openDoor();
+    }
 }
 
 }  // namespace
