@@ -129,7 +129,8 @@ private:
     void openDoor(const Address& server, std::uint16_t lastPort) {
         const Address near{nearHost(server.host), server.port};
         DoorOptions options{
-            .listen = *console_, .server = near, .wall = wall_, .tokens = tokens_, .reach = reach_};
+            .listen = *console_, .server = near, .wall = wall_, .tokens = tokens_, .reach = reach_,
+            .tell = [this](const std::string& words) { log_.warning(words); }};
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {

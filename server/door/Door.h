@@ -1,6 +1,7 @@
 /// A door to a running wall for programs of every language: HTTP, and WebSockets at /socket.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,7 @@ struct DoorOptions {
     std::string wall;   ///< the wall's name, for people
     AccessTokens tokens;  ///< whoever has one may come in
     DoorReach reach = {};
+    std::function<void(const std::string&)> tell = {};  ///< what people should know, on the door's thread; may be empty
 };
 
 /// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like
