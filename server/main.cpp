@@ -143,7 +143,8 @@ private:
                             .wall = wall_,
                             .tokens = tokens_,
                             .owner = nameOfUser(),
-                            .reach = reach_};
+                            .reach = reach_,
+                            .tell = [this](const std::string& words) { log_.warning(words); }};
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {

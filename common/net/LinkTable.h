@@ -24,6 +24,7 @@ public:
             const LinkId id{round * (slots_.size() + 1) + slot};
             std::uint64_t free = 0;
             if (!slots_[slot].link.compare_exchange_strong(free, id.value)) continue;
+            ++taken_;
             slots_[slot].untaken = 0;
             slots_[slot].resting = false;
             return id;
@@ -34,8 +35,13 @@ public:
     [[nodiscard]] LinkId stillborn() { return LinkId{(next_.fetch_add(1) + 1) * (slots_.size() + 1) + slots_.size()}; }
 
     void release(LinkId id) {
-        if (Slot* slot = find(id)) slot->link = 0;
+        Slot* const slot = find(id);
+        if (slot == nullptr) return;
+        slot->link = 0;
+        --taken_;
     }
+    /// Whether `claim` would find a slot now.
+    [[nodiscard]] bool hasRoom() const { return taken_ < slots_.size(); }
     [[nodiscard]] bool holds(LinkId id) const {
         const std::size_t at = id.value % (slots_.size() + 1);
         return at < slots_.size() && slots_[at].link == id.value;
@@ -84,6 +90,7 @@ private:
 
     std::vector<Slot> slots_;
     std::atomic<std::uint64_t> next_{0};
+    std::atomic<std::size_t> taken_{0};
 };
 
 }  // namespace tessera

@@ -22,7 +22,8 @@ public:
     TlsChannel channel;
     Bytes out;             ///< what is being written to the socket
     bool writing = false;  ///< the reactor has it
-    bool shaking = false;  ///< another thread has the channel
+    bool shaking = false;  ///< another thread has the channel, or it waits for that
+    bool begun = false;    ///< its first step has been taken
     bool ended = false;    ///< nothing more is sealed
     std::atomic<bool> over{false};  ///< the link is closed: nobody needs its handshake any more
 

@@ -1,58 +1,70 @@
-/// Connections that were accepted and have sent no message yet, or are being closed, and how they give way. For
-/// Transport.cpp alone.
+/// Connections that were accepted and have sent no message yet, or are being closed, and those that wait to be such.
+/// For Transport.cpp alone.
 #pragma once
+
+#include <sys/socket.h>
 
 #include <array>
 #include <boost/asio/buffer.hpp>
-#include <list>
 #include <memory>
 #include <vector>
 
+#include "common/base/SourceRows.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/TransportLink.h"
+#include "common/tls/TlsChannel.h"
 
 namespace tessera {
 
-/// The oldest comes first. Nobody gives way before it has had `TransportLimits::patience` to speak: a peer whose
-/// machine is busy would lose its place to a thousand that connect and say nothing. The network thread's alone.
+/// How they give way: `Crowd`. The network thread's alone.
 class Strangers {
 public:
-    explicit Strangers(const TransportLimits& limits) : limits_(limits) {}
+    using Socket = boost::asio::ip::tcp::socket;
 
-    [[nodiscard]] bool empty() const { return links_.empty(); }
-    [[nodiscard]] bool full() const { return links_.size() >= limits_.maxStrangers; }
-    /// It has just been accepted, or is closed by us: at the end of the row.
+    explicit Strangers(const TransportLimits& limits) : limits_(limits), crowd_(limits.patience) {}
+
+    [[nodiscard]] bool empty() const { return crowd_.empty(); }
+    [[nodiscard]] bool full() const { return crowd_.size() >= limits_.maxStrangers; }
+    /// It has just been accepted, or is closed by us; or its time begins anew.
     void add(const std::shared_ptr<TransportLink>& link, TimePoint now) {
-        forget(*link);
-        link->stranger = TransportLink::Stranger{now, links_.insert(links_.end(), link)};
+        if (link->stranger)
+            crowd_.beginAgain(*link->stranger, now);
+        else
+            link->stranger = crowd_.add(link->from, link, now);
     }
     /// It has sent a message, or is gone. Others are no strangers: nothing happens.
     void forget(TransportLink& link) {
-        if (link.stranger) links_.erase(link.stranger->place);
+        if (link.stranger) crowd_.remove(*link.stranger);
         link.stranger.reset();
     }
-    /// Who is to go so that another may come; null: nobody before `due`. Not when it is empty.
-    [[nodiscard]] std::shared_ptr<TransportLink> givesWay(TimePoint now) {
-        const std::shared_ptr<TransportLink> oldest = links_.front();
-        boost::system::error_code ignored;
-        // It may have spoken, and was not read yet.
-        if (oldest->state != TransportLinkState::kClosing && oldest->socket.available(ignored) > 0) {
-            oldest->stranger->since = now;
-            links_.splice(links_.end(), links_, oldest->stranger->place);
-            return nullptr;
-        }
-        return due() <= now ? oldest : nullptr;
+    /// Who is to go so that one from there may come; null: nobody before `due`. Not when it is empty.
+    [[nodiscard]] std::shared_ptr<TransportLink> givesWayTo(SourceAddress newcomer, TimePoint now) {
+        return crowd_.givesWayTo(newcomer, now, waitsForUs).value_or(nullptr);
     }
-    /// When the oldest has had its time. Not when it is empty.
-    [[nodiscard]] TimePoint due() const { return links_.front()->stranger->since + limits_.patience; }
+    /// Who is to go whoever comes; null: nobody before `due`. Not when it is empty.
+    [[nodiscard]] std::shared_ptr<TransportLink> givesWay(TimePoint now) {
+        return crowd_.givesWay(now, waitsForUs).value_or(nullptr);
+    }
+    /// When somebody has had the time that each has. Not when it is empty.
+    [[nodiscard]] TimePoint due() { return crowd_.due(); }
+
+    // ---- those for whom there is no room yet
+
+    [[nodiscard]] SourceRows<Socket>& waiting() { return waiting_; }
+    /// Of too many the last one of the most crowded address is told so and closed. Not when nobody waits.
+    void refuseOne() {
+        Socket socket = waiting_.takeLast();
+        sayLastWord(socket);
+    }
+    [[nodiscard]] bool tooManyWait() const { return waiting_.size() > limits_.maxStrangers; }
 
     /// One that is being closed has had its own; into one that is sealed no plain word goes.
     void sayLastWord(TransportLink& link) const {
         if (link.state != TransportLinkState::kClosing && !link.sealed) sayLastWord(link.socket);
     }
-    void sayLastWord(boost::asio::ip::tcp::socket& socket) const {
+    void sayLastWord(Socket& socket) const {
         const auto& [type, payload] = limits_.lastWord;
-        if (!payload) return;
+        if (!payload || (limits_.tls && !speaksPlainly(socket))) return;
         boost::system::error_code ignored;
         socket.non_blocking(true, ignored);
         const auto header = encodeHeader(type, Epoch(), *payload);
@@ -60,15 +72,28 @@ public:
         for (const ByteSlice& piece : payload->slices())
             buffers.emplace_back(piece.bytes().data(), piece.bytes().size());
         socket.write_some(buffers, ignored);
-        socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+        socket.shutdown(Socket::shutdown_send, ignored);
         // A close with unread bytes would take the word away.
         std::array<std::byte, 4096> unread{};
         socket.read_some(boost::asio::buffer(unread), ignored);
     }
 
 private:
+    static bool waitsForUs(const std::shared_ptr<TransportLink>& link) {
+        if (link->state == TransportLinkState::kClosing) return false;
+        boost::system::error_code ignored;
+        return (link->sealed && link->sealed->shaking) || link->socket.available(ignored) > 0;
+    }
+    /// To who begins with TLS a plain word would be rubbish.
+    static bool speaksPlainly(Socket& socket) {
+        std::byte first{};
+        return ::recv(socket.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT) == 1 &&
+               first != TlsChannel::kFirstByte;
+    }
+
     const TransportLimits& limits_;
-    std::list<std::shared_ptr<TransportLink>> links_;
+    Crowd<std::shared_ptr<TransportLink>> crowd_;
+    SourceRows<Socket> waiting_;
 };
 
 }  // namespace tessera

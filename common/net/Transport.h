@@ -14,6 +14,7 @@
 #include "common/base/Error.h"
 #include "common/base/HistoryIds.h"
 #include "common/base/Identity.h"
+#include "common/base/SourceAddress.h"
 
 namespace tessera {
 
@@ -35,6 +36,7 @@ struct Opened {
     LinkId link;
     std::string peer;   ///< its address, for logs
     bool near = false;  ///< it is on this machine
+    SourceAddress source = {};  ///< none: it was dialled
 };
 /// The link is sealed: from here on nobody else reads it or writes into it. Comes before whatever is received on it.
 struct Secured {
@@ -71,8 +73,9 @@ struct LinkEvent {
 struct TransportLimits {
     std::size_t maxLinks = 1024;
     /// Accepted connections from which no whole message has come yet, or that we have closed and their peers have not.
-    /// Where one comes above this limit or `maxLinks`, or no descriptor is left for it, the oldest of them gives way.
-    /// Each has `patience` to speak, or to go: until it is over, those who come wait in the backlog.
+    /// Where one comes above this limit or `maxLinks`, or no descriptor is left for it, one of them gives way: of the
+    /// address from which most of them are. Each has `patience` to speak, or to go, but where its address is crowded
+    /// (`Crowd`). As many more wait to be let in; above that the last one of the most crowded address is refused.
     std::size_t maxStrangers = 256;
     std::chrono::milliseconds patience{100};
     /// A connection that gives way or finds no room is sent this message, in epoch 0, as far as that takes no time.

@@ -15,8 +15,8 @@
 #include <thread>
 #include <unordered_map>
 
-#include "common/base/Channel.h"
 #include "common/net/FrameHeader.h"
+#include "common/net/HandshakeTurns.h"
 #include "common/net/LinkTable.h"
 #include "common/net/NetworkThread.h"
 #include "common/net/OwnAddress.h"
@@ -58,13 +58,18 @@ using namespace transport;
 
 struct Transport::Impl {
     Impl(TransportLimits l, std::function<void(LinkEvent)> f)
-        : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks), handshakes(limits.maxLinks) {
+        : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks) {
         TESSERA_CHECK(limits.maxPayload != nullptr, "a transport needs to know how long messages may be");
         if (limits.tls) {
             wire.resize(kWireBytes);
             shaker = std::thread([this] {
                 (void)::setpriority(PRIO_PROCESS, 0, kBehindFrames);  // Linux: of this thread
-                while (std::optional<std::function<void()>> work = handshakes.pop()) (*work)();
+                while (!handshakesOver) {
+                    if (const auto work = handshakes.tryPop())
+                        (*work)();
+                    else
+                        handshakes.waitForNews();
+                }
             });
         }
         thread.start(limits.onThread);
@@ -97,41 +102,83 @@ struct Transport::Impl {
     void accept(Listener& listener) {
         listener.acceptor.async_accept([this, &listener](const error_code& error, tcp::socket socket) {
             if (ending || error == asio::error::operation_aborted) return;
-            if (!error) return admit(listener, std::move(socket));
+            if (!error) {
+                come(std::move(socket));
+                return accept(listener);
+            }
             // It stays in the backlog, and trying again at once would only burn the processor.
-            const bool crowded = error == asio::error::no_descriptors && !strangers.empty();
-            const TimePoint due = crowded ? makeRoom() : now() + kAcceptPause;
-            later(listener, due, [this, &listener] { accept(listener); });
+            TimePoint due = now() + kAcceptPause;
+            if (error == asio::error::no_descriptors && !strangers.waiting().empty()) {
+                strangers.refuseOne();
+                due = now();
+            } else if (error == asio::error::no_descriptors && !strangers.empty()) {
+                due = makeRoom();
+            }
+            listener.pause.expires_at(due);
+            listener.pause.async_wait([this, &listener](const error_code& stopped) {
+                if (!stopped) accept(listener);
+            });
         });
     }
-    void admit(Listener& listener, tcp::socket socket) {
-        if (const auto id = strangers.full() ? std::nullopt : table.claim()) {
-            const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
-            links.emplace(*id, link);
-            strangers.add(link, now());
-            open(link);
-            return accept(listener);
-        }
-        if (strangers.empty()) {
-            strangers.sayLastWord(socket);
-            return accept(listener);
-        }
-        const auto held = std::make_shared<tcp::socket>(std::move(socket));
-        later(listener, makeRoom(), [this, &listener, held] { admit(listener, std::move(*held)); });
+    /// Those who come are taken out of the backlog at once: in it one address would keep all others waiting.
+    void come(tcp::socket socket) {
+        error_code error;
+        const tcp::endpoint peer = socket.remote_endpoint(error);
+        if (error) return;  // it has gone already
+        const SourceAddress from = sourceOf(*peer.data());
+        if (strangers.waiting().countOf(from) == 0 && hasRoomFor(from)) return admit(std::move(socket), from);
+        strangers.waiting().add(from, std::move(socket));
+        if (strangers.tooManyWait()) strangers.refuseOne();
+        look();
     }
-    template <typename F>
-    void later(Listener& listener, TimePoint due, F f) {
-        listener.pause.expires_at(due);
-        listener.pause.async_wait([f = std::move(f)](const error_code& stopped) {
-            if (!stopped) f();
+    /// Makes room where others give way.
+    bool hasRoomFor(SourceAddress from) {
+        const auto isThere = [this] { return !strangers.full() && table.hasRoom(); };
+        while (!isThere() && !strangers.empty()) {
+            const LinkPtr goes = strangers.givesWayTo(from, now());
+            if (!goes) return false;
+            sendAway(goes);
+        }
+        return isThere();
+    }
+    void admit(tcp::socket socket, SourceAddress from) {
+        const std::optional<LinkId> id = table.claim();
+        if (!id) return strangers.sayLastWord(socket);  // another thread was quicker
+        const auto link = std::make_shared<TransportLink>(*id, std::move(socket), limits);
+        link->from = from;
+        links.emplace(*id, link);
+        strangers.add(link, now());
+        open(link);
+    }
+    /// Whoever waits comes in, as far as there is room.
+    void letIn() {
+        auto& waiting = strangers.waiting();
+        while (!waiting.empty() && hasRoomFor(waiting.turn())) {
+            const SourceAddress from = waiting.turn();
+            admit(waiting.takeTurn(), from);
+        }
+        // Where nobody is a stranger all links are in use, and nobody will give way.
+        while (!waiting.empty() && strangers.empty()) strangers.refuseOne();
+        look();
+    }
+    /// Looks for room again, once there may be some.
+    void look() {
+        if (strangers.waiting().empty()) return;
+        const bool now = strangers.empty() || (!strangers.full() && table.hasRoom());
+        entrance.expires_at(now ? Impl::now() : strangers.due());
+        entrance.async_wait([this](const error_code& stopped) {
+            if (!stopped && !ending) letIn();
         });
+    }
+    void sendAway(const LinkPtr& link) {
+        strangers.sayLastWord(*link);
+        finish(link, link->closeReason.empty() ? "others want in, and it has said nothing" : link->closeReason);
     }
     /// When to look for room again.
     TimePoint makeRoom() {
         const LinkPtr oldest = strangers.givesWay(now());
         if (!oldest) return strangers.due();
-        strangers.sayLastWord(*oldest);
-        finish(oldest, oldest->closeReason.empty() ? "others want in, and it has said nothing" : oldest->closeReason);
+        sendAway(oldest);
         return now();
     }
 
@@ -148,7 +195,7 @@ struct Transport::Impl {
             return finish(link, "there are no keys to dial with", ErrorCode::kRefused);
         // A program may choose from which of the machine's addresses it comes.
         const bool near = !error && isOwnAddress(peer.address().to_string());
-        emit(link_event::Opened{link->id, error ? link->target : textOf(peer), near});
+        emit(link_event::Opened{link->id, error ? link->target : textOf(peer), near, link->from});
         if (keys) return seal(link, std::move(keys), TlsChannel::Side::kDials, {});
         read(link);
         write(link);
@@ -219,7 +266,10 @@ struct Transport::Impl {
             emit(link_event::Received{link->id, frame.type, frame.epoch, std::move(frame.payload)}, arrived);
         }
         if (!frames.empty()) {
-            strangers.forget(*link);
+            if (link->stranger) {
+                strangers.forget(*link);
+                look();
+            }
             link->heardAt = arrived;
         } else if (arrived >= link->heardAt + limits.heardEvery) {
             link->heardAt = arrived;
@@ -384,6 +434,7 @@ struct Transport::Impl {
         table.discharge(link->id, link->queue.bytes());
         table.release(link->id);
         links.erase(link->id);
+        look();
         emit(link_event::Closed{link->id, std::move(reason), code});
         if (ending && links.empty()) io.stop();
     }
@@ -391,6 +442,7 @@ struct Transport::Impl {
     void endAll() {
         ending = true;
         pulseTimer.cancel();
+        entrance.cancel();
         for (const auto& listener : listeners) {
             error_code ignored;
             listener->acceptor.close(ignored);
@@ -430,10 +482,13 @@ struct Transport::Impl {
     std::vector<std::unique_ptr<Listener>> listeners;
     std::unordered_map<LinkId, LinkPtr> links;
     Strangers strangers{limits};
+    asio::steady_timer entrance{io};  ///< for who waits to be let in
     std::vector<ReceivedFrame> frames;
     std::array<std::byte, 4096> discarded;
     Bytes wire;  ///< what has just been read of a sealed link
-    Channel<std::function<void()>> handshakes;
+    HandshakeTurns handshakes;
+    std::atomic<std::size_t> waitingHandshakes{0};
+    std::atomic<bool> handshakesOver{false};  ///< nobody needs handshakes any more
     std::thread shaker;
     CachedHeader cached;
     bool ending = false;

@@ -4,11 +4,11 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include <list>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "common/net/Crowd.h"
 #include "common/net/FrameReader.h"
 #include "common/net/SealedLink.h"
 #include "common/net/SendQueue.h"
@@ -44,12 +44,9 @@ struct TransportLink {
         SharedChain payload;
     };
     std::optional<KeepAlive> keepAlive;
-    /// Accepted, and no message has come yet, or it is being closed: since when, and where it stands among those.
-    struct Stranger {
-        TimePoint since;
-        std::list<std::shared_ptr<TransportLink>>::iterator place;
-    };
-    std::optional<Stranger> stranger;
+    SourceAddress from;  ///< none: it was dialled
+    /// Accepted, and no message has come yet, or it is being closed: where it stands among those.
+    std::optional<Crowd<std::shared_ptr<TransportLink>>::Place> stranger;
     std::string target;  ///< what it connects to; empty: it was accepted
     std::string closeReason;
 };

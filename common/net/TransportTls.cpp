@@ -1,19 +1,11 @@
 /// The sealed links of a Transport: TLS 1.3 between its queues and its sockets.
-#include <poll.h>
-
+#include "common/net/HungUp.h"
 #include "common/net/TransportImpl.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::size_t kMostAnswers = std::size_t{1} << 20;  // of TLS itself, to one who does not read them
-
-/// Whether the other end has reset a connection. (Who has said its last word still waits for ours.) One that is closed
-/// here may have left its number to another: then the answer counts for nothing, as the link is over.
-bool hasHungUp(int socket) {
-    pollfd state{socket, 0, 0};
-    return ::poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
-}
 
 std::string sealedReason(const TransportLink& link, const error_code& error) {
     if (link.sealed->channel.ready() || error != asio::error::eof) return reasonFor(error, link.reader.midFrame());
@@ -50,6 +42,7 @@ void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
     const int socket = link->socket.native_handle();
     const auto work = [this, link, socket, bytes = Bytes(arrived.begin(), arrived.end())] {
         // Who begins handshakes and goes costs no more than this look.
+        --waitingHandshakes;
         if (link->sealed->over || hasHungUp(socket))
             return thread.post([this, link] { finish(link, "the peer left the handshake (TLS 1.3)"); });
         TlsChannel& channel = link->sealed->channel;
@@ -58,7 +51,10 @@ void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
         channel.keep();
         thread.post([this, link, good] { shaken(link, good); });
     };
-    if (!handshakes.tryPush(work)) finish(link, "too many handshakes are under way");
+    const bool goesOn = std::exchange(link->sealed->begun, true) || !link->target.empty();
+    if (waitingHandshakes >= limits.maxLinks) return finish(link, "too many handshakes are under way");
+    ++waitingHandshakes;
+    handshakes.push(link->from, goesOn, work);
 }
 
 void Transport::Impl::shaken(const LinkPtr& link, const Expected<void>& good) {

@@ -59,7 +59,7 @@ struct ServerSession::Impl {
     explicit Impl(ServerSessionConfig c) : config(std::move(c)) {}
 
     void look(TimePoint now);
-    void opened(ConnectionId connection, TimePoint now, bool near);
+    void opened(ConnectionId connection, TimePoint now, const PeerOrigin& origin);
     void closed(ConnectionId connection, TimePoint now);
     void received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now);
     void malformed(ConnectionId connection, const std::string& reason, TimePoint now);
@@ -124,10 +124,10 @@ void ServerSession::Impl::look(TimePoint now) {
     roster.followers.look(*grace.lastLook());
 }
 
-void ServerSession::Impl::opened(ConnectionId connection, TimePoint now, bool near) {
+void ServerSession::Impl::opened(ConnectionId connection, TimePoint now, const PeerOrigin& origin) {
     frames.started(now);
     look(now);
-    if (!finished) return entrance.opened(connection, now, near);
+    if (!finished) return entrance.opened(connection, now, origin);
     roster.send(connection, message::Over{finishReason});
     roster.out.push_back(server_action::Close{connection, finishReason});
 }
@@ -147,7 +147,7 @@ void ServerSession::Impl::closed(ConnectionId connection, TimePoint now) {
 void ServerSession::Impl::received(ConnectionId connection, Epoch epoch, const Message& message, TimePoint now) {
     SessionPeer* peer = roster.peers.find(connection);
     look(now);
-    if (!peer) return;  // closed by us; what was still on its way does not matter
+    if (!peer || peer->stage == SessionPeer::Stage::kRefused) return;  // what was still on its way does not matter
     roster.peers.heard(*peer, now);
     const MessageInfo& info = infoOf(message);
     // Until it is welcomed a peer knows no epoch; what it said meanwhile comes later.
@@ -181,6 +181,7 @@ void ServerSession::Impl::malformed(ConnectionId connection, const std::string& 
     SessionPeer* peer = roster.peers.find(connection);
     if (!peer) return;
     if (peer->welcomed()) return violated(*peer, reason, now);
+    if (peer->stage == SessionPeer::Stage::kRefused) return;
     roster.close(*peer, reason);  // a stranger, or a bulk connection, which its peer may open again
 }
 
@@ -243,8 +244,8 @@ void ServerSession::Impl::finish(const std::string& reason) {
 ServerSession::ServerSession(ServerSessionConfig config) : impl_(std::make_unique<Impl>(std::move(config))) {}
 ServerSession::~ServerSession() = default;
 
-ServerActions ServerSession::connectionOpened(ConnectionId connection, TimePoint now, bool near) {
-    impl_->opened(connection, now, near);
+ServerActions ServerSession::connectionOpened(ConnectionId connection, TimePoint now, bool near, SourceAddress source) {
+    impl_->opened(connection, now, {.near = near, .source = source});
     return impl_->take();
 }
 

@@ -14,6 +14,7 @@
 #include "common/base/AccessToken.h"
 #include "common/base/Entrant.h"
 #include "common/base/Identity.h"
+#include "common/base/SourceAddress.h"
 #include "common/session/Messages.h"
 #include "common/session/SwapBarrier.h"
 
@@ -213,6 +214,11 @@ struct PixelsDiffer {
     std::string reference;
 };
 
+/// Wrong words have come from there again and again: they are refused more slowly from now on.
+struct LoginsSlowed {
+    SourceAddress source;
+};
+
 }  // namespace server_action
 
 using ServerAction =
@@ -222,7 +228,7 @@ using ServerAction =
                  server_action::RequestReceived, server_action::ApplicationJoined, server_action::ApplicationLeft,
                  server_action::BlobsEverywhere, server_action::BlobRequested, server_action::ImageReceived,
                  server_action::PixelsDiffer, server_action::EpochRaised, server_action::InputReceived,
-                 server_action::InputEnded, server_action::UploadReceived>;
+                 server_action::InputEnded, server_action::UploadReceived, server_action::LoginsSlowed>;
 using ServerActions = std::vector<ServerAction>;
 
 /// `more` is to be carried out after what stands there.
@@ -233,6 +239,7 @@ inline void append(ServerActions& to, ServerActions more) {
 /// What is known of a connection before its peer has said anything.
 struct PeerOrigin {
     bool near = false;                     ///< it comes from this machine
+    SourceAddress source = {};             ///< none: unknown
     bool sealed = false;                   ///< nobody else reads it (TLS)
     std::optional<Credential> key = {};    ///< what its peer has proved to be
 };
@@ -247,7 +254,8 @@ public:
     explicit ServerSession(ServerSessionConfig config);
     ~ServerSession();
 
-    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now, bool near = true);
+    [[nodiscard]] ServerActions connectionOpened(ConnectionId connection, TimePoint now, bool near = true,
+                                                 SourceAddress source = {});
     /// It is sealed now. Before its first message.
     void connectionSecured(ConnectionId connection, std::optional<Credential> key);
     /// `now` is when the bytes arrived, not when they are looked at.

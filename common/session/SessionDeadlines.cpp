@@ -43,6 +43,12 @@ void SessionDeadlines::closeEnded() {
 void SessionDeadlines::closeSilent(TimePoint now) {
     for (const ConnectionId connection : roster_.peers.silent(now)) {
         SessionPeer& peer = *roster_.peers.find(connection);
+        if (peer.stage == SessionPeer::Stage::kRefused) {
+            const std::string why = peer.answer.reason;
+            roster_.send(connection, std::move(peer.answer));
+            roster_.close(peer, why);
+            continue;
+        }
         const std::string reason =
             peer.stage == SessionPeer::Stage::kPending
                 ? "no hello within the deadline"

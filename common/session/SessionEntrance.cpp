@@ -6,14 +6,16 @@
 
 namespace tessera {
 
-void SessionEntrance::opened(ConnectionId connection, TimePoint now, bool near) {
-    roster_.peers.open(connection, now).origin.near = near;
+void SessionEntrance::opened(ConnectionId connection, TimePoint now, const PeerOrigin& origin) {
+    roster_.peers.open(connection, now).origin = origin;
 }
 
 void SessionEntrance::hello(SessionPeer& peer, const message::Hello& hello, TimePoint now) {
     if (Admission::Verdict verdict = admission_.program(hello)) return refuse(peer, std::move(*verdict));
     if (hello.channel == ChannelKind::kBulk) return bulk(peer, hello);
     const Expected<Entrant> who = admission_.entrantOf(hello, peer.origin);
+    // In a key nothing can be guessed, and who has one that has ended is to hear it.
+    if (!who && !peer.origin.key && !hello.access.empty()) return refuseLogin(peer, who.error(), now);
     if (!who) return refuse(peer, {who.error().code, who.error().message, false});
     if (hello.role == PeerRole::kApplication) return application(peer, hello, *who, now);
     if (hello.role == PeerRole::kHost) return host(peer, hello, now);
@@ -123,6 +125,20 @@ void SessionEntrance::refuse(SessionPeer& peer, Admission::Refusal refusal) {
     roster_.send(peer.id, message::Refused{refusal.code, refusal.reason, refusal.retry});
     roster_.out.push_back(server_action::Close{peer.id, std::move(refusal.reason)});
     roster_.peers.erase(peer.id);
+}
+
+/// This machine's programs are not slowed down: they have one address, and one user's would make another's wait.
+void SessionEntrance::refuseLogin(SessionPeer& peer, Error why, TimePoint now) {
+    const SourceAddress source = peer.origin.source;
+    FailedLogins::Verdict verdict =
+        peer.origin.near || !source ? FailedLogins::Verdict() : roster_.failedLogins.failed(source, now);
+    if (verdict.begins) roster_.out.push_back(server_action::LoginsSlowed{source});
+    if (verdict.close) return roster_.close(peer, why.message);
+    if (!verdict.ticket) return refuse(peer, {why.code, std::move(why.message), false});
+    peer.stage = SessionPeer::Stage::kRefused;
+    peer.answerAt = now + verdict.wait;
+    peer.answer = {why.code, std::move(why.message), false};
+    peer.slowed = std::move(verdict.ticket);
 }
 
 void SessionEntrance::comparePixels(const std::string& host, std::uint64_t probe) {

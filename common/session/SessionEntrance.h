@@ -20,7 +20,7 @@ public:
 
     [[nodiscard]] Epoch epoch() const { return admission_.epoch(); }
     /// A connection that has not said anything. Of too many the one that has waited longest goes.
-    void opened(ConnectionId connection, TimePoint now, bool near);
+    void opened(ConnectionId connection, TimePoint now, const PeerOrigin& origin);
     /// The first word on a connection. `peer` may be gone afterwards.
     void hello(SessionPeer& peer, const message::Hello& hello, TimePoint now);
 
@@ -31,6 +31,7 @@ private:
     void admit(SessionPeer& peer, SessionHost& host, const message::Hello& hello, TimePoint now);
     void welcome(SessionPeer& peer, TimePoint now);
     void refuse(SessionPeer& peer, Admission::Refusal refusal);
+    void refuseLogin(SessionPeer& peer, Error why, TimePoint now);
     void allStartOver(Epoch from, const std::string& because, TimePoint now);
     void comparePixels(const std::string& host, std::uint64_t probe);
 

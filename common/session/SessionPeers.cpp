@@ -5,6 +5,7 @@
 namespace tessera {
 
 bool SessionPeer::maySay(const MessageInfo& info) const {
+    if (stage == Stage::kRefused) return false;
     if (stage == Stage::kPending) return info.when == SaidWhen::kFirst;
     return info.when != SaidWhen::kFirst &&
            info.goes(partyOf(role), Party::kServer, stage == Stage::kBulk ? ChannelKind::kBulk : ChannelKind::kControl);
@@ -54,6 +55,7 @@ TimePoint SessionPeers::lastHeard(const SessionPeer& peer) const {
 }
 
 TimePoint SessionPeers::silenceDeadline(const SessionPeer& peer) const {
+    if (peer.stage == SessionPeer::Stage::kRefused) return peer.answerAt;
     if (peer.stage == SessionPeer::Stage::kPending) return peer.openedAt + config_.helloDeadline;
     return lastHeard(peer) + (peer.role == PeerRole::kHost ? config_.sync.lostAfter : config_.applicationLostAfter);
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/FailedLogins.h"
 #include "common/session/HeartbeatClock.h"
 #include "common/session/ServerSession.h"
 
@@ -13,7 +14,12 @@ namespace tessera {
 
 /// One connection. A host or an application is its control connection; its bulk connection hangs on that.
 struct SessionPeer {
-    enum class Stage : std::uint8_t { kPending, kControl, kBulk };
+    enum class Stage : std::uint8_t {
+        kPending,
+        kControl,
+        kBulk,
+        kRefused,  ///< it hears of it at `answerAt`; what it says meanwhile counts for nothing
+    };
 
     ConnectionId id;
     Stage stage = Stage::kPending;
@@ -28,6 +34,9 @@ struct SessionPeer {
     TimePoint lastByte{};
     HeartbeatClock clock;
     bool clockAnswered = false;
+    TimePoint answerAt{};
+    message::Refused answer;
+    std::optional<FailedLogins::Ticket> slowed;
 
     [[nodiscard]] bool welcomed() const { return stage == Stage::kControl; }
     [[nodiscard]] bool isHost() const { return welcomed() && role == PeerRole::kHost; }

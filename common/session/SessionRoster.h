@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/FailedLogins.h"
 #include "common/session/BlobAnnouncements.h"
 #include "common/session/ListFollowers.h"
 #include "common/session/MachineBoards.h"
@@ -59,6 +60,7 @@ public:
 
     const ServerSessionConfig& config;
     SwapBarrier barrier;
+    FailedLogins failedLogins;  ///< before those who wait for their answers
     SessionPeers peers;
     ListFollowers followers;
     BlobAnnouncements announcements;

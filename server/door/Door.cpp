@@ -53,44 +53,96 @@ Address addressInLink(const Address& bound, const DoorReach& reach) {
 
 struct Door::Impl {
     explicit Impl(const DoorOptions& options, std::uint16_t port)
-        : context(options, port), acceptor(context.io), pause(context.io), keysClock(context.io) {}
+        : context(options, port), acceptor(context.io), pause(context.io), entrance(context.io), keysClock(context.io) {
+        context.onRoom = [this] { look(); };
+    }
 
     void accept() {
         acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
             if (over || error == boost::asio::error::operation_aborted) return;
-            if (!error) return admit(std::move(socket));
+            if (!error) {
+                come(std::move(socket));
+                acceptMore();
+                return accept();
+            }
             // Where no descriptor is left, whoever came waits in the backlog for one of somebody silent.
-            const bool crowded = error == boost::asio::error::no_descriptors && !context.silent.empty();
-            later(crowded ? makeRoom() : std::chrono::steady_clock::now() + 50ms, [this] { accept(); });
+            TimePoint due = std::chrono::steady_clock::now() + 50ms;
+            if (error == boost::asio::error::no_descriptors && !waiting.empty()) {
+                refuseOne();
+                due = std::chrono::steady_clock::now();
+            } else if (error == boost::asio::error::no_descriptors && !context.silent.empty()) {
+                due = makeRoom();
+            }
+            pause.expires_at(due);
+            pause.async_wait([this](boost::system::error_code stopped) {
+                if (!stopped && !over) accept();  // nobody is waited for at a port that is closed
+            });
         });
     }
-    /// Whoever means it says so at once: of too many the one that has been silent for longest goes.
-    void admit(tcp::socket socket) {
-        if (context.guests.size() < context.limits.maxConnections) {
-            startHttpSession(std::move(socket), context);
-            return accept();
+    /// Between two handshakes more may come than one: they would wait in the backlog.
+    void acceptMore() {
+        constexpr int kAtOnce = 64;
+        for (int i = 0; i < kAtOnce; ++i) {
+            boost::system::error_code error;
+            tcp::socket socket(context.io);
+            acceptor.accept(socket, error);
+            if (error) return;  // nobody is there, or `accept` says what is wrong
+            come(std::move(socket));
         }
-        if (context.silent.empty()) {
-            DoorStream stream(std::move(socket));
-            sayTooMany(stream, context);
-            return accept();
+    }
+    /// As common/net/TransportImpl.h does it, which says why.
+    void come(tcp::socket socket) {
+        boost::system::error_code error;
+        const tcp::endpoint peer = socket.remote_endpoint(error);
+        if (error) return;
+        const SourceAddress from = sourceOf(*peer.data());
+        if (waiting.countOf(from) == 0 && hasRoomFor(from)) return startHttpSession(std::move(socket), from, context);
+        waiting.add(from, std::move(socket));
+        if (waiting.size() > context.limits.maxConnections) refuseOne();
+        look();
+    }
+    bool hasRoomFor(SourceAddress from) {
+        while (context.full() && !context.silent.empty()) {
+            const auto goes = context.silent.givesWayTo(from, std::chrono::steady_clock::now(), kWaitsForUs);
+            if (!goes) return false;
+            sendAway(**goes);
         }
-        const auto held = std::make_shared<tcp::socket>(std::move(socket));
-        later(makeRoom(), [this, held] { admit(std::move(*held)); });
+        return !context.full();
+    }
+    void letIn() {
+        while (!waiting.empty() && hasRoomFor(waiting.turn())) {
+            const SourceAddress from = waiting.turn();
+            startHttpSession(waiting.takeTurn(), from, context);
+        }
+        // All have shown their tokens: nobody will give way.
+        while (!waiting.empty() && context.silent.empty()) refuseOne();
+        look();
+    }
+    void look() {
+        if (waiting.empty() || over) return;
+        const bool now = context.silent.empty() || !context.full();
+        entrance.expires_at(now ? std::chrono::steady_clock::now() : context.silent.due());
+        entrance.async_wait([this](boost::system::error_code stopped) {
+            if (!stopped && !over) letIn();
+        });
+    }
+    void refuseOne() {
+        DoorStream stream(waiting.takeLast());
+        sayTooMany(stream, context);
+    }
+    void sendAway(Guest& guest) {
+        context.isKnown(guest);
+        guest.gone = true;
+        ++context.gone;
+        guest.giveWay();  // it is no more once its reader has heard of it
     }
     /// When to look for room again.
     TimePoint makeRoom() {
-        Guest* const oldest = context.silent.front();
         const TimePoint now = std::chrono::steady_clock::now();
-        if (oldest->waitsToBeRead()) {
-            oldest->since = now;
-            context.silent.splice(context.silent.end(), context.silent, context.silent.begin());
-        } else if (oldest->since + context.limits.patience <= now) {
-            context.silent.pop_front();
-            oldest->giveWay();  // it is gone once its reader has heard of it
-            return now;
-        }
-        return context.silent.front()->since + context.limits.patience;
+        const auto goes = context.silent.givesWay(now, kWaitsForUs);
+        if (!goes) return context.silent.due();
+        sendAway(**goes);
+        return now;
     }
     void watchKeys() {
         keysClock.expires_after(context.options.reach.look);
@@ -100,17 +152,12 @@ struct Door::Impl {
             watchKeys();
         });
     }
-    template <typename F>
-    void later(TimePoint due, F f) {
-        pause.expires_at(due);
-        pause.async_wait([this, f = std::move(f)](boost::system::error_code stopped) {
-            if (!stopped && !over) f();  // as above: nobody is admitted, or waited for, at a port that is closed
-        });
-    }
+    static constexpr auto kWaitsForUs = [](Guest* guest) { return guest->waitsToBeRead(); };
 
     DoorContext context;
+    SourceRows<tcp::socket> waiting;  ///< there is no room for them yet
     tcp::acceptor acceptor;
-    boost::asio::steady_timer pause, keysClock;
+    boost::asio::steady_timer pause, entrance, keysClock;
     Address bound;
     bool over = false;  ///< on the door's thread
     std::thread thread;
@@ -142,6 +189,7 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     auto impl = std::make_unique<Impl>(options, bound.port());
     const int descriptor = acceptor.release(error);
     impl->acceptor.assign(bound.protocol(), descriptor, error);
+    impl->acceptor.non_blocking(true, error);
     impl->bound = {bound.address().to_string(), bound.port()};
     impl->accept();
     if (options.reach.keys) impl->watchKeys();
@@ -162,7 +210,9 @@ Door::~Door() {
         boost::system::error_code ignored;
         impl->acceptor.close(ignored);
         impl->pause.cancel();
+        impl->entrance.cancel();
         impl->over = true;
+        impl->waiting = {};
         impl->keysClock.cancel();
         impl->context.sendAllAway();
     });

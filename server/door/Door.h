@@ -1,6 +1,7 @@
 /// A door to a running wall for programs of every language: HTTP, and WebSockets at /socket.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -17,6 +18,7 @@ struct DoorOptions {
     AccessTokens tokens;  ///< whoever has one may come in
     std::string owner = {};  ///< whose tokens they are, for people
     DoorReach reach = {};
+    std::function<void(const std::string&)> tell = {};  ///< what people should know, on the door's thread; may be empty
 };
 
 /// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like

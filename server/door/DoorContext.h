@@ -6,17 +6,21 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
-#include <list>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "common/base/Clock.h"
 #include "common/base/Descriptors.h"
+#include "common/base/FailedLogins.h"
+#include "common/net/Crowd.h"
 #include "server/door/AnswerLanes.h"
 #include "server/door/Beside.h"
 #include "server/door/Door.h"
+#include "server/door/DoorHandshakes.h"
 #include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
 #include "server/door/WallPictures.h"
@@ -70,7 +74,9 @@ public:
     virtual void sendAway(const std::string&) { leave(); }
     bool sentAway = false;  ///< its door has done so
     std::string pass;       ///< the word for some time that it came with; empty: it came otherwise
-    TimePoint since = std::chrono::steady_clock::now();  ///< it is among the silent
+    SourceAddress source = {};
+    std::optional<Crowd<Guest*>::Place> silent = {};  ///< it has not shown a token yet: where it stands among those
+    bool gone = false;                                ///< it gives way, and has still to hear of it
 
 private:
     DoorContext& context_;
@@ -79,8 +85,9 @@ private:
 struct DoorContext {
     DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner) {}
 
-    // What is left in `io` holds of both.
+    // What is left in `io` holds of these.
     std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`
+    FailedLogins failedLogins;
     AnswerLanes lanes{io};
     boost::asio::io_context io{1};
     DoorOptions options;
@@ -88,8 +95,11 @@ struct DoorContext {
     Gatekeeper gate;
     RateLimit httpRate{limits.httpPerSecond, 2 * limits.httpPerSecond};
     RateLimit strangersRate{limits.httpPerSecond, 2 * limits.httpPerSecond};  ///< without a token
+    std::function<void()> onRoom;  ///< a guest has gone
     std::set<Guest*> guests;
-    std::list<Guest*> silent;  ///< those that have not shown a token yet, the oldest first
+    std::size_t gone = 0;            ///< of the guests
+    Crowd<Guest*> silent{limits.patience};
+    DoorHandshakes handshakes{io};
     std::size_t sockets = 0;   ///< of the guests
     std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
 
@@ -123,6 +133,20 @@ struct DoorContext {
     DoorWire wire{io};
     WallPictures pictures{io};
     Beside beside{io};  ///< large answers
+
+    [[nodiscard]] bool full() const { return guests.size() - gone >= limits.maxConnections; }
+    /// It has still to show a token, or has been waited for by us: its time begins.
+    void isSilent(Guest& guest) {
+        const TimePoint now = std::chrono::steady_clock::now();
+        if (guest.silent)
+            silent.beginAgain(*guest.silent, now);
+        else
+            guest.silent = silent.add(guest.source, &guest, now);
+    }
+    void isKnown(Guest& guest) {
+        if (guest.silent) silent.remove(*guest.silent);
+        guest.silent.reset();
+    }
 
     /// Where too much is held, those go for whom most of it waits in vain.
     void relieve() {
@@ -179,7 +203,9 @@ inline Guest::Guest(DoorContext& context) : context_(context) {
 }
 inline Guest::~Guest() {
     context_.guests.erase(this);
-    context_.silent.remove(this);
+    context_.isKnown(*this);
+    if (gone) --context_.gone;
+    if (context_.onRoom) context_.onRoom();
 }
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/net/HungUp.h"
 #include "common/tls/TlsChannel.h"
 
 namespace tessera {
@@ -33,11 +34,17 @@ struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
                 self->channel.reset();
                 return self->greeted(Greeting::kPlain);
             }
-            self->hasBegun = true;
-            self->shake(count);
+            const bool goesOn = std::exchange(self->hasBegun, true);
+            self->waitsForTurn = true;
+            self->inTurn(goesOn, [self, count] {
+                self->waitsForTurn = false;
+                self->shake(count);
+            });
         });
     }
     void shake(std::size_t count) {
+        // Who begins handshakes and goes costs no more than this look.
+        if (!raw.socket().is_open() || hasHungUp(raw.socket().native_handle())) return greeted(Greeting::kGone);
         channel->arrived(ByteSpan(in).first(count));
         const Expected<void> good = channel->shake();
         channel->keep();
@@ -51,6 +58,7 @@ struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
         greet();
     }
     void greeted(Greeting greeting) {
+        const InTurn held = std::exchange(inTurn, nullptr);  // whoever calls may stand in it
         const std::function<void(Greeting)> then = std::exchange(onGreeting, nullptr);
         if (then) then(greeting);
     }
@@ -164,8 +172,9 @@ struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
 
     Raw raw;
     std::unique_ptr<TlsChannel> channel;  ///< null: it is plain
+    InTurn inTurn;
     std::function<void(Greeting)> onGreeting;
-    bool toBeSealed = false, hasBegun = false, ready = false, flushing = false, ending = false;
+    bool toBeSealed = false, hasBegun = false, waitsForTurn = false, ready = false, flushing = false, ending = false;
     Bytes in, out;
     std::span<std::byte> room;
     Waits reading, writing;
@@ -188,9 +197,10 @@ bool DoorStream::isSealed() const {
     return impl_->channel != nullptr;
 }
 
-void DoorStream::seal(std::shared_ptr<const TlsContext> keys, std::function<void(Greeting)> then) {
+void DoorStream::seal(std::shared_ptr<const TlsContext> keys, InTurn inTurn, std::function<void(Greeting)> then) {
     impl_->toBeSealed = true;
     impl_->channel = std::make_unique<TlsChannel>(std::move(keys), TlsChannel::Side::kAccepts);
+    impl_->inTurn = std::move(inTurn);
     impl_->onGreeting = std::move(then);
     impl_->greet();
 }
@@ -214,7 +224,7 @@ void DoorStream::close() {
 
 bool DoorStream::waitsToBeRead() {
     Error ignored;
-    return socket().available(ignored) > 0;
+    return impl_->waitsForTurn || socket().available(ignored) > 0;
 }
 
 void DoorStream::endSending() {

@@ -74,8 +74,10 @@ public:
         kPlain,  ///< the peer does not begin with TLS: what is written from now on is plain
         kGone,   ///< it has gone, or the handshake has failed
     };
+    /// Does what it is given, when it is its turn: a step of a handshake, of one that goes on or of one that begins.
+    using InTurn = std::function<void(bool goesOn, std::function<void()> step)>;
     /// Before anything else: the peer begins with a handshake. `then` is called once, not from within.
-    void seal(std::shared_ptr<const TlsContext> keys, std::function<void(Greeting)> then);
+    void seal(std::shared_ptr<const TlsContext> keys, InTurn inTurn, std::function<void(Greeting)> then);
     /// As the keys are now. None: it has shown no certificate, or is plain.
     [[nodiscard]] std::optional<Credential> peer(const TlsContext& keys) const;
     /// The other end's address, without its port; empty: it has gone.
@@ -89,7 +91,7 @@ public:
     /// What is under way ends with an error; what comes later may go on.
     void cancel() { raw().cancel(); }
     void close();
-    /// Bytes have come that nobody has read.
+    /// Bytes have come that nobody has read, or its handshake waits for its turn.
     [[nodiscard]] bool waitsToBeRead();
     /// Nothing more is written: the peer is told so behind what is on its way.
     void endSending();

@@ -41,6 +41,10 @@ public:
     [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request, const HttpTarget& target) const;
     /// The word for some time that lets it in; empty: it comes in otherwise.
     [[nodiscard]] std::string passIn(const HttpRequest& request, const HttpTarget& target) const;
+    /// Whether it comes by a word, be it a wrong one.
+    [[nodiscard]] static bool showsWord(const HttpRequest& request, const HttpTarget& target) {
+        return !request.key && !wordsIn(request, target).empty();
+    }
     /// Without key and token: where the request comes from.
     [[nodiscard]] std::optional<HttpAnswer> strangers(const HttpRequest& request) const;
 

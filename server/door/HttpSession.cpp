@@ -8,6 +8,7 @@
 #include <boost/beast/version.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include "common/net/OwnAddress.h"
 #include "server/door/LinkTunnel.h"
 #include "server/door/SocketSession.h"
 
@@ -38,11 +39,18 @@ public:
         stream_.close();
     }
 
-    void begin() {
-        context_.silent.push_back(this);
+    void begin(SourceAddress from) {
+        source = from;
+        context_.isSilent(*this);
         awaitHead();
         if (!context_.options.reach.keys) return beginHead();
-        stream_.seal(context_.options.reach.keys(), [self = shared_from_this()](DoorStream::Greeting greeting) {
+        const auto inTurn = [self = shared_from_this()](bool goesOn, std::function<void()> step) {
+            self->context_.handshakes.push(self->source, goesOn, [self, step = std::move(step)] {
+                step();
+                if (self->silent) self->context_.isSilent(*self);  // what it has waited for us is not its silence
+            });
+        };
+        stream_.seal(context_.options.reach.keys(), inTurn, [self = shared_from_this()](DoorStream::Greeting greeting) {
             if (greeting == DoorStream::Greeting::kSealed) return self->beginHead();
             self->patience_.cancel();
             if (greeting == DoorStream::Greeting::kGone) return self->leave();
@@ -119,8 +127,9 @@ private:
         // Chunks have extensions and trailers, for which the library knows no bounds.
         if (head.find(http::field::transfer_encoding) != head.end())
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
-        if (std::optional<HttpAnswer> early = routes_.beforeBody(request_)) return refuse(std::move(*early));
-        if (routes_.knowsWho()) context_.silent.remove(this);
+        if (std::optional<HttpAnswer> early = routes_.beforeBody(request_))
+            return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
+        if (routes_.knowsWho()) context_.isKnown(*this);
         const std::string path = readTarget(request_.target)->path;
         if (request_.wantsSocket && (path == "/socket" || path == "/link")) {
             if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
@@ -161,6 +170,22 @@ private:
         routes_.answer(request_, once);
     }
 
+    /// This machine's programs are not slowed down: they have one address, and one user's would make another's wait.
+    void refuseLogin(HttpAnswer answer) {
+        beast::error_code error;
+        const auto peer = stream_.socket().remote_endpoint(error);
+        if (error || isOwnAddress(peer.address().to_string())) return refuse(std::move(answer));
+        FailedLogins::Verdict verdict = context_.failedLogins.failed(source, std::chrono::steady_clock::now());
+        if (verdict.begins && context_.options.tell) context_.options.tell(describeSlowed(source));
+        if (verdict.close) return leave();
+        if (!verdict.ticket) return refuse(std::move(answer));
+        slowed_ = std::move(verdict.ticket);
+        patience_.expires_after(verdict.wait);
+        patience_.async_wait([self = shared_from_this(), answer = std::move(answer)](beast::error_code stopped) {
+            self->slowed_.reset();
+            if (!stopped) self->refuse(answer);
+        });
+    }
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
     void refuse(HttpAnswer answer) {
@@ -235,12 +260,13 @@ private:
     boost::asio::steady_timer patience_;      ///< for an answer
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
     std::vector<char> rest_;
+    std::optional<FailedLogins::Ticket> slowed_;  ///< while a refusal waits
 };
 
 }  // namespace
 
-void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context) {
-    std::make_shared<HttpSession>(std::move(socket), context)->begin();
+void startHttpSession(boost::asio::ip::tcp::socket socket, SourceAddress from, DoorContext& context) {
+    std::make_shared<HttpSession>(std::move(socket), context)->begin(from);
 }
 
 void sayTooMany(DoorStream& stream, const DoorContext& context) {

@@ -7,7 +7,7 @@
 namespace tessera {
 
 /// Lives as long as its connection.
-void startHttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context);
+void startHttpSession(boost::asio::ip::tcp::socket socket, SourceAddress from, DoorContext& context);
 /// That as many connections are open as may be: without waiting for anybody. Nothing more can be said afterwards.
 void sayTooMany(DoorStream& stream, const DoorContext& context);
 

@@ -79,10 +79,11 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (!target) return errorAnswer(400, "bad_input", "no path");
     const std::string_view method = methodOf(target->path);
-    knowsWho_ = false;
+    knowsWho_ = wrongLogin_ = false;
     if (target->path == "/style.css" || target->path == kAuthorityPath) {
         if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
     } else if (tl::expected<Entrant, HttpAnswer> who = context_.gate.entrantOf(request, *target); !who) {
+        wrongLogin_ = Gatekeeper::showsWord(request, *target) && !context_.gate.strangers(request);
         if (who.error().status == 401 && target->path == "/") return tokenPage();
         return std::move(who.error());
     } else {

@@ -17,6 +17,8 @@ public:
     [[nodiscard]] const Entrant& who() const { return who_; }
     /// A token was shown.
     [[nodiscard]] bool knowsWho() const { return knowsWho_; }
+    /// A token was shown, and lets nobody in.
+    [[nodiscard]] bool wrongLogin() const { return wrongLogin_; }
 
 private:
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
@@ -26,7 +28,7 @@ private:
 
     DoorContext& context_;
     Entrant who_;
-    bool knowsWho_ = false;
+    bool knowsWho_ = false, wrongLogin_ = false;
 };
 
 /// Of an error of a request: its status and `{"error":…}`.

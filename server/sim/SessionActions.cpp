@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "common/base/FailedLogins.h"
+
 namespace tessera {
 namespace {
 
@@ -147,6 +149,11 @@ ServerActions SessionActions::on(const server_action::InputEnded& ended) {
 
 ServerActions SessionActions::on(const server_action::UploadReceived& received) {
     around_.desk.uploading(received);
+    return {};
+}
+
+ServerActions SessionActions::on(const server_action::LoginsSlowed& slowed) {
+    around_.log.warning(describeSlowed(slowed.source));
     return {};
 }
 

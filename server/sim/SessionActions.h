@@ -73,6 +73,7 @@ private:
     ServerActions on(const server_action::InputReceived&);
     ServerActions on(const server_action::InputEnded&);
     ServerActions on(const server_action::UploadReceived&);
+    ServerActions on(const server_action::LoginsSlowed&);
 
     Surroundings around_;
     struct Walk {

@@ -9,6 +9,10 @@
 #include <optional>
 #include <thread>
 
+#include "common/base/Channel.h"
+#include "common/codec/MessageCodec.h"
+#include "common/net/Transport.h"
+#include "common/scene/FieldTable.h"
 #include "tests/drill/Network.h"
 #include "tests/integration/LiveWall.h"
 
@@ -207,6 +211,67 @@ TEST_F(WallOfMachines, NobodyComesInWithoutAKeyAndNobodyTriesTwice) {
     const Outcome set =
         ctl({"--keys", person("ada"), "--timeout", "20", "set", "/row[0]", "translation", "0", "7", "0"});
     EXPECT_EQ(set.exitCode, 0) << set.output;
+}
+
+/// How long it takes until an application with this word is refused; none: it is not.
+std::optional<std::chrono::steady_clock::duration> refusedAfter(const std::string& address, const std::string& word) {
+    Channel<LinkEvent> events(100);
+    Transport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
+    const auto from = std::chrono::steady_clock::now();
+    const LinkId link = transport.connect(*parseAddress(address), 5s);
+    const message::Hello hello{
+        .schema = schemaHash(), .role = PeerRole::kApplication, .name = "guesses", .access = word};
+    transport.send(link, wireType(Message(hello)), {}, share(encodeMessage(hello)));
+    while (const std::optional<LinkEvent> event = events.popFor(20s)) {
+        const auto* received = std::get_if<link_event::Received>(&event->what);
+        if (std::holds_alternative<link_event::Closed>(event->what)) break;
+        if (received == nullptr) continue;
+        const Expected<Message> message = decodeMessage(received->type, received->payload);
+        events.close();
+        if (!message || !std::holds_alternative<message::Refused>(*message)) break;
+        return std::chrono::steady_clock::now() - from;
+    }
+    events.close();
+    return std::nullopt;
+}
+
+/// That it takes so long at least is true on a busy machine, too.
+TEST_F(WallOfMachines, WrongTokensAreRefusedMoreSlowlyEachTime) {
+    startThere({"--insecure"});
+    const NetworkNamespace::Inside inside(&network_->host(0));
+    for (int i = 0; i < 5; ++i) EXPECT_TRUE(refusedAfter(address_, "wrong"));
+    EXPECT_GE(refusedAfter(address_, "wrong").value_or(0s), 1s);
+    EXPECT_GE(refusedAfter(address_, "wrong").value_or(0s), 2s);
+    EXPECT_TRUE(server_->waitForText("again and again", 20s)) << server_->output();
+    EXPECT_FALSE(refusedAfter(address_, "")) << "who is let in is never slowed down";
+}
+
+TEST_F(WallOfMachines, TheConsoleRefusesWrongTokensMoreSlowlyEachTime) {
+    startThere({"--insecure", "--console", network_->serverAddress() + ":0"});
+    const auto link = server_->waitForText("console: http://", 20s);
+    ASSERT_TRUE(link) << server_->output();
+    const std::string place = link->substr(0, link->find('/'));
+    const std::size_t colon = place.find(':');
+    const NetworkNamespace::Inside inside(&network_->host(0));
+    const auto get = [&](const std::string& word) {
+        const std::string request = fmt::format(
+            "GET /api HTTP/1.1\\r\\nHost: {}\\r\\nAuthorization: Bearer {}\\r\\nConnection: close"
+            "\\r\\n\\r\\n",
+            place, word);
+        return run(folder_.path(),
+                   {"/bin/bash", "-c",
+                    fmt::format("exec 3<>/dev/tcp/{}/{}; printf '{}' >&3; head -1 <&3", place.substr(0, colon),
+                                place.substr(colon + 1), request)},
+                   20s)
+            .output;
+    };
+    for (int i = 0; i < 5; ++i) EXPECT_HAS(get("wrong"), "401");
+    const auto from = std::chrono::steady_clock::now();
+    EXPECT_HAS(get("wrong"), "401");
+    EXPECT_GE(std::chrono::steady_clock::now() - from, 1s);
+    EXPECT_TRUE(server_->waitForText("again and again", 20s)) << server_->output();
+    const std::size_t token = link->find("token=") + 6;
+    EXPECT_HAS(get(link->substr(token, 43)), "200");
 }
 
 TEST_F(WallOfMachines, WhereTheServerHasNoKeysTheHostSaysSoAndGoesOnAsking) {

@@ -100,6 +100,7 @@ private:
     void on(const server_action::ApplicationLeft&) {}
     void on(const server_action::InputReceived&) { violated("tells of input that no host of this simulation sends"); }
     void on(const server_action::InputEnded&) {}
+    void on(const server_action::LoginsSlowed&) { violated("slows logins down though nobody shows a word"); }
     void on(const server_action::UploadReceived&) { violated("tells of arrays that no application of this simulation uploads"); }
     void on(const server_action::BlobsEverywhere& action);
     void on(const server_action::BlobRequested& action);

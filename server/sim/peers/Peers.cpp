@@ -79,7 +79,7 @@ ServerActions Peers::handle(const LinkEvent& event) {
     if (const auto* opened = std::get_if<link_event::Opened>(&event.what)) {
         const ConnectionId connection{opened->link.value};
         open_.emplace(connection, opened->peer);
-        return perform(session_.connectionOpened(connection, event.at, opened->near));
+        return perform(session_.connectionOpened(connection, event.at, opened->near, opened->source));
     }
     if (const auto* secured = std::get_if<link_event::Secured>(&event.what)) {
         session_.connectionSecured(ConnectionId{secured->link.value}, secured->peer);

@@ -66,7 +66,12 @@ private:
 /// A TCP connection without any of our code behind it.
 class BareSocket {
 public:
-    explicit BareSocket(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    /// `from`: one of loopback's addresses.
+    explicit BareSocket(std::uint16_t port, const char* from = "127.0.0.1") : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+        sockaddr_in own{};
+        own.sin_family = AF_INET;
+        EXPECT_EQ(inet_pton(AF_INET, from, &own.sin_addr), 1);
+        EXPECT_EQ(::bind(fd_, reinterpret_cast<sockaddr*>(&own), sizeof own), 0);
         sockaddr_in address{};
         address.sin_family = AF_INET;
         address.sin_port = htons(port);

@@ -1,6 +1,8 @@
 // Who may come in, as what: by a word, by a key, from this machine and from others.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "ServerFixture.h"
 
 namespace tessera {
@@ -19,7 +21,7 @@ struct Gated : ServerFixture {
     ConnectionId knock(const std::string& word, const PeerOrigin& from, PeerRole role = PeerRole::kApplication,
                        const std::string& name = "") {
         const ConnectionId connection(++lastConnection);
-        take(session.connectionOpened(connection, now, from.near));
+        take(session.connectionOpened(connection, now, from.near, from.source));
         if (from.sealed) session.connectionSecured(connection, from.key);
         message::Hello hello = greeting(!name.empty() ? name : role == PeerRole::kHost ? "a" : "asks", role);
         hello.access = word;
@@ -247,6 +249,63 @@ TEST(ServerAccess, APanelsTokenBringsItsPanelAndNothingElse) {
         EXPECT_EQ(s.sent<message::Refused>(s.knock(word, true)).size(), 1u) << "it does not follow";
     }
     EXPECT_EQ(s.sent<message::Refused>(s.knock("gone")).size(), 1u) << "its panel is not there";
+}
+
+TEST(ServerAccess, WhoShowsWrongWordsAgainAndAgainHearsOfItLaterAndNobodyElseWaits) {
+    Gated s;
+    PeerOrigin from = kSealed, elsewhere = kSealed;
+    from.source = SourceAddress(7);
+    elsewhere.source = SourceAddress(8);
+    for (int i = 0; i < 5; ++i) EXPECT_NE(s.refusalOf(s.knock("wrong", from)), "");
+    EXPECT_TRUE(s.actions<server_action::LoginsSlowed>().empty());
+    const ConnectionId sixth = s.knock("wrong", from);
+    EXPECT_EQ(s.refusalOf(sixth), "");
+    ASSERT_EQ(s.actions<server_action::LoginsSlowed>().size(), 1u);
+    EXPECT_EQ(s.actions<server_action::LoginsSlowed>()[0].source, from.source);
+    EXPECT_LE(s.session.nextDeadline(), s.now + 1s);
+
+    EXPECT_NE(s.refusalOf(s.knock("wrong", elsewhere)), "") << "each address has its own";
+    s.forget();
+    s.knock("runs", from);
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u) << "the right word never waits";
+    s.say(sixth, s.greeting("asks", PeerRole::kApplication));  // too late to think better of it
+    EXPECT_EQ(s.actions<server_action::ApplicationJoined>().size(), 1u);
+
+    s.run(900ms);
+    EXPECT_EQ(s.refusalOf(sixth), "");
+    s.run(200ms);
+    EXPECT_NE(s.refusalOf(sixth), "");
+    const auto closed = s.actions<server_action::Close>();
+    EXPECT_TRUE(std::ranges::any_of(closed, [&](const auto& each) { return each.connection == sixth; }));
+}
+
+TEST(ServerAccess, OfRefusalsThatWaitAFewAreHeldAndWhoHangsUpLeavesNothing) {
+    Gated s;
+    PeerOrigin from = kSealed;
+    from.source = SourceAddress(7);
+    std::vector<ConnectionId> waiting;
+    for (int i = 0; i < 9; ++i) waiting.push_back(s.knock("wrong", from));
+    s.forget();
+    const ConnectionId tenth = s.knock("wrong", from);
+    EXPECT_EQ(s.refusalOf(tenth), "");
+    ASSERT_EQ(s.actions<server_action::Close>().size(), 1u) << "and closed";
+    EXPECT_EQ(s.actions<server_action::Close>()[0].connection, tenth);
+    s.take(s.session.malformed(waiting[8], "rubbish", s.now));
+    EXPECT_EQ(s.actions<server_action::Close>().size(), 1u) << "what it goes on saying does not help it";
+    s.take(s.session.connectionClosed(waiting[8], s.now));
+    s.forget();
+    s.knock("wrong", from);
+    EXPECT_TRUE(s.actions<server_action::Close>().empty()) << "there is room for one";
+}
+
+TEST(ServerAccess, ThisMachinesProgramsAndThoseWithoutAWordAreAnsweredAtOnce) {
+    Gated s;
+    PeerOrigin here = kHere, sealed = kSealed;
+    here.source = sealed.source = SourceAddress(7);
+    for (int i = 0; i < 20; ++i) {
+        EXPECT_NE(s.refusalOf(s.knock("wrong", here)), "");
+        EXPECT_NE(s.refusalOf(s.knock("", sealed)), "");
+    }
 }
 
 TEST(ServerAccess, AnInsecureServerTakesWhomeverComes) {
