@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "common/base/Clock.h"
 #include "common/base/Descriptors.h"
@@ -106,7 +107,15 @@ struct DoorContext {
     /// The link by which somebody's requests over HTTP go; dialled when it is first needed, and again when it has
     /// ended. Of many people that asks nothing now which has asked nothing for longest goes. Null: all do.
     [[nodiscard]] DoorLink* sharedLink(const Entrant& who) {
-        const auto known = std::ranges::find(shared_, who, &Shared::who);
+        constexpr std::ptrdiff_t kOfOne = 2;
+        auto known = std::ranges::find(shared_, who, &Shared::who);
+        // Who comes from many addresses has no more links for that: their lines in the audit log name one of these.
+        const auto same = [&](const Shared& one) {
+            return std::tie(one.who.role, one.who.by, one.who.name, one.who.panel) ==
+                   std::tie(who.role, who.by, who.name, who.panel);
+        };
+        if (known == shared_.end() && std::ranges::count_if(shared_, same) >= kOfOne)
+            known = std::ranges::find_if(shared_, same);
         if (known != shared_.end()) {
             shared_.splice(shared_.end(), shared_, known);
         } else if (shared_.size() < limits.maxHttpLinks) {
@@ -119,7 +128,7 @@ struct DoorContext {
             shared_.push_back({who, nullptr});
         }
         std::shared_ptr<DoorLink>& link = shared_.back().link;
-        if (!link || link->ended()) link = dial("console", who, false);
+        if (!link || link->ended()) link = dial("console", shared_.back().who, false);
         return link.get();
     }
     [[nodiscard]] std::shared_ptr<DoorLink> dial(const std::string& name, const Entrant& who, bool follow) {

@@ -130,6 +130,7 @@ private:
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_))
             return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
         if (routes_.knowsWho()) context_.isKnown(*this);
+        pass = context_.gate.passIn(request_, *readTarget(request_.target));  // its body may come after its end
         const std::string path = readTarget(request_.target)->path;
         if (request_.wantsSocket && (path == "/socket" || path == "/link")) {
             if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
@@ -158,6 +159,7 @@ private:
             const std::shared_ptr<HttpSession> self = weak.lock();
             if (!self || self->answered_ == number) return;
             self->answered_ = number;
+            self->pass.clear();  // the next request is asked for its own
             self->patience_.cancel();
             self->stream_.expiresAfter(self->context_.limits.answerWait);
             self->write(std::move(answer), self->parser_->keep_alive());

@@ -126,6 +126,9 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
     if (target->path.starts_with(kAskPrefix))
         return ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+    // Pictures that others have asked for are given away here: who sees none is refused before.
+    if (!who_.panel.empty())
+        return answer(errorAnswer(403, "refused", "a panel's token sees no picture, and no figures"));
     DoorLink* const link = this->link(answer);
     if (!link) return;
     if (target->path == "/wall.jpg") return context_.pictures.wall(*link, answer);

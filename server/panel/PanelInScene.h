@@ -13,7 +13,7 @@
 
 namespace tessera {
 
-/// Good until the scene changes. Finding the nodes looks at kLooks nodes at most.
+/// Good until the scene changes. Finding the nodes looks at kLooks nodes at most; siblings are looked at twice.
 class PanelInScene {
 public:
     static constexpr std::size_t kLooks = 16'384;

@@ -1,5 +1,6 @@
 """A panel's token: what its holder reaches on a wall of real processes, by the native link and through the console."""
 import json
+import socket
 import ssl
 import unittest
 import urllib.error
@@ -74,6 +75,24 @@ class Panel(unittest.TestCase):
                                      ("tile/front-0-0.png", None), ("api/NavigateView", {"mode": "fly"}), ("api/GetObjects", {"names": ["/post"]})):
                     self.assertIn("panel", json.dumps(asks(path, fields)), path)
                 self.assertEqual(tuple(mine["/carriage"].translation), (0, 2, 1))
+
+    def test_a_body_that_comes_after_its_token_s_end_does_nothing(self):
+        with VisitedWall(surface="none") as live, live.connect() as mine:
+            port = int(live.sealed_link().split("?")[0].rstrip("/").rsplit(":", 1)[1])
+            context = ssl.create_default_context(cafile=str(live.keys / "authority.crt"))
+            body = b'{"list":{"set":[{"type":"Transform","field":"translation","ids":[%d],"values":[[0,2,1]]}]}}' % mine["/carriage"].core.id
+            with socket.create_connection(("127.0.0.1", port), PATIENCE) as plain, context.wrap_socket(plain, server_hostname="localhost") as sealed:
+                sealed.sendall(b"POST /api/ProposeChanges HTTP/1.1\r\nHost: localhost:%d\r\nAuthorization: Bearer %s\r\nContent-Length: %d\r\n\r\n"
+                               % (port, live.word.encode(), len(body)) + body[:9])
+                live.keys_say("revoke", "visitor")
+                try:
+                    self.assertNotIn(b"200 OK", sealed.recv(4096))  # it is closed, with a word or without
+                    sealed.sendall(body[9:])
+                    sealed.recv(4096)
+                except OSError:
+                    pass
+            mine["/post"].name = "post"  # behind whatever was asked
+            self.assertNotEqual(mine["/carriage"].translation[1], 2)
 
 
 if __name__ == "__main__":

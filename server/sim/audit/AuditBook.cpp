@@ -3,6 +3,16 @@
 #include <algorithm>
 
 namespace tessera {
+namespace {
+
+/// Whoever names things names them as long as they like.
+std::string shortened(const std::string& text) {
+    constexpr std::string_view kCut = "…";
+    if (text.size() <= AuditBook::kMostBytes) return text;
+    return std::string(kCut) + text.substr(text.size() - (AuditBook::kMostBytes - kCut.size()));
+}
+
+}  // namespace
 
 void AuditBook::came(ConnectionId connection, Application application) {
     applications_.insert_or_assign(connection, Present{std::move(application)});
@@ -24,32 +34,34 @@ void AuditBook::forgetGone(ConnectionId connection) {
         applications_.erase(known);
 }
 
-void AuditBook::asked(ConnectionId connection, std::uint64_t request, const RequestInfo& info) {
-    if (info.role > Role::kViewer) open_.insert_or_assign({connection, request}, Deed{.did = info.name});
+std::uint64_t AuditBook::asked(ConnectionId connection, const RequestInfo& info) {
+    if (info.role == Role::kViewer) return 0;
+    open_.emplace(std::pair(connection, ++lastDeed_), Deed{.did = info.name});
+    return lastDeed_;
 }
 
 void AuditBook::mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why) {
     note(connection, {.did = info.name}, why);
 }
 
-bool AuditBook::wantsObjects(ConnectionId connection, std::uint64_t request) const {
-    const auto deed = open_.find({connection, request});
+bool AuditBook::wantsObjects(ConnectionId connection, std::uint64_t number) const {
+    const auto deed = open_.find({connection, number});
     if (deed == open_.end() || !deed->second.objects.empty()) return false;
-    const auto line = lines_.find({connection, std::string(deed->second.did)});
+    const auto line = lines_.find({connection, deed->second.did, false});
     return line == lines_.end() || line->second.objects.size() < kMostObjects;
 }
 
-void AuditBook::names(ConnectionId connection, std::uint64_t request, std::vector<std::string> objects) {
-    if (const auto deed = open_.find({connection, request}); deed != open_.end())
+void AuditBook::names(ConnectionId connection, std::uint64_t number, std::vector<std::string> objects) {
+    if (const auto deed = open_.find({connection, number}); deed != open_.end())
         deed->second.objects = std::move(objects);
 }
 
-void AuditBook::changes(ConnectionId connection, std::uint64_t request, std::uint64_t count) {
-    if (const auto deed = open_.find({connection, request}); deed != open_.end()) deed->second.changes += count;
+void AuditBook::changes(ConnectionId connection, std::uint64_t number, std::uint64_t count) {
+    if (const auto deed = open_.find({connection, number}); deed != open_.end()) deed->second.changes += count;
 }
 
-void AuditBook::answered(ConnectionId connection, std::uint64_t request, bool done) {
-    const auto deed = open_.find({connection, request});
+void AuditBook::answered(ConnectionId connection, std::uint64_t number, bool done) {
+    const auto deed = open_.find({connection, number});
     if (deed == open_.end()) return;
     if (done) note(connection, std::move(deed->second));
     open_.erase(deed);
@@ -61,7 +73,7 @@ void AuditBook::byHand(std::vector<std::string> objects, std::uint64_t changes) 
 }
 
 AuditLine& AuditBook::lineOf(ConnectionId connection, std::string_view did, const std::string& refused) {
-    const auto [line, isNew] = lines_.try_emplace({connection, std::string(did) + refused});
+    const auto [line, isNew] = lines_.try_emplace(LineKey(connection, did, !refused.empty()));
     if (!isNew) {
         ++line->second.times;
         return line->second;
@@ -71,17 +83,20 @@ AuditLine& AuditBook::lineOf(ConnectionId connection, std::string_view did, cons
     const Application who = known != applications_.end()
                                 ? known->second.who
                                 : Application{{.role = Role::kEditor}, "the wall itself", ""};
-    line->second = {now_(), who.who, who.program, who.from, std::string(did)};
-    line->second.refused = refused;
+    line->second = {now_(), who.who, shortened(who.program), who.from, std::string(did)};
+    line->second.who.name = shortened(who.who.name);
+    line->second.refused = shortened(refused);
     return line->second;
 }
 
 void AuditBook::note(ConnectionId connection, Deed deed, const std::string& refused) {
     AuditLine& line = lineOf(connection, deed.did, refused);
     line.changes += deed.changes;
-    for (std::string& object : deed.objects)
-        if (line.objects.size() < kMostObjects && std::ranges::find(line.objects, object) == line.objects.end())
-            line.objects.push_back(std::move(object));
+    for (const std::string& each : deed.objects) {
+        if (line.objects.size() == kMostObjects) break;
+        std::string object = shortened(each);
+        if (std::ranges::find(line.objects, object) == line.objects.end()) line.objects.push_back(std::move(object));
+    }
     if (due_ == TimePoint::max()) due_ = std::chrono::steady_clock::now() + kTogether;
 }
 

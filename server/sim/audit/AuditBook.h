@@ -5,6 +5,8 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -20,7 +22,8 @@ namespace tessera {
 /// kind of request, and what is open; hands them over once a second. Frame thread only.
 class AuditBook {
 public:
-    static constexpr std::size_t kMostObjects = 16;  ///< that a line names
+    static constexpr std::size_t kMostObjects = 16;    ///< that a line names
+    static constexpr std::size_t kMostBytes = 256;     ///< of each text; of a longer one its end
     static constexpr std::chrono::milliseconds kTogether{1'000};
 
     struct Application {
@@ -38,19 +41,19 @@ public:
     AuditBook& operator=(const AuditBook&) = delete;
 
     void came(ConnectionId connection, Application application);
-    /// What it has asked for is carried out: `isUnderWay` says of which requests.
-    void left(ConnectionId connection, const std::function<bool(std::uint64_t request)>& isUnderWay);
+    /// What it has asked for is carried out: `isUnderWay` says of which deeds.
+    void left(ConnectionId connection, const std::function<bool(std::uint64_t deed)>& isUnderWay);
 
-    /// It has said this, and may.
-    void asked(ConnectionId connection, std::uint64_t request, const RequestInfo& info);
+    /// It has said this, and may. Returns the number of the deed, for what follows; 0: it is none.
+    [[nodiscard]] std::uint64_t asked(ConnectionId connection, const RequestInfo& info);
     /// Its role keeps it from saying this.
     void mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why);
     /// Whether names of what such a request writes are wanted: it costs something to find them.
-    [[nodiscard]] bool wantsObjects(ConnectionId connection, std::uint64_t request) const;
-    void names(ConnectionId connection, std::uint64_t request, std::vector<std::string> objects);
-    void changes(ConnectionId connection, std::uint64_t request, std::uint64_t count);
+    [[nodiscard]] bool wantsObjects(ConnectionId connection, std::uint64_t deed) const;
+    void names(ConnectionId connection, std::uint64_t deed, std::vector<std::string> objects);
+    void changes(ConnectionId connection, std::uint64_t deed, std::uint64_t count);
     /// Its outcome. What was refused for another reason than a role is nobody's deed.
-    void answered(ConnectionId connection, std::uint64_t request, bool done);
+    void answered(ConnectionId connection, std::uint64_t deed, bool done);
     /// At a window of the wall, or with a wand.
     void byHand(std::vector<std::string> objects, std::uint64_t changes);
 
@@ -67,9 +70,9 @@ private:
         std::vector<std::string> objects = {};
         std::uint64_t changes = 0;
     };
-    using LineKey = std::pair<ConnectionId, std::string>;
+    using LineKey = std::tuple<ConnectionId, std::string_view, bool>;  ///< who, what, whether it was refused
 
-    AuditLine& lineOf(ConnectionId connection, std::string_view did, const std::string& refused = {});
+    AuditLine& lineOf(ConnectionId connection, std::string_view did, const std::string& refused);
     void note(ConnectionId connection, Deed deed, const std::string& refused = {});
     void forgetGone(ConnectionId connection);
     void handOver();
@@ -78,6 +81,7 @@ private:
     Now now_;
     std::map<ConnectionId, Present> applications_;
     std::map<std::pair<ConnectionId, std::uint64_t>, Deed> open_;
+    std::uint64_t lastDeed_ = 0;
     std::map<LineKey, AuditLine> lines_;
     TimePoint due_ = TimePoint::max();
 };

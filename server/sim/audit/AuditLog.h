@@ -18,14 +18,16 @@ namespace tessera {
 struct AuditLimits {
     std::uint64_t fileBytes = std::uint64_t{16} << 20;  ///< of one file; then another one is begun
     unsigned files = 8;                                 ///< FILE, FILE.1 (the one before), …, FILE.7
-    std::size_t waitingBatches = 256;                   ///< that are not written yet
+    std::size_t waitingLines = 8'192;                   ///< that are not written yet
 };
 
 /// Writes on a thread of its own: nobody waits for a disk. What the disk does not take is counted, said in the server's
-/// log, and said in the file once it takes lines again. A server that starts goes on behind what is there.
+/// log, and said in the file once it takes lines again. A server that starts goes on behind what is there. What stands
+/// at the path is written: a file that somebody moves away is followed by a fresh one.
 class AuditLog {
 public:
-    /// kFailed: the file cannot be written. Nobody but this user may read it.
+    /// kFailed: the file cannot be written. kRefused: it is somebody else's, or another server writes it. Nobody but
+    /// this user may read it afterwards.
     [[nodiscard]] static Expected<std::unique_ptr<AuditLog>> open(const std::string& path, Log& log,
                                                                   const AuditLimits& limits = {});
     /// Writes what waits.
@@ -40,16 +42,18 @@ private:
     AuditLog(std::string path, int file, Log& log, const AuditLimits& limits);
     void work();
     void append(const std::string& text, std::uint64_t lines);
-    void rotate();
-    void lose(std::uint64_t lines, int error);
+    void reopen();
+    [[nodiscard]] int rotate();
+    void lose(std::uint64_t lines, const std::string& why);
 
     const std::string path_;
     const AuditLimits limits_;
     Log& log_;
     int file_;
-    std::uint64_t bytes_ = 0;  ///< of the file
-    std::uint64_t lost_ = 0;   ///< lines, since the file last took one
+    bool torn_ = false;       ///< its last line is half
+    std::uint64_t lost_ = 0;  ///< lines, since the file last took one
     std::atomic<std::uint64_t> noRoom_{0};  ///< lines that found no room here
+    std::atomic<std::uint64_t> waitingLines_{0};
     Channel<std::vector<AuditLine>> waiting_;
     std::thread thread_;
 };

@@ -14,7 +14,7 @@ message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& an
 }
 
 ServerActions Answers::to(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
-    if (audit) audit->answered(asker.connection, asker.request, answer.has_value());
+    if (audit) audit->answered(asker.connection, asker.deed, answer.has_value());
     return session.reply(asker.connection, replyTo(asker, answer));
 }
 

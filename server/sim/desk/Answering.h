@@ -11,6 +11,7 @@ namespace tessera {
 struct Asker {
     ConnectionId connection;
     std::uint64_t request = 0;
+    std::uint64_t deed = 0;  ///< of the audit log: who says a number twice hides nothing behind it. 0: it is none
 };
 
 /// What is sent. On any thread.

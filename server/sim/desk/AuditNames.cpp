@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <variant>
 
 #include "common/cores/Node.h"
@@ -22,35 +23,49 @@ public:
     void add(std::string name) {
         if (!full() && std::ranges::find(names_, name) == names_.end()) names_.push_back(std::move(name));
     }
+    /// Of a node, or of what one node has as its core; of others at once.
     void add(ObjectId id) {
-        if (!full()) add(nameOf(id));
-    }
-    [[nodiscard]] std::string nameOf(ObjectId id) {
+        if (full() || !seen_.insert(id).second) return;
         const Object object = simulation_.scene().find(id);
-        if (!object) return fmt::format("#{}", id.value);
-        if (object.is<Node>()) return pathOfNode(id);
-        if (const ObjectId bearer = simulation_.bearerOf(id)) return pathOfNode(bearer);
-        return fmt::format("#{} {}", id.value, object.info().name);
+        const ObjectId node = object && object.is<Node>() ? id : simulation_.bearerOf(id);
+        if (!node)
+            return add(object ? fmt::format("#{} {}", id.value, object.info().name) : fmt::format("#{}", id.value));
+        if (std::ranges::find(nodes_, node) != nodes_.end()) return;
+        if (!mayLookAbove(node)) return add(fmt::format("#{}", node.value));
+        nodes_.push_back(node);
+        places_.push_back(names_.size());
+        names_.emplace_back();
     }
-    [[nodiscard]] std::vector<std::string> take() { return std::move(names_); }
+    [[nodiscard]] std::string pathOfParent(ObjectId node) {
+        return mayLookAbove(node) ? pathOf(simulation_.scene(), node) : fmt::format("#{}", node.value);
+    }
+    [[nodiscard]] std::vector<std::string> take() {
+        // What lies above several of them is looked at once.
+        std::vector<std::string> paths = pathsOf(simulation_.scene(), nodes_);
+        for (std::size_t i = 0; i < nodes_.size(); ++i) names_[places_[i]] = std::move(paths[i]);
+        return std::move(names_);
+    }
 
 private:
-    [[nodiscard]] std::string pathOfNode(ObjectId node) {
-        NodeFinder finder(simulation_.scene(), kLooks - std::min(kLooks, looked_));
-        if (!finder.lookAbove(node, true)) {
-            looked_ = kLooks;
-            return fmt::format("#{}", node.value);
-        }
+    /// All on the way to the root, and their siblings, as far as they have not been looked at.
+    bool mayLookAbove(ObjectId node) {
         for (const Node* at = simulation_.scene().get<Node>(node); at && at->parent;) {
-            at = simulation_.scene().get<Node>(at->parent);
-            looked_ += 1 + at->children.size();
+            const ObjectId parent = at->parent;
+            at = simulation_.scene().get<Node>(parent);
+            if (above_.contains(parent)) return true;
+            if (at->children.size() > kLooks - looked_) return false;
+            looked_ += at->children.size();
+            above_.insert(parent);
         }
-        return pathOf(simulation_.scene(), node);
+        return true;
     }
 
     const Simulation& simulation_;
     std::size_t most_;
     std::size_t looked_ = 0;
+    std::set<ObjectId> seen_, above_;
+    std::vector<ObjectId> nodes_;
+    std::vector<std::size_t> places_;  ///< of each, among the names
     std::vector<std::string> names_;
 };
 
@@ -75,7 +90,7 @@ std::vector<std::string> auditNames(const Simulation& simulation, const ChangeLi
         if (!isPlaceholder(placed.node))
             names.add(placed.node);
         else if (!isPlaceholder(placed.parent))
-            names.add(fmt::format("{}/{}", placed.parent == kRootNode ? "" : names.nameOf(placed.parent),
+            names.add(fmt::format("{}/{}", placed.parent == kRootNode ? "" : names.pathOfParent(placed.parent),
                                   nameIn(list, placed.node)));
     }
     for (const FieldColumn& column : list.columns)

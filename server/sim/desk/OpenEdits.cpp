@@ -180,15 +180,15 @@ void OpenEdits::note(const Open& open, const Edit& edit) const {
     Simulation& simulation = around_.simulation;
     const ChangeListPtr step = isStep(edit.kind) ? simulation.listOf(edit.kind) : nullptr;
     const ChangeList& list = step ? *step : edit.list;
-    const auto [connection, request] = open.asker;
-    if (audit->wantsObjects(connection, request))
-        audit->names(connection, request, auditNames(simulation, list, AuditBook::kMostObjects));
-    audit->changes(connection, request, edit.move ? 1 : list.changeCount());
+    const Asker& asker = open.asker;
+    if (audit->wantsObjects(asker.connection, asker.deed))
+        audit->names(asker.connection, asker.deed, auditNames(simulation, list, AuditBook::kMostObjects));
+    audit->changes(asker.connection, asker.deed, edit.move ? 1 : list.changeCount());
 }
 
-bool OpenEdits::has(const Asker& asker) const {
+bool OpenEdits::has(ConnectionId connection, std::uint64_t deed) const {
     return std::ranges::any_of(open_, [&](const auto& entry) {
-        return entry.second.asker.connection == asker.connection && entry.second.asker.request == asker.request;
+        return entry.second.asker.connection == connection && entry.second.asker.deed == deed;
     });
 }
 

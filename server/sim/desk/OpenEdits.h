@@ -55,8 +55,8 @@ public:
     [[nodiscard]] ServerActions enter(Open open, std::vector<Blob> named, TimePoint now);
     [[nodiscard]] ServerActions refuse(std::uint64_t ticket, const Error& why);
     void blobsEverywhere(std::uint64_t ticket);
-    /// One of this request is open.
-    [[nodiscard]] bool has(const Asker& asker) const;
+    /// This deed of the audit log is open.
+    [[nodiscard]] bool has(ConnectionId connection, std::uint64_t deed) const;
 
     struct Count {
         std::size_t edits = 0, bytes = 0;

@@ -13,14 +13,14 @@ constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said o
 }  // namespace
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
-    const Asker asker{.connection = received.connection, .request = received.id};
+    Asker asker{.connection = received.connection, .request = received.id};
     AuditBook* const audit = desk_.around.audit;
     // The one place where roles are looked at.
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body, {}, [&](const RequestInfo& info) {
         std::optional<Error> why = desk_.mayNot(received.connection, info);
         if (why && info.bringsArrays) desk_.proposals.dropArrays(received.connection);
         if (audit && why) audit->mayNot(asker.connection, info, why->message);
-        if (audit && !why) audit->asked(asker.connection, asker.request, info);
+        if (audit && !why) asker.deed = audit->asked(asker.connection, info);
         return why;
     });
     if (!decoded) return desk_.refuse(asker, decoded.error());
@@ -29,8 +29,8 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
         desk_.proposals.dropArrays(received.connection);
         return desk_.refuse(asker, *std::move(why));
     }
-    if (audit && audit->wantsObjects(asker.connection, asker.request))
-        audit->names(asker.connection, asker.request, auditNames(desk_.around.simulation, *decoded));
+    if (audit && audit->wantsObjects(asker.connection, asker.deed))
+        audit->names(asker.connection, asker.deed, auditNames(desk_.around.simulation, *decoded));
     return carryOut(desk_, asker, *decoded, now);
 }
 
@@ -78,7 +78,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     desk_.around.drags.release(connection.value);
     desk_.edits.forgetLeftBehind([this](ConnectionId one) { return desk_.applications.contains(one); });
     if (AuditBook* const audit = desk_.around.audit)
-        audit->left(connection, [&](std::uint64_t request) { return desk_.edits.has({connection, request}); });
+        audit->left(connection, [&](std::uint64_t deed) { return desk_.edits.has(connection, deed); });
     desk_.copies.goOn();
 }
 

@@ -22,9 +22,9 @@ protected:
         book.came(kBob, {{Role::kOperator, Entrant::By::kPass, "ci"}, "script", "127.0.0.1:5000"});
     }
     void does(ConnectionId who, const RequestInfo& what, std::vector<std::string> objects = {}, bool done = true) {
-        book.asked(who, ++request, what);
-        if (!objects.empty()) book.names(who, request, std::move(objects));
-        book.answered(who, request, done);
+        const std::uint64_t deed = book.asked(who, what);
+        if (!objects.empty()) book.names(who, deed, std::move(objects));
+        book.answered(who, deed, done);
     }
     std::vector<AuditLine> handedOver() {
         book.advance(TimePoint::max());
@@ -35,7 +35,6 @@ protected:
     std::chrono::system_clock::time_point clock = std::chrono::sys_days(std::chrono::year(2026) / 11 / 26);
     AuditBook book{[this](std::vector<AuditLine> lines) { std::ranges::move(lines, std::back_inserter(written)); },
                    [this] { return clock += std::chrono::milliseconds(1); }};
-    std::uint64_t request = 0;
 };
 
 TEST_F(Audit, SaysWhoDidWhatToWhat) {
@@ -76,36 +75,44 @@ TEST_F(Audit, WhatOneDoesAlikeWithinASecondIsOneLine) {
     EXPECT_EQ(lines[1].objects, std::vector<std::string>{"/m"});
     EXPECT_EQ(lines[2].did, "ShowPicture");
     EXPECT_TRUE(lines[0].at < lines[1].at && lines[1].at < lines[2].at);
-    EXPECT_FALSE(book.wantsObjects(kAda, 1)) << "it is over";
 }
 
 TEST_F(Audit, NamesAreWantedUntilALineIsFull) {
     for (std::size_t i = 0; i < AuditBook::kMostObjects; ++i) {
-        book.asked(kAda, ++request, kMove);
-        EXPECT_TRUE(book.wantsObjects(kAda, request));
-        book.names(kAda, request, {std::to_string(i)});
-        EXPECT_FALSE(book.wantsObjects(kAda, request)) << "it has them";
-        book.answered(kAda, request, true);
+        const std::uint64_t deed = book.asked(kAda, kMove);
+        EXPECT_TRUE(book.wantsObjects(kAda, deed));
+        book.names(kAda, deed, {std::to_string(i)});
+        EXPECT_FALSE(book.wantsObjects(kAda, deed)) << "it has them";
+        book.answered(kAda, deed, true);
     }
-    book.asked(kAda, ++request, kMove);
-    EXPECT_FALSE(book.wantsObjects(kAda, request));
-    book.asked(kBob, request, kMove);
-    EXPECT_TRUE(book.wantsObjects(kBob, request));
+    EXPECT_FALSE(book.wantsObjects(kAda, book.asked(kAda, kMove)));
+    EXPECT_TRUE(book.wantsObjects(kBob, book.asked(kBob, kMove)));
 }
 
 TEST_F(Audit, WhatIsUnderWayIsSaidOfWhoHasGone) {
-    book.asked(kAda, 7, kMove);
-    book.asked(kAda, 8, kMove);
-    book.left(kAda, [](std::uint64_t asked) { return asked == 7; });
-    book.answered(kAda, 8, true);
-    book.changes(kAda, 7, 3);
-    book.answered(kAda, 7, true);
+    const std::uint64_t first = book.asked(kAda, kMove), second = book.asked(kAda, kMove);
+    book.left(kAda, [&](std::uint64_t deed) { return deed == first; });
+    book.answered(kAda, second, true);
+    book.changes(kAda, first, 3);
+    book.answered(kAda, first, true);
     book.left(kBob, kNobodys);
     const std::vector<AuditLine> lines = handedOver();
     ASSERT_EQ(lines.size(), 1u);
     EXPECT_EQ(lines[0].who.name, "ada");
     EXPECT_EQ(lines[0].times, 1u);
     EXPECT_EQ(lines[0].changes, 3u);
+}
+
+/// Whoever is refused in a thousand ways, in words as long as they like, makes no more lines for it.
+TEST_F(Audit, LinesAreFewAndShortWhateverIsSaid) {
+    for (int i = 0; i < 1'000; ++i) {
+        book.mayNot(kAda, kMove, std::string(4'000, 'a') + std::to_string(i));
+        does(kAda, kShow, {std::string(4'000, 'b') + std::to_string(i)});
+    }
+    const std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 2u);
+    for (const AuditLine& line : lines) EXPECT_LE(toJson(line).size(), 6'000u);
+    EXPECT_TRUE(lines[1].objects[15].ends_with("b15")) << "the end of a path says most";
 }
 
 TEST_F(Audit, WhoStandsBeforeTheWallHasNoName) {

@@ -66,7 +66,7 @@ TEST_F(AuditFile, HalfALineOfAServerThatWasKilledStandsAlone) {
 }
 
 TEST_F(AuditFile, IsCutIntoAsManyFilesAsItMayBe) {
-    const AuditLimits limits{.fileBytes = 2'000, .files = 3, .waitingBatches = 1'000};
+    const AuditLimits limits{.fileBytes = 2'000, .files = 3};
     {
         const auto file = open(limits);
         for (int i = 0; i < 200; ++i) file->write(did(std::to_string(i)));
@@ -104,6 +104,50 @@ TEST_F(AuditFile, WhatTheDiskDoesNotTakeIsCountedAndNoLineIsHalf) {
     }
     EXPECT_GT(lost, 0u);
     EXPECT_EQ(lines + lost, 101u);
+}
+
+TEST_F(AuditFile, OneBatchIsCutToo) {
+    const AuditLimits limits{.fileBytes = 100'000, .files = 4};
+    std::vector<AuditLine> many;
+    for (int i = 0; i < 2'000; ++i) many.push_back(did(std::to_string(i))[0]);
+    open(limits)->write(many);
+    EXPECT_EQ(deeds().back(), "1999");
+    for (const char* ending : {".2", ".1", ""}) EXPECT_LE(std::filesystem::file_size(path(ending)), limits.fileBytes);
+}
+
+TEST_F(AuditFile, IsThisUsersAloneAndOneServers) {
+    std::ofstream(path()) << "before\n";
+    ASSERT_EQ(::chmod(path().c_str(), 0644), 0);
+    const auto first = open();
+    struct stat found {};
+    ASSERT_EQ(::stat(path().c_str(), &found), 0);
+    EXPECT_EQ(found.st_mode & 0777u, 0600u);
+    const auto second = AuditLog::open(path(), log);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().code, ErrorCode::kRefused);
+}
+
+TEST_F(AuditFile, AFileThatIsMovedAwayIsFollowedByAFreshOne) {
+    const auto file = open();
+    file->write(did("first"));
+    while (deeds().empty()) std::this_thread::yield();
+    std::filesystem::rename(path(), path(".kept"));
+    file->write(did("second"));
+    while (deeds().empty()) std::this_thread::yield();
+    EXPECT_EQ(deeds(), std::vector<std::string>{"second"});
+    EXPECT_EQ(deeds(".kept"), std::vector<std::string>{"first"});
+}
+
+TEST_F(AuditFile, WhereNoOtherFileCanBeBegunTheOldOnesStay) {
+    const AuditLimits limits{.fileBytes = 1'000, .files = 3};
+    std::filesystem::create_directory(path(".new"));
+    {
+        const auto file = open(limits);
+        for (int i = 0; i < 100; ++i) file->write(did(std::to_string(i)));
+    }
+    EXPECT_EQ(deeds().front(), "0");
+    EXPECT_FALSE(std::filesystem::exists(path(".1")));
+    EXPECT_NE(said().find("no other file can be begun"), std::string::npos);
 }
 
 TEST_F(AuditFile, SaysWhatIsNoFile) {

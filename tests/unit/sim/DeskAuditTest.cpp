@@ -99,6 +99,22 @@ TEST_F(DeskAudit, WhatDoesNotHappenIsNotSaid) {
     EXPECT_NE(told[0].refused.find("operator"), std::string::npos) << told[0].refused;
 }
 
+/// Nobody hides a deed behind another answer of the same number, or claims one.
+TEST_F(DeskAudit, ANumberThatIsSaidTwiceHidesNothing) {
+    const auto sayAs = [&](std::uint64_t number, const ApplicationRequest& request) {
+        (void)desk.received({ada, "somebody", number, share(encodeRequest(request))}, server.now);
+    };
+    sayAs(5, request::MoveNode{.node = crane, .move = {.translation = Vec3d(0, 1, 0), .relative = true}});
+    sayAs(5, request::RemoveNode{.node = ObjectId(999)});
+    sayAs(5, request::GetTree{{.node = ObjectId(999)}});
+    frame();
+    sayAs(6, request::RemoveNode{.node = ObjectId(998)});
+    sayAs(6, request::WhoAmI{});
+    const auto told = lines();
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].did, "MoveNode");
+}
+
 TEST_F(DeskAudit, WhoHasGoneDidIt) {
     say(request::RemoveNode{.node = crane});
     desk.applicationLeft(ada);
