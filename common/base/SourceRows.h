@@ -89,12 +89,8 @@ public:
         turns_.splice(turns_.end(), turns_, turns_.begin());
         return remove(oldestOf(from));
     }
-    /// The newest of the most crowded address; of several the very last one to come.
-    T takeLast() {
-        const Place last = byAge_.rbegin()->second;
-        const SourceAddress crowded = mostCrowded();
-        return remove(countOf(last.from) < countOf(crowded) ? newestOf(crowded) : last);
-    }
+    /// The oldest of the most crowded address: who has come just now may have something to say.
+    T takeOldestOfCrowd() { return remove(oldestOf(mostCrowded())); }
 
 private:
     struct Row {

@@ -51,9 +51,9 @@ public:
     // ---- those for whom there is no room yet
 
     [[nodiscard]] SourceRows<Socket>& waiting() { return waiting_; }
-    /// Of too many the last one of the most crowded address is told so and closed. Not when nobody waits.
+    /// Of too many the oldest one of the most crowded address is told so and closed. Not when nobody waits.
     void refuseOne() {
-        Socket socket = waiting_.takeLast();
+        Socket socket = waiting_.takeOldestOfCrowd();
         sayLastWord(socket);
     }
     [[nodiscard]] bool tooManyWait() const { return waiting_.size() > limits_.maxStrangers; }

@@ -75,7 +75,7 @@ struct TransportLimits {
     /// Accepted connections from which no whole message has come yet, or that we have closed and their peers have not.
     /// Where one comes above this limit or `maxLinks`, or no descriptor is left for it, one of them gives way: of the
     /// address from which most of them are. Each has `patience` to speak, or to go, but where its address is crowded
-    /// (`Crowd`). As many more wait to be let in; above that the last one of the most crowded address is refused.
+    /// (`Crowd`). As many more wait to be let in; above that the oldest of the most crowded address is refused.
     std::size_t maxStrangers = 256;
     std::chrono::milliseconds patience{100};
     /// A connection that gives way or finds no room is sent this message, in epoch 0, as far as that takes no time.

@@ -127,7 +127,7 @@ struct Door::Impl {
         });
     }
     void refuseOne() {
-        DoorStream stream(waiting.takeLast());
+        DoorStream stream(waiting.takeOldestOfCrowd());
         sayTooMany(stream, context);
     }
     void sendAway(Guest& guest) {

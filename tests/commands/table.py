@@ -67,6 +67,7 @@ ROWS = {
         "Build", 'mkdir -p out/bin; ln -sf /nowhere/tessera-gone out/bin/; '
                    './deploy/build build tessera-collide && out/bin/tessera-collide --help >$T/log; [ ! -L out/bin/tessera-gone ]; '
                    '[ -z "${SANDBOX:-}" ] || [ ! -e out/bin/tessera-wall ]'),
+    "./deploy/run-drill --rows crowd-port,crowd-door": Row("Build", "./deploy/run-drill --no-install --rows crowd-port --seconds 5 --nodes 1000", needs=("ip",), leaves=("out/drill.json",), slow=True),
     "./deploy/run-drill": Row("Build", "./deploy/run-drill --no-install --rows kill-host --repetitions 1 --nodes 1000", needs=("ip",), leaves=("out/drill.json",)),
     "./deploy/run-bench": Row("ScriptsOfTests", code=2, says="which one?"),
     "./deploy/run-tests --fuzz": Row("", elsewhere="tests/fuzz/README.md has the whole line"),

@@ -66,10 +66,10 @@ TEST(SourceRows, OfAsManyKnowWhoCameFirst) {
     rows.moveToEnd(first);
     EXPECT_EQ(rows.mostCrowded(), SourceAddress(2));
     EXPECT_EQ(*rows.oldest(), 2);
-    EXPECT_EQ(rows.takeLast(), 1);
+    EXPECT_EQ(rows.takeOldestOfCrowd(), 2);
     rows.add(SourceAddress(2), 4);
     rows.add(SourceAddress(1), 5);
-    EXPECT_EQ(rows.takeLast(), 4) << "of the most crowded";
+    EXPECT_EQ(rows.takeOldestOfCrowd(), 1) << "of the most crowded";
 }
 
 TEST(SourceRows, LetAddressesTakeTurns) {
