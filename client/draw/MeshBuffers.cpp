@@ -232,8 +232,8 @@ void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
     gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
     if (grown.name) {
         gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0, static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
-        // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are missing for as
-        // long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
+        // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are missing
+        // for as long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
         gl_.Finish();
         gl_.DeleteBuffers(1, &grown.name);
     }

@@ -21,7 +21,8 @@ namespace tessera {
 struct AccessPass {
     std::string name;
     Role role = Role::kViewer;
-    std::string panel = {};  ///< its name among the keys: it reaches that panel's fields alone; empty: all that its role does
+    /// Its name among the keys: it reaches that panel's fields alone. Empty: all that its role does.
+    std::string panel = {};
 };
 
 /// One for each role; empty: nobody is asked for any.

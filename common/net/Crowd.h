@@ -63,7 +63,9 @@ public:
         return std::nullopt;
     }
     /// When the next one will have had its time. Not when it is empty.
-    [[nodiscard]] TimePoint due() { return std::min(endOf(rows_.oldestOf(rows_.mostCrowded())), endOf(rows_.oldest())); }
+    [[nodiscard]] TimePoint due() {
+        return std::min(endOf(rows_.oldestOf(rows_.mostCrowded())), endOf(rows_.oldest()));
+    }
 
 private:
     [[nodiscard]] TimePoint endOf(const Place& place) const {

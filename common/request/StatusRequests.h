@@ -327,7 +327,10 @@ struct SubscribeNews {
 struct WhoAmI {
     using Answer = answer::Identity;
     static constexpr RequestInfo kInfo{
-        .number = 31, .name = "WhoAmI", .help = "As whom the server knows this application, and its role", .forPanels = true};
+        .number = 31,
+        .name = "WhoAmI",
+        .help = "As whom the server knows this application, and its role",
+        .forPanels = true};
     static constexpr auto members() { return std::tuple(); }
 };
 

@@ -47,8 +47,9 @@ void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello
     std::shared_ptr<const std::string> panel;
     if (!who.panel.empty()) {
         if (hello.follows)
-            return refuse(peer, {ErrorCode::kRefused, "a panel's token does not follow the scene: it reaches the fields "
-                                                      "of its panel alone", false});
+            return refuse(peer,
+                          {ErrorCode::kRefused,
+                           "a panel's token does not follow the scene: it reaches the fields of its panel alone", false});
         if (roster_.config.panelOf) panel = roster_.config.panelOf(who.panel);
         if (!panel) return refuse(peer, {ErrorCode::kRefused, "the panel of this token is not there any more", false});
     }

@@ -90,8 +90,8 @@ std::optional<KeptToken> tokenIn(std::string_view line) {
     const std::optional<DateTime> until = timeIn(words[2]);
     if (!holder || holder->kind != Identity::Kind::kPerson || !until) return std::nullopt;
     const std::string panel(words.size() == 4 ? words[3] : "");
-    if (words.size() == 4 && (panel.size() != kPanelDigits || panel.find_first_not_of("0123456789abcdef") != panel.npos))
-        return std::nullopt;
+    const bool isName = panel.size() == kPanelDigits && panel.find_first_not_of("0123456789abcdef") == panel.npos;
+    if (words.size() == 4 && !isName) return std::nullopt;
     return KeptToken{.hash = std::string(words[0]), .pass = {holder->name, holder->role, panel}, .until = *until};
 }
 
@@ -342,17 +342,18 @@ Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& toke
         const Identity holder{
             .wall = "-", .kind = Identity::Kind::kPerson, .name = token.pass.name, .role = token.pass.role};
         const std::string& panel = token.pass.panel;
-        text += fmt::format("{} {} {}{}{}\n", token.hash, toUri(holder), secondsOf(token.until), panel.empty() ? "" : " ",
-                            panel);
+        text += fmt::format("{} {} {}{}{}\n", token.hash, toUri(holder), secondsOf(token.until),
+                            panel.empty() ? "" : " ", panel);
     }
     const Expected<void> written = write(std::string(kTokens), text + std::string(kEnd) + "\n");
     if (!written) return written;
     std::error_code error;
     for (std::filesystem::directory_iterator each(path_, error), none; !error && each != none; each.increment(error)) {
         const std::string file = each->path().filename();
-        const auto isOf = [&](const KeptToken& token) { return kPanel.size() + token.pass.panel.size() == file.size() && file.ends_with(token.pass.panel); };
+        const auto isOf = [&](const KeptToken& token) { return std::string(kPanel) + token.pass.panel == file; };
+        const bool isPanel = file.starts_with(kPanel) && file.size() == kPanel.size() + kPanelDigits;
         std::error_code ignored;
-        if (file.starts_with(kPanel) && file.size() == kPanel.size() + kPanelDigits && std::ranges::none_of(tokens, isOf))
+        if (isPanel && std::ranges::none_of(tokens, isOf))
             std::filesystem::remove(each->path(), ignored);
     }
     return written;

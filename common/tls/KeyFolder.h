@@ -22,8 +22,8 @@ struct IssuedKey {
 
 /// In DIR: authority.pem (its key; where keys are made), authority.crt (its certificate), server.pem, host-NAME.pem,
 /// person-NAME.pem (key and certificate of each), issued (what was made, what has been revoked), tokens (hashes of
-/// words), panel-HASH (panels that tokens are of). All of mode 0600 in a folder of mode 0700; others may read authority.crt. Files are replaced whole, and by
-/// one program at a time.
+/// words), panel-HASH (panels that tokens are of). All of mode 0600 in a folder of mode 0700; others may read
+/// authority.crt. Files are replaced whole, and by one program at a time.
 class KeyFolder {
 public:
     explicit KeyFolder(std::string path);

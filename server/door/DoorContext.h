@@ -84,7 +84,8 @@ private:
 };
 
 struct DoorContext {
-    DoorContext(DoorOptions o, std::uint16_t port) : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner) {}
+    DoorContext(DoorOptions o, std::uint16_t port)
+        : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner) {}
 
     // What is left in `io` holds of these.
     std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`

@@ -35,10 +35,11 @@ public:
     Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {}, std::string owner = {})
         : tokens_(std::move(tokens)), port_(port), reach_(std::move(reach)), owner_(std::move(owner)) {}
 
-    /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a strange
-    /// Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
+    /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a
+    /// strange Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
     /// Authorization ("Bearer T"), or for the page and the socket in the query.
-    [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request, const HttpTarget& target) const;
+    [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request,
+                                                              const HttpTarget& target) const;
     /// The word for some time that lets it in; empty: it comes in otherwise.
     [[nodiscard]] std::string passIn(const HttpRequest& request, const HttpTarget& target) const;
     /// Whether it comes by a word, be it a wrong one.

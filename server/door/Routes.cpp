@@ -134,7 +134,8 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
     if (target->path == "/wall.jpg") return context_.pictures.wall(*link, answer);
     if (target->path.starts_with(kTilePrefix))
         return context_.pictures.tile(
-            *link, target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
+            *link,
+            target->path.substr(kTilePrefix.size(), target->path.size() - kTilePrefix.size() - kTileEnding.size()),
             answer);
     link->ask(StatusQuestion{}, {}, [answer](const Expected<ApplicationAnswer>& status) {
         if (!status) return answer(apiErrorAnswer({status.error().code, status.error().message}));

@@ -23,7 +23,8 @@ std::optional<FieldOfObject> fieldOf(const Aspect& scene, ObjectId node, const s
     const Node* known = scene.get<Node>(node);
     for (const ObjectId id : {node, known ? known->core : ObjectId()})
         if (const Object object = id ? scene.find(id) : Object())
-            if (const FieldEntry* field = findField(object.info(), std::string_view(name))) return FieldOfObject{id, field};
+            if (const FieldEntry* field = findField(object.info(), std::string_view(name)))
+                return FieldOfObject{id, field};
     return std::nullopt;
 }
 
@@ -107,8 +108,8 @@ bool gives(const PanelControl& control, const FieldValue& value) {
     }
     if (std::holds_alternative<PanelColour>(control.as)) {
         const auto* colour = std::get_if<Floats>(&value);
-        return colour && colour->width == 3 &&
-               std::ranges::all_of(std::span(colour->values).first(3), [](float part) { return part >= 0 && part <= 1; });
+        const auto isShare = [](float part) { return part >= 0 && part <= 1; };
+        return colour && colour->width == 3 && std::ranges::all_of(std::span(colour->values).first(3), isShare);
     }
     const auto* limit = std::get_if<PanelText>(&control.as);
     const auto* text = std::get_if<std::string>(&value);

@@ -25,7 +25,8 @@ public:
     [[nodiscard]] const std::vector<std::string>& faults() const { return faults_; }
     /// One of its nodes, or an object whose field it reaches.
     [[nodiscard]] bool holds(ObjectId object) const { return objects_.contains(object); }
-    /// Why a list is not what the controls do: it writes another field, or a value that none of them gives. None: it is.
+    /// Why a list is not what the controls do: it writes another field, or a value that none of them gives. None: it
+    /// is.
     [[nodiscard]] std::optional<Error> whyNot(const ChangeList& list) const;
 
 private:

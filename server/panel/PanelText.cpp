@@ -29,7 +29,8 @@ std::string faultOf(const PanelControl& control) {
     if (control.label.size() > Panel::kMostLabelBytes)
         return tooMany("bytes of a label", control.label.size(), Panel::kMostLabelBytes);
     const bool presses = std::holds_alternative<PanelPress>(control.as);
-    if (!presses && (control.of.node.empty() || control.of.field.empty())) return "which field of which node it shows is not said";
+    if (!presses && (control.of.node.empty() || control.of.field.empty()))
+        return "which field of which node it shows is not said";
     if (presses && (!control.of.node.empty() || !control.of.field.empty()))
         return "a press shows no field: its sets name theirs";
     if (const auto* slider = std::get_if<PanelSlider>(&control.as)) {
@@ -43,7 +44,8 @@ std::string faultOf(const PanelControl& control) {
         return tooMany("options", choice->options.size(), Panel::kMostOptions);
     } else if (const auto* press = std::get_if<PanelPress>(&control.as)) {
         if (press->sets.empty() && press->bookmark == 0 && !press->home) return "a press that does nothing";
-        if (press->bookmark > kBookmarks) return fmt::format("bookmarks are 1 to {}, and not {}", kBookmarks, press->bookmark);
+        if (press->bookmark > kBookmarks)
+            return fmt::format("bookmarks are 1 to {}, and not {}", kBookmarks, press->bookmark);
         if (press->home && press->bookmark != 0) return "the view goes home or to a bookmark, and not to both";
         for (const PanelPress::Set& set : press->sets)
             if (set.of.node.empty() || set.of.field.empty()) return "which field of which node it sets is not said";
@@ -70,7 +72,8 @@ std::optional<PanelControl> controlOf(const proto::Panel::Control& said) {
             return control;
         case proto::Panel::Control::kChoice: {
             PanelChoice choice;
-            for (const auto& option : said.choice().options()) choice.options.push_back({option.label(), option.value()});
+            for (const auto& option : said.choice().options())
+                choice.options.push_back({option.label(), option.value()});
             control.as = std::move(choice);
             return control;
         }
@@ -127,7 +130,8 @@ Expected<std::string> readPanelFile(const std::string& path) {
     const std::filesystem::file_status status = std::filesystem::status(path, code);
     if (!std::filesystem::exists(status))
         return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such panel", path));
-    if (!std::filesystem::is_regular_file(status)) return fail(ErrorCode::kBadInput, fmt::format("{}: is no file", path));
+    if (!std::filesystem::is_regular_file(status))
+        return fail(ErrorCode::kBadInput, fmt::format("{}: is no file", path));
     std::ifstream file(path, std::ios::binary);
     if (!file) return fail(ErrorCode::kBadInput, fmt::format("{}: {}", path, std::strerror(errno)));
     std::string text(Panel::kMostBytes + 1, '\0');

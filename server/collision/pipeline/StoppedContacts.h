@@ -8,9 +8,9 @@
 namespace tessera {
 
 /// A motion is stopped a little before what it would run into, so the two do not touch; whoever pushed is told that
-/// they do, in the frame of the stop and for as long as both stay where they are. What is pushed again is told as it was
-/// stopped last: a push that goes on for hours keeps one step's stops, not every step's. Kept by nodes, so that it
-/// survives changes of structure. Not thread-safe.
+/// they do, in the frame of the stop and for as long as both stay where they are. What is pushed again is told as it
+/// was stopped last: a push that goes on for long keeps one step's stops. Kept by nodes, so that it survives changes of
+/// structure. Not thread-safe.
 class StoppedContacts {
 public:
     /// Something stopped a motion in this step.

@@ -13,8 +13,9 @@ std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& in
     const Role role = known == applications.end() ? Role::kViewer : known->second.who.role;
     if (role < info.role) return roleRefusal(info, role);
     if (known == applications.end() || !known->second.panel || info.forPanels) return std::nullopt;
-    return Error{ErrorCode::kRefused, fmt::format("{} is not for the token of a panel: it reaches the fields of \"{}\" alone",
-                                                  info.name, known->second.panel->title)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("{} is not for the token of a panel: it reaches the fields of \"{}\" alone", info.name,
+                             known->second.panel->title)};
 }
 
 std::optional<Error> Desk::mayNot(ConnectionId connection, const ApplicationRequest& request) const {

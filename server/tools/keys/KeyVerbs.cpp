@@ -363,8 +363,9 @@ Expected<std::string> listKeys(const KeysArguments& arguments) {
     const Expected<std::vector<KeptToken>> tokens = tokensIn(folder, now);
     if (!tokens) return tl::unexpected(tokens.error());
     for (const KeptToken& token : *tokens)
-        rows.push_back(row("token", token.pass.name, token.pass.panel.empty() ? nameOf(token.pass.role) : std::string_view("panel"), token.hash, token.until,
-                           now < token.until ? "good" : "ended"));
+        rows.push_back(row("token", token.pass.name,
+                           token.pass.panel.empty() ? nameOf(token.pass.role) : std::string_view("panel"), token.hash,
+                           token.until, now < token.until ? "good" : "ended"));
     return tableOf(rows);
 }
 
