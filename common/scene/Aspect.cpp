@@ -308,17 +308,26 @@ FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const Field
             using Scalar = typename std::decay_t<decltype(values)>::value_type;
             using Stored = std::conditional_t<std::is_same_v<Scalar, std::uint8_t>, bool, Scalar>;
             const auto* usual = field.in<Stored>(type.fresh);
+            const auto heldBy = [&](ObjectId id) {
+                return field.in<Stored>(static_cast<const void*>(cursor.find(id)->data));
+            };
             for (const ObjectId id : ids) {
-                const auto* held = field.in<Stored>(static_cast<const void*>(cursor.find(id)->data));
+                const auto* held = heldBy(id);
                 if constexpr (std::is_same_v<Scalar, Matrix>) {
-                    if (*held == *usual) continue;
+                    if (*held != *usual) column.ids.push_back(id);
+                } else if (!std::equal(held, held + field.width, usual)) {
+                    column.ids.push_back(id);
+                }
+            }
+            values.reserve(column.ids.size() * column.width);  // a scene has many: no more memory than they take
+            for (const ObjectId id : column.ids) {
+                const auto* held = heldBy(id);
+                if constexpr (std::is_same_v<Scalar, Matrix>) {
                     values.push_back(*held);
                 } else {
-                    if (std::equal(held, held + field.width, usual)) continue;
                     if (field.quaternion) values.push_back(held[3]);
                     for (std::size_t i = 0; i < (field.quaternion ? 3u : field.width); ++i) values.push_back(held[i]);
                 }
-                column.ids.push_back(id);
             }
         },
         column.values);
@@ -332,7 +341,9 @@ ChangeList snapshot(const Aspect& aspect) {
     ChangeList list;
     std::vector<std::vector<ObjectId>> byType(allTypes().size());
     ObjectTable::ConstCursor cursor(table);
-    for (const ObjectId id : table.ids()) {
+    const std::vector<ObjectId> ids = table.ids();
+    list.creations.reserve(ids.size());
+    for (const ObjectId id : ids) {
         const ObjectTable::Slot& slot = *cursor.find(id);
         byType[slot.type].push_back(id);
         if (id != kRootNode) list.creations.push_back({id, table.type(slot).type});

@@ -124,11 +124,16 @@ void ListFollowers::record(const CommittedListPtr& list) {
 }
 
 void ListFollowers::updateTail() {
-    const bool needed =
-        std::ranges::any_of(of_, [](const auto& item) { return item.second.snapshotAsked || item.second.behind; });
+    const auto anybody = [&](bool Follower::*waits) {
+        return std::ranges::any_of(of_, [waits](const auto& item) { return item.second.*waits; });
+    };
+    const bool asked = anybody(&Follower::snapshotAsked), behind = anybody(&Follower::behind);
     // For who comes soon: no more than another snapshot would be.
     const bool recent = looked_ && *looked_ < keptUntil_;
-    tail_.keep(needed || recent, needed ? std::numeric_limits<std::size_t>::max() : lastSnapshotBytes_);
+    std::size_t bytes = lastSnapshotBytes_;
+    if (behind) bytes = std::max(bytes, config_.maxUnsentBytes);
+    if (asked) bytes = std::numeric_limits<std::size_t>::max();
+    tail_.keep(asked || behind || recent, bytes);
 }
 
 }  // namespace tessera

@@ -64,16 +64,18 @@ private:
 };
 
 SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
-    const ChangeList list = snapshot(scene);
-    CommittedList whole{
-        .sequence = sequence, .stateHash = scene.stateHash(), .encoded = encodeChangeList(list), .blobs = {}};
-    for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    CommittedList whole{.sequence = sequence, .stateHash = scene.stateHash(), .encoded = {}, .blobs = {}};
+    {
+        const ChangeList list = snapshot(scene);  // as large as the scene: gone before the rest is made
+        whole.encoded = encodeChangeList(list);
+        for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    }
     if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
         return {.snapshot = {.list = share(std::move(whole))}};
-    SnapshotMade made{.content = encodeSnapshot(whole)};
-    made.snapshot = {.list = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash}),
-                     .content = {made.content.id(), made.content.sizeBytes()}};
-    return made;
+    Blob content = encodeSnapshot(whole);
+    const BlobInfo named{content.id(), content.sizeBytes()};
+    CommittedListPtr place = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash});
+    return {.snapshot = {.list = std::move(place), .content = named}, .content = std::move(content)};
 }
 
 }  // namespace

@@ -382,6 +382,29 @@ TEST(ServerJoin, WhoReadsTooSlowlyIsSentNothingMoreUntilItHasRead) {
     EXPECT_EQ(s.sent<message::Changes>(app).size(), 1u);
 }
 
+TEST(ServerJoin, NoMoreListsAreKeptForWhoDoesNotReadThanAnotherSnapshotWouldBe) {
+    constexpr std::size_t kListBytes = std::size_t{256} << 10;
+    bool reads = true;
+    ServerSessionConfig config = twoHosts();
+    config.maxUnsentBytes = 4 * kListBytes;
+    config.unsentBytes = [&](ConnectionId) { return reads ? 0 : config.maxUnsentBytes + 1; };
+    ServerFixture s(config);
+    const ConnectionId app = s.follow("viewer");
+    reads = false;
+    std::vector<std::weak_ptr<const CommittedList>> lists;
+    for (int i = 0; i < 100; ++i) {
+        const CommittedListPtr list = listAt(s.sequence = s.sequence.next(), {}, Bytes(kListBytes));
+        lists.push_back(list);
+        s.begin(list);
+        s.forget();
+        const auto kept = std::ranges::count_if(lists, [](const auto& one) { return !one.expired(); });
+        EXPECT_LE(kept, 5) << "after " << i + 1;
+    }
+    reads = true;
+    s.begin(s.commit());
+    EXPECT_EQ(s.actions<server_action::SnapshotWanted>().size(), 1u);
+}
+
 TEST(ServerJoin, ASnapshotServesWhoComesSoonAfter) {
     ServerSessionConfig config = twoHosts();
     config.snapshotServesFor = 1'000ms;
