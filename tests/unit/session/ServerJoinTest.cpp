@@ -389,7 +389,7 @@ TEST(ServerJoin, NoMoreListsAreKeptForWhoDoesNotReadThanAnotherSnapshotWouldBe) 
     config.maxUnsentBytes = 4 * kListBytes;
     config.unsentBytes = [&](ConnectionId) { return reads ? 0 : config.maxUnsentBytes + 1; };
     ServerFixture s(config);
-    const ConnectionId app = s.follow("viewer");
+    s.follow("viewer");
     reads = false;
     std::vector<std::weak_ptr<const CommittedList>> lists;
     for (int i = 0; i < 100; ++i) {
