@@ -26,6 +26,10 @@ struct Entrant {
     std::string from = {};  ///< the address, where a door asks for it; empty: the link's own
     std::string panel = {};  ///< AccessPass::panel
     bool operator==(const Entrant&) const = default;
+    /// The same one, wherever from.
+    [[nodiscard]] bool isSameAs(const Entrant& other) const {
+        return role == other.role && by == other.by && name == other.name && panel == other.panel;
+    }
 };
 
 /// "nothing", "the server's token", "a token", "a key"

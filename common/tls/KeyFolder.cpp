@@ -215,8 +215,15 @@ Expected<TlsKeys> KeyFolder::ofServer() const {
     for (KeptToken& token : *words) {
         const std::string& panel = token.pass.panel;
         if (!panel.empty() && !keys->panels.contains(panel)) {
-            Expected<std::string> text = readOwn(std::string(kPanel) + panel);
-            if (!text || panelName(*text) != panel) continue;
+            const std::string file = std::string(kPanel) + panel;
+            Expected<std::string> text = readOwn(file);
+            if (!text || panelName(*text) != panel) {
+                if (token.until < std::chrono::system_clock::now()) continue;  // it lets nobody in anyhow
+                keys->faults.push_back(
+                    fmt::format("the token of '{}' lets nobody in: {}", token.pass.name,
+                                text ? path_ + "/" + file + ": is another panel than it was" : text.error().message));
+                continue;
+            }
             keys->panels.emplace(panel, std::move(*text));
         }
         keys->tokens.push_back(std::move(token));

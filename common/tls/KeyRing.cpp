@@ -80,7 +80,7 @@ std::shared_ptr<const TlsContext> KeyRing::current() const {
 void KeyRing::run() {
     constexpr int kLookEvery = 250;  // ms
     constexpr int kLooksADay = 86'400'000 / kLookEvery, kLooksASecond = 1000 / kLookEvery;
-    sayEnds();
+    sayFaults();
     for (int looks = 1;; ++looks) {
         pollfd wait{stop_, POLLIN, 0};
         if (::poll(&wait, 1, kLookEvery) > 0) return;
@@ -91,7 +91,7 @@ void KeyRing::run() {
         } else if (looks % kLooksASecond == 0) {
             onChange_();  // the time is another: a key may have ended
         }
-        if (looks % kLooksADay == 0) sayEnds();
+        if (looks % kLooksADay == 0) sayFaults();
     }
 }
 
@@ -110,15 +110,16 @@ void KeyRing::reload() {
         current_ = std::move(*made);
     }
     onChange_();
-    sayEnds();
+    sayFaults();
 }
 
 /// A server's affair: who has one key renews it when told to.
-void KeyRing::sayEnds() const {
+void KeyRing::sayFaults() const {
     const auto now = std::chrono::system_clock::now();
     const std::shared_ptr<const TlsContext> keys = current();
     if (!keys->mayAccept()) return;
     for (const KeyEnd& end : keys->endsSoon(now)) onWords_(toText(end, now));
+    for (const std::string& fault : keys->faults()) onWords_(fmt::format("{}: {}", folder_, fault));
 }
 
 namespace {

@@ -26,7 +26,8 @@ public:
 
     /// From now on, until `rest`. Once. `onChange`: they are others, or a second is over, in which one may have ended.
     /// `onWords`: what people should know: a fault in the files; and of a server, at
-    /// first, once a day and after each change, which keys end soon.
+    /// first, once a day and after each change, which keys end soon, and which tokens let nobody in for their panel is
+    /// lost.
     void watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords);
     /// Nobody is told of anything afterwards.
     void rest();
@@ -37,7 +38,7 @@ private:
     void run();
     void reload();
     [[nodiscard]] std::string signature() const;
-    void sayEnds() const;
+    void sayFaults() const;
 
     std::string folder_;
     Read read_;

@@ -43,6 +43,7 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
     for (auto& [name, text] : keys.panels)
         made->panels_.emplace(name, std::make_shared<const std::string>(std::move(text)));
     made->ends_ = std::move(keys.ends);
+    made->faults_ = std::move(keys.faults);
     made->impl_->context.reset(SSL_CTX_new(TLS_method()));
     SSL_CTX* const context = made->impl_->context.get();
     TESSERA_CHECK(context != nullptr, "OpenSSL makes no context");

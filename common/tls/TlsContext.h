@@ -43,6 +43,7 @@ struct TlsKeys {
     std::set<std::string> revoked = {};  ///< serials that let nobody in any more
     std::vector<KeptToken> tokens = {};  ///< of a server
     std::map<std::string, std::string> panels = {};  ///< that tokens are of: texts by their names
+    std::vector<std::string> faults = {};            ///< of tokens that let nobody in for that: for people
     std::vector<KeyEnd> ends = {};       ///< of those that were issued and not revoked
 };
 
@@ -80,6 +81,7 @@ public:
     [[nodiscard]] const std::vector<KeyEnd>& ends() const { return ends_; }
 
     [[nodiscard]] std::vector<KeyEnd> endsSoon(DateTime now) const;
+    [[nodiscard]] const std::vector<std::string>& faults() const { return faults_; }  ///< TlsKeys::faults
 
     /// For TlsChannel.
     [[nodiscard]] ssl_ctx_st* native() const;
@@ -97,6 +99,7 @@ private:
     std::vector<KeptToken> tokens_;
     std::map<std::string, std::shared_ptr<const std::string>> panels_;
     std::vector<KeyEnd> ends_;
+    std::vector<std::string> faults_;
     std::string authorityPem_;
 };
 

@@ -172,10 +172,13 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
                                                    toString(options.listen)));
     const std::string host = options.listen.host == "localhost" ? "127.0.0.1" : options.listen.host;
     boost::system::error_code error;
-    const auto address = boost::asio::ip::make_address(host, error);
     boost::asio::io_context probe;
     tcp::acceptor acceptor(probe);
-    const tcp::endpoint wanted(address, options.listen.port);
+    tcp::endpoint wanted(boost::asio::ip::make_address(host, error), options.listen.port);
+    if (error) {  // a name
+        const auto found = tcp::resolver(probe).resolve(host, std::to_string(options.listen.port), error);
+        if (!error) wanted = found.begin()->endpoint();
+    }
     // Bound before the rest is made: who checks what comes in has to know the port.
     if (!error) acceptor.open(wanted.protocol(), error);
     if (!error) acceptor.set_option(tcp::acceptor::reuse_address(wanted.port() != 0), error);

@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 
 #include "common/base/Clock.h"
 #include "common/base/Descriptors.h"
@@ -46,7 +45,7 @@ struct DoorLimits {
     /// Binaries of all sockets, until their requests are answered: whoever brings more is sent away.
     std::size_t maxBroughtBytes = std::size_t{512} << 20;
     std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
-    double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket, of all others together
+    double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket; of a person, of all strangers
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
     std::chrono::milliseconds patience{100};
@@ -95,7 +94,7 @@ struct DoorContext {
     DoorOptions options;
     DoorLimits limits;
     Gatekeeper gate;
-    RateLimit httpRate{limits.httpPerSecond, 2 * limits.httpPerSecond};
+    RatesOfPeople httpRates{limits.httpPerSecond, 2 * limits.httpPerSecond};
     RateLimit strangersRate{limits.httpPerSecond, 2 * limits.httpPerSecond};  ///< without a token
     std::function<void()> onRoom;  ///< a guest has gone
     std::set<Guest*> guests;
@@ -111,10 +110,7 @@ struct DoorContext {
         constexpr std::ptrdiff_t kOfOne = 2;
         auto known = std::ranges::find(shared_, who, &Shared::who);
         // Who comes from many addresses has no more links for that: their lines in the audit log name one of these.
-        const auto same = [&](const Shared& one) {
-            return std::tie(one.who.role, one.who.by, one.who.name, one.who.panel) ==
-                   std::tie(who.role, who.by, who.name, who.panel);
-        };
+        const auto same = [&](const Shared& one) { return one.who.isSameAs(who); };
         if (known == shared_.end() && std::ranges::count_if(shared_, same) >= kOfOne)
             known = std::ranges::find_if(shared_, same);
         if (known != shared_.end()) {

@@ -3,9 +3,11 @@
 
 #include <chrono>
 #include <cstdint>
+#include <list>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/AccessToken.h"
@@ -70,6 +72,18 @@ public:
 private:
     double perSecond_, atOnce_, left_;
     std::chrono::steady_clock::time_point last_{};
+};
+
+/// The same for each person, wherever from. Of more than kMost, who has asked nothing for longest is forgotten.
+class RatesOfPeople {
+public:
+    static constexpr std::size_t kMost = 256;
+    RatesOfPeople(double perSecond, double atOnce) : perSecond_(perSecond), atOnce_(atOnce) {}
+    [[nodiscard]] bool take(const Entrant& who, std::chrono::steady_clock::time_point now);
+
+private:
+    double perSecond_, atOnce_;
+    std::list<std::pair<Entrant, RateLimit>> rates_;  ///< who has asked last stands last
 };
 
 /// `{"error":…}` as an answer: code and message for programs and people.

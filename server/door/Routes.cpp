@@ -102,8 +102,8 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
 }
 
 void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
-    RateLimit& rate = knowsWho_ ? context_.httpRate : context_.strangersRate;
-    if (!rate.take(std::chrono::steady_clock::now())) {
+    const TimePoint now = std::chrono::steady_clock::now();
+    if (knowsWho_ ? !context_.httpRates.take(who_, now) : !context_.strangersRate.take(now)) {
         HttpAnswer tooMany =
             errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
         tooMany.fields.emplace_back("Retry-After", "1");

@@ -121,6 +121,21 @@ void write(const Seeds& seeds) {
     for (const auto& entry : std::filesystem::directory_iterator(root / "deploy/walls"))
         if (entry.path().extension() == ".wall") seeds.add("walls", byte(0) + contentOf(entry.path()));
     seeds.add("walls", byte(1) + encodeWall(test::wallOfOne()));
+    const std::string_view panel =
+        "title: \"t\" controls { label: \"a\" node: \"/lamp\" field: \"intensity\" slider { least: 0 greatest: 4 } }\n"
+        "controls { label: \"b\" node: \"/lamp\" field: \"on\" toggle {} }\n"
+        "controls { label: \"c\" node: \"/else/cart\" field: \"translation\" choice { options { value: \"0 0 1\" } } }\n"
+        "controls { label: \"d\" node: \"/cart\" field: \"name\" text { bytes: 8 } }\n"
+        "controls { label: \"e\" node: \"/lamp\" field: \"color\" colour {} }\n"
+        "controls { label: \"f\" press { sets { node: \"/else/lamp\" field: \"intensity\" value: \"1\" } home: true } }\n";
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Bytes said;
+        for (int i = 0; i < 3000; ++i) said.push_back(static_cast<std::byte>(hash64(Bytes(i % 97 + 1, std::byte(seed * i)))));
+        seeds.add("panels", lengthOf(asBytes(panel)) + asBytes(panel) + said);
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(root / "deploy/scenes"))
+        if (entry.path().extension() == ".panel")
+            seeds.add("panels", lengthOf(contentOf(entry.path())) + contentOf(entry.path()));
     for (const auto& entry : std::filesystem::directory_iterator(root / "deploy/scenes"))
         if (entry.path().extension() == ".tsct" && entry.file_size() < 3000) seeds.add("files", byte(2) + contentOf(entry.path()));
 

@@ -210,5 +210,26 @@ TEST(Metrics, AreLinesOfTheFormatWhateverNamesSay) {
     EXPECT_NE(text.find("\ntessera_frames_total 0\n"), std::string::npos);
 }
 
+TEST(RatesOfPeople, AreOfEachAndNobodyHasMoreByComingFromManyAddresses) {
+    RatesOfPeople rates(10, 20);
+    std::chrono::steady_clock::time_point now{};
+    const auto granted = [&](const std::string& name, int times, bool elsewhere = false) {
+        int count = 0;
+        for (int i = 0; i < times; ++i) {
+            const std::string from = fmt::format("10.0.0.{}", elsewhere ? i % 250 : 1);
+            count += rates.take({.role = Role::kEditor, .by = Entrant::By::kPass, .name = name, .from = from}, now);
+        }
+        return count;
+    };
+    EXPECT_EQ(granted("ada", 1'000, true), 20);
+    EXPECT_EQ(granted("ben", 15), 15) << "what ada asks is none of his";
+    now += std::chrono::seconds(1);
+    EXPECT_EQ(granted("ada", 1'000), 10);
+    for (std::size_t i = 0; i < 3 * RatesOfPeople::kMost; ++i) {
+        ASSERT_EQ(granted(fmt::format("guest {}", i), 1), 1);
+        ASSERT_EQ(granted("ada", 1), 0) << "whoever goes on asking is not forgotten: " << i;
+    }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -162,12 +162,18 @@ TEST(KeyFolder, ATokenOfAPanelIsNoneWithoutIt) {
     EXPECT_EQ(*(*TlsContext::make(*keys.folder.ofServer()))->panelOf(passOf(word)->panel), text);
     EXPECT_EQ(passOf(other)->panel, "");
     // Another text, or none: nobody comes in by it, and the other tokens hold.
+    const auto faults = [&] { return (*TlsContext::make(*keys.folder.ofServer()))->faults(); };
+    EXPECT_TRUE(faults().empty());
     std::ofstream(file) << "title: \"b\"";
     EXPECT_FALSE(passOf(word));
     EXPECT_TRUE(passOf(other));
+    const std::string words = "the token of 'visitor' lets nobody in: " + file + ": is another panel than it was";
+    EXPECT_EQ(faults(), std::vector{words});
     std::filesystem::remove(file);
     EXPECT_FALSE(passOf(word));
     EXPECT_TRUE(passOf(other));
+    ASSERT_EQ(faults().size(), 1u);
+    EXPECT_NE(faults()[0].find("panel-"), std::string::npos) << faults()[0];
 }
 
 TEST(KeyFolder, SaysWhichKeysEndSoon) {
