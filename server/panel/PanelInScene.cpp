@@ -18,6 +18,13 @@ struct FieldOfObject {
     const FieldEntry* field = nullptr;
 };
 
+/// Whether the whole text is a number, and none beyond what that type of number holds.
+template <typename Number>
+bool readNumber(const std::string& text, Number& number) {
+    const char* end = text.data() + text.size();
+    return std::from_chars(text.data(), end, number) == std::from_chars_result{end, std::errc()};
+}
+
 /// A node's own fields come first, then its core's.
 std::optional<FieldOfObject> fieldOf(const Aspect& scene, ObjectId node, const std::string& name) {
     const Node* known = scene.get<Node>(node);
@@ -35,8 +42,7 @@ std::optional<FieldValue> numbersIn(const FieldInfo& field, const std::vector<st
     values.width = field.width;
     for (std::size_t i = 0; i < words.size(); ++i) {
         double number = 0;
-        const char* end = words[i].data() + words[i].size();
-        if (std::from_chars(words[i].data(), end, number).ptr != end) return std::nullopt;
+        if (!readNumber(words[i], number)) return std::nullopt;
         values.values[i] = static_cast<typename decltype(values.values)::value_type>(number);
     }
     return values;
@@ -61,9 +67,7 @@ std::optional<FieldValue> valueIn(const FieldInfo& field, const std::string& tex
         case FieldKind::kInt: {
             if (const std::optional<std::int64_t> number = numberOfWord(field, text)) return *number;
             std::int64_t number = 0;
-            const char* end = text.data() + text.size();
-            if (text.empty() || std::from_chars(text.data(), end, number).ptr != end) return std::nullopt;
-            return number;
+            return readNumber(text, number) ? std::optional<FieldValue>(number) : std::nullopt;
         }
         default:
             return std::nullopt;

@@ -1,8 +1,10 @@
 // What a panel reaches in a scene, and nothing else.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "common/cores/Interest.h"
 #include "common/cores/Node.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/SpotLight.h"
@@ -13,7 +15,8 @@
 namespace tessera {
 namespace {
 
-constexpr ObjectId kLamp{10}, kLight{11}, kCart{12}, kPlace{13}, kOther{14}, kOtherLight{15};
+constexpr ObjectId kLamp{10}, kLight{11}, kCart{12}, kPlace{13}, kOther{14}, kOtherLight{15}, kWatch{16},
+    kWatched{17};
 
 class PanelReaches : public testing::Test {
 protected:
@@ -29,6 +32,7 @@ protected:
         node(kLamp, "lamp", kLight, typeOf<PointLight>());
         node(kCart, "cart", kPlace, typeOf<Transform>());
         node(kOther, "other", kOtherLight, typeOf<PointLight>());
+        node(kWatch, "watch", kWatched, typeOf<Interest>());
         EXPECT_TRUE(scene.apply(list.take()));
     }
     static Panel read(const std::string& text) {
@@ -122,6 +126,15 @@ TEST_F(PanelReaches, ControlsThatAreNothingHereAreNamed) {
     EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })").find("no value"),
               std::string::npos);
     EXPECT_NE(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "-1" } })").find("at least 0"),
+              std::string::npos);
+    // Beyond what a number may be: read as far as it goes it would be 0.
+    constexpr std::string_view kBright = R"(press {{ sets {{ node: "/lamp" field: "intensity" value: "{}" }} }})";
+    for (const char* number : {"1e999", "-1e999", "1e-999", "1e300", "inf", "nan"})
+        EXPECT_NE(faults(fmt::format(kBright, number)), "") << number;
+    EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1e999 0 0" } })").find("no value"),
+              std::string::npos);
+    EXPECT_NE(faults(R"(node: "/watch" field: "response" choice { options { value: "99999999999999999999" } })")
+                  .find("no value"),
               std::string::npos);
     EXPECT_EQ(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "1" } })"), "");
 }
