@@ -23,11 +23,12 @@ struct AuditLimits {
 
 /// Writes on a thread of its own: nobody waits for a disk. What the disk does not take is counted, said in the server's
 /// log, and said in the file once it takes lines again. A server that starts goes on behind what is there. What stands
-/// at the path is written: a file that somebody moves away is followed by a fresh one.
+/// at the path is written: a file that somebody moves away or removes is followed by a fresh one. Neither a link nor a
+/// file of something else is ever written to.
 class AuditLog {
 public:
-    /// kFailed: the file cannot be written. kRefused: it is somebody else's, or another server writes it. Nobody but
-    /// this user may read it afterwards.
+    /// kFailed: the file cannot be written. kRefused: it is somebody else's, a link, no file, or holds something else,
+    /// or another server writes it; it stays as it was. Nobody but this user may read it afterwards.
     [[nodiscard]] static Expected<std::unique_ptr<AuditLog>> open(const std::string& path, Log& log,
                                                                   const AuditLimits& limits = {});
     /// Writes what waits.
@@ -42,8 +43,9 @@ private:
     AuditLog(std::string path, int file, Log& log, const AuditLimits& limits);
     void work();
     void append(const std::string& text, std::uint64_t lines);
-    void reopen();
-    [[nodiscard]] int rotate();
+    [[nodiscard]] bool standsAtItsPath() const;
+    [[nodiscard]] std::string reopen();
+    [[nodiscard]] std::string rotate();
     void lose(std::uint64_t lines, const std::string& why);
 
     const std::string path_;

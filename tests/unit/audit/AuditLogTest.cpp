@@ -116,7 +116,7 @@ TEST_F(AuditFile, OneBatchIsCutToo) {
 }
 
 TEST_F(AuditFile, IsThisUsersAloneAndOneServers) {
-    std::ofstream(path()) << "before\n";
+    std::ofstream(path()) << R"({"at":"before"})" << '\n';
     ASSERT_EQ(::chmod(path().c_str(), 0644), 0);
     const auto first = open();
     struct stat found {};
@@ -136,6 +136,90 @@ TEST_F(AuditFile, AFileThatIsMovedAwayIsFollowedByAFreshOne) {
     while (deeds().empty()) std::this_thread::yield();
     EXPECT_EQ(deeds(), std::vector<std::string>{"second"});
     EXPECT_EQ(deeds(".kept"), std::vector<std::string>{"first"});
+}
+
+/// What is open then has no name any more: nobody would ever read it.
+TEST_F(AuditFile, WhatARemovedFileWouldTakeIsLostWhereNoneCanBeMade) {
+    const auto blocks = [&](const auto& block, const std::string& why) {
+        const std::size_t before = said().size();
+        const auto saidNow = [&] { return said().substr(before); };
+        std::filesystem::remove_all(path());
+        const auto file = open();
+        file->write(did("first"));
+        while (deeds().empty()) std::this_thread::yield();
+        std::filesystem::remove(path());
+        block();
+        file->write(did("second"));
+        for (int tries = 0; tries < 1000 && saidNow().empty(); ++tries)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        EXPECT_NE(saidNow().find("does not take who did what"), std::string::npos) << saidNow();
+        EXPECT_NE(saidNow().find(why), std::string::npos) << saidNow();
+        file->write(did("third"));
+        std::filesystem::remove_all(path());
+        file->write(did("fourth"));
+        while (deeds().empty() || deeds().back() != "fourth") std::this_thread::yield();
+        const std::vector<std::string> there = deeds();
+        ASSERT_TRUE(there[0].starts_with("{\"lost\":")) << there[0];
+        EXPECT_EQ(std::stoul(there[0].substr(8)) + there.size() - 1, 3u);
+        EXPECT_EQ(saidNow().find("does not take"), saidNow().rfind("does not take")) << "it is said once";
+        EXPECT_NE(saidNow().find("takes lines again"), std::string::npos) << saidNow();
+    };
+    blocks([&] { std::filesystem::create_directory(path()); }, "irectory");
+    blocks([&] { std::ofstream(path()) << "my letters\n"; }, "something else");
+    blocks([&] { std::filesystem::create_symlink(folder / "letters", path()); }, "link");
+}
+
+/// A file that was moved still takes lines where no fresh one can be made; what stands in its place stays there.
+TEST_F(AuditFile, WhatStandsInTheFilesPlaceIsNotMovedOn) {
+    const AuditLimits limits{.fileBytes = 1'000, .files = 3};
+    {
+        const auto file = open(limits);
+        file->write(did("first"));
+        while (deeds().empty()) std::this_thread::yield();
+        std::filesystem::rename(path(), path(".kept"));
+        std::filesystem::create_directory(path());
+        for (int i = 0; i < 100; ++i) file->write(did(std::to_string(i)));
+    }
+    EXPECT_TRUE(std::filesystem::is_directory(path()));
+    EXPECT_FALSE(std::filesystem::exists(path(".1")));
+    EXPECT_GT(deeds(".kept").size(), 1u);
+    EXPECT_NE(said().find("does not take"), std::string::npos);
+}
+
+TEST_F(AuditFile, LinksAndFilesOfSomethingElseAreLeftAsTheyAre) {
+    const std::string letters = folder / "letters";
+    const auto refusal = [&](const std::string& what) {
+        const auto opened = AuditLog::open(path(), log);
+        EXPECT_FALSE(opened) << what;
+        if (opened) return std::string();
+        EXPECT_EQ(opened.error().code, ErrorCode::kRefused) << what;
+        struct stat found {};
+        EXPECT_EQ(::stat(path().c_str(), &found), 0);
+        EXPECT_EQ(found.st_mode & 0777u, 0644u) << what;
+        std::ifstream file(path());
+        EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), what);
+        return opened.error().message;
+    };
+    const auto holds = [](const std::string& file, const std::string& text) {
+        std::ofstream(file) << text;
+        ASSERT_EQ(::chmod(file.c_str(), 0644), 0);
+    };
+    holds(letters, "my letters\n");
+    std::filesystem::create_symlink(letters, path());
+    EXPECT_NE(refusal("my letters\n").find("link"), std::string::npos);
+    std::filesystem::remove(path());
+    std::filesystem::create_hard_link(letters, path());
+    EXPECT_NE(refusal("my letters\n").find("something else"), std::string::npos);
+    std::filesystem::remove(path());
+    for (const char* text : {"my letters\n", "\n", "{}\n", "{\"atom\":1}\n", "x", "[{\"at\":\"2026"}) {
+        holds(path(), text);
+        EXPECT_NE(refusal(text).find("--audit " + path()), std::string::npos);
+    }
+    // What a server left that was killed, or had lost lines.
+    for (const char* text : {"", "{", "{\"at", "{\"at\n{\"at\":\"2026\"}\n", "{\"lost\":2}\n", "{\"lo"}) {
+        holds(path(), text);
+        EXPECT_TRUE(AuditLog::open(path(), log)) << text;
+    }
 }
 
 TEST_F(AuditFile, WhereNoOtherFileCanBeBegunTheOldOnesStay) {
