@@ -1,5 +1,6 @@
 #include "common/base/Log.h"
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
@@ -11,6 +12,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "common/base/Controls.h"
 
 namespace tessera {
 
@@ -82,8 +85,6 @@ private:
 
 namespace {
 
-constexpr char kHexDigits[] = "0123456789abcdef";
-
 /// For flushLogs alone: nobody says anything through it.
 struct LiveLogs {
     std::mutex mutex;
@@ -118,14 +119,18 @@ bool Log::flush(std::chrono::milliseconds atMost) {
 void Log::line(std::string_view kind, std::string_view text) {
     std::string whole = program_ + ": ";
     whole.append(kind);
-    for (const char c : text) {
-        const auto code = static_cast<unsigned char>(c);
-        if (c == '\n')
+    while (!text.empty()) {
+        const std::size_t length = utf8CharacterLength(text);
+        const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+        text.remove_prefix(character.size());
+        const char32_t number = length == 0 ? static_cast<unsigned char>(character[0]) : numberOfCharacter(character);
+        if (number == '\n')
             whole += "\n    ";
-        else if (code >= ' ' && code != 0x7f)
-            whole += c;
+        else if (length > 0 && !isControl(number))
+            whole += character;
         else
-            whole.append({'\\', 'x', kHexDigits[code >> 4], kHexDigits[code & 15]});
+            whole += length > 1 ? fmt::format("\\u{:04x}", static_cast<unsigned>(number))
+                                : fmt::format("\\x{:02x}", static_cast<unsigned>(number));
     }
     whole.push_back('\n');
     writer_->put(std::move(whole));

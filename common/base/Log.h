@@ -13,8 +13,8 @@ namespace tessera {
 /// (kMaxWaitingBytes); lines beyond are left out and counted, and the count is said as soon as there is room. Passed to whoever has
 /// something to say; there is no global log.
 ///
-/// A text may quote what a peer said: control characters come out as "\x1b", and what follows a line's end is indented, so that it is
-/// neither a command to a terminal nor another line.
+/// A text may quote what a peer said: control characters (Controls.h) come out as "\x1b" and "\u202e", as does what is
+/// no UTF-8, and what follows a line's end is indented, so that it is neither a command to a terminal nor another line.
 class Log {
 public:
     static constexpr std::size_t kMaxWaitingBytes = std::size_t{256} << 10;

@@ -3,8 +3,29 @@
 #include <fmt/chrono.h>
 
 #include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "common/base/Controls.h"
 
 namespace tessera {
+namespace {
+
+/// JSON lets most of them stand as they are, which only its texts may have.
+std::string withNumbersForControls(std::string_view json) {
+    std::string text;
+    while (!json.empty()) {
+        const std::string_view character = json.substr(0, utf8CharacterLength(json));
+        const char32_t number = numberOfCharacter(character);
+        if (isControl(number))
+            text += fmt::format("\\u{:04x}", static_cast<unsigned>(number));
+        else
+            text += character;
+        json.remove_prefix(character.size());
+    }
+    return text;
+}
+
+}  // namespace
 
 std::string toJson(const AuditLine& line) {
     const auto at = std::chrono::floor<std::chrono::milliseconds>(line.at);
@@ -21,7 +42,7 @@ std::string toJson(const AuditLine& line) {
     if (line.changes != 0) json["changes"] = line.changes;
     if (line.times != 1) json["times"] = line.times;
     if (!line.refused.empty()) json["refused"] = line.refused;
-    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    return withNumbersForControls(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 }  // namespace tessera

@@ -23,7 +23,7 @@ struct AuditLine {
     std::string refused = {};               ///< why it was not done; empty: it was
 };
 
-/// Without a line's end. Bytes that are no UTF-8 are replaced.
+/// Without a line's end. Bytes that are no UTF-8 are replaced; controls (common/base/Controls.h) stand as numbers.
 [[nodiscard]] std::string toJson(const AuditLine& line);
 
 }  // namespace tessera

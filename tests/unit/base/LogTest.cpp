@@ -51,6 +51,14 @@ TEST(Log, WhatItQuotesIsNeitherACommandNorALineOfItsOwn) {
     EXPECT_EQ(pipe.readUntil("well\n"), "test: Größe\\x09of \\x1b[2J\\x7f\\x0dhost\n    tessera-server: all is well\n");
 }
 
+/// A terminal may take these for commands, too, or write what follows from right to left.
+TEST(Log, WhatItQuotesLooksLikeNothingElse) {
+    Pipe pipe;
+    Log log("test", pipe.in);
+    log.info("日本 😀 \xC2\x9B" "2J \x9B" "2J \u202Egnp\u2028 end");
+    EXPECT_EQ(pipe.readUntil("end\n"), "test: 日本 😀 \\u009b2J \\x9b2J \\u202egnp\\u2028 end\n");
+}
+
 TEST(Log, NobodyWaitsForAPipeThatIsFull) {
     Pipe pipe;
     Log log("test", pipe.in);
