@@ -22,7 +22,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kEnding = ".pem", kPerson = "person-", kIssued = "issued", kTokens = "tokens",
-                           kBundleEnd = "end of keys\n", kEnd = "end";
+                           kBundleEnd = "end of keys\n", kEnd = "end", kAuthority = "authority.crt";
 constexpr std::string_view kPanel = "panel-";
 constexpr std::size_t kPanelDigits = 32;
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
@@ -115,6 +115,14 @@ Expected<std::vector<Value>> linesIn(const Expected<std::string>& text, std::opt
     return all;
 }
 
+void take(const std::vector<IssuedKey>& issued, TlsKeys& keys) {
+    for (const IssuedKey& key : issued) {
+        if (key.revoked) keys.revoked.insert(key.serial);
+        std::erase_if(keys.ends, [&](const KeyEnd& former) { return former.holder == key.holder; });
+        if (!key.revoked) keys.ends.push_back({key.holder, key.until});
+    }
+}
+
 long long secondsOf(DateTime time) {
     return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
 }
@@ -171,7 +179,7 @@ Expected<Authority> KeyFolder::authority() const {
 }
 
 Expected<std::string> KeyFolder::authorityCertificate() const {
-    return read("authority.crt", kMayWrite, "may change this file");
+    return read(std::string(kAuthority), kMayWrite, "may change this file");
 }
 
 Expected<std::vector<IssuedKey>> KeyFolder::issued() const {
@@ -196,6 +204,11 @@ Expected<TlsKeys> KeyFolder::of(const std::string& file, const std::string& lack
     if (!own) return tl::unexpected(own.error());
     keys.own = std::move(*own);
     keys.authority = std::move(*authority);
+    keys.ownFile = path_ + "/" + file;
+    keys.authorityFile = path_ + "/" + std::string(kAuthority);
+    // Without a text they would be those of somebody who has no key, and comes in by a token.
+    if (keys.own.empty()) return fail(ErrorCode::kBadInput, keys.ownFile + ": is empty");
+    if (keys.authority.empty()) return fail(ErrorCode::kBadInput, keys.authorityFile + ": is empty");
     return keys;
 }
 
@@ -205,11 +218,7 @@ Expected<TlsKeys> KeyFolder::ofServer() const {
     if (!keys) return keys;
     const Expected<std::vector<IssuedKey>> all = issued();
     if (!all) return tl::unexpected(all.error());
-    for (const IssuedKey& key : *all) {
-        if (key.revoked) keys->revoked.insert(key.serial);
-        std::erase_if(keys->ends, [&](const KeyEnd& former) { return former.holder == key.holder; });
-        if (!key.revoked) keys->ends.push_back({key.holder, key.until});
-    }
+    take(*all, *keys);
     Expected<std::vector<KeptToken>> words = tokens();
     if (!words) return tl::unexpected(words.error());
     for (KeptToken& token : *words) {
@@ -229,6 +238,23 @@ Expected<TlsKeys> KeyFolder::ofServer() const {
         keys->tokens.push_back(std::move(token));
     }
     return keys;
+}
+
+std::vector<std::string> KeyFolder::takeRevoked(TlsKeys& keys) const {
+    std::vector<std::string> faults;
+    if (const Expected<std::vector<IssuedKey>> all = issued(); all)
+        take(*all, keys);
+    else
+        faults.push_back(all.error().message);
+    const Expected<std::vector<KeptToken>> kept = tokens();
+    std::error_code ignored;
+    if (!kept)
+        faults.push_back(kept.error().message);
+    else if (std::filesystem::is_directory(path_, ignored))  // one that is not there says nothing about tokens
+        std::erase_if(keys.tokens, [&](const KeptToken& token) {
+            return std::ranges::find(*kept, token.hash, &KeptToken::hash) == kept->end();
+        });
+    return faults;
 }
 
 std::string KeyFolder::panelName(std::string_view text) {

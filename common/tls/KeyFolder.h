@@ -49,6 +49,9 @@ public:
     /// Of the server of this wall, with the serials that have been revoked. A token whose panel is not there, or is
     /// another one, is left out.
     [[nodiscard]] Expected<TlsKeys> ofServer() const;
+    /// For a server's keys that stay where the whole cannot be read: who is revoked by now is added, and tokens that
+    /// are gone by now go. Nobody is let in by it who was not. Returns what is wrong with these two files, for people.
+    [[nodiscard]] std::vector<std::string> takeRevoked(TlsKeys& keys) const;
     [[nodiscard]] Expected<TlsKeys> ofHost(const std::string& name) const;
     /// `name` empty: the only one there is. kUsage: there are several. kNotFound: there is none.
     [[nodiscard]] Expected<TlsKeys> ofPerson(const std::string& name) const;

@@ -47,6 +47,7 @@ Expected<std::unique_ptr<KeyRing>> KeyRing::open(const std::string& folder, Read
     if (!made && made.error().message.starts_with(folder)) return tl::unexpected(made.error());
     if (!made) return failWith(folder, made.error());
     ring->current_ = std::move(*made);
+    ring->keys_ = *keys;
     ring->read_ = std::move(read);
     return ring;
 }
@@ -98,19 +99,36 @@ void KeyRing::run() {
 void KeyRing::reload() {
     const Expected<TlsKeys> keys = read_();
     Expected<std::shared_ptr<const TlsContext>> made = keys ? TlsContext::make(*keys) : tl::unexpected(keys.error());
-    if (!made) {
-        std::string words = fmt::format("{}: the keys stay as they were: {}", folder_, made.error().message);
-        if (words != said_) onWords_(words);
-        said_ = std::move(words);
-        return;
-    }
+    if (!made) return stay(made.error());
     said_.clear();
+    keys_ = *keys;
+    put(std::move(*made));
+    sayFaults();
+}
+
+/// A list of who is revoked counts whatever is wrong with the other files.
+void KeyRing::stay(const Error& why) {
+    std::string words = "the keys stay as they were", faults = why.message;
+    if (current()->mayAccept()) {
+        const std::size_t revoked = keys_.revoked.size(), tokens = keys_.tokens.size();
+        const std::vector<std::string> unread = KeyFolder(folder_).takeRevoked(keys_);
+        if (revoked != keys_.revoked.size() || tokens != keys_.tokens.size())
+            if (Expected<std::shared_ptr<const TlsContext>> made = TlsContext::make(keys_)) put(std::move(*made));
+        words += unread.empty() ? ", but for what is revoked" : ", and not all that is revoked counts";
+        for (const std::string& fault : unread)
+            if (fault != why.message) faults += "; " + fault;
+    }
+    words = fmt::format("{}: {}: {}", folder_, words, faults);
+    if (words != said_) onWords_(words);
+    said_ = std::move(words);
+}
+
+void KeyRing::put(std::shared_ptr<const TlsContext> made) {
     {
         const Turn::Hold hold = turn_.take();
-        current_ = std::move(*made);
+        current_ = std::move(made);
     }
     onChange_();
-    sayFaults();
 }
 
 /// A server's affair: who has one key renews it when told to.

@@ -15,7 +15,8 @@ namespace tessera {
 /// whether a file of the folder, or the folder, is another one. `current`
 /// may be called from any thread.
 ///
-/// Files that cannot be read change nothing: the keys before are kept, and `onWords` says why.
+/// Files that cannot be read change nothing: the keys before are kept, and `onWords` says why. A server's then still
+/// takes what can be read of what has been revoked (KeyFolder::takeRevoked).
 class KeyRing {
 public:
     using Read = std::function<Expected<TlsKeys>()>;
@@ -37,6 +38,8 @@ private:
     KeyRing() = default;
     void run();
     void reload();
+    void stay(const Error& why);
+    void put(std::shared_ptr<const TlsContext> made);
     [[nodiscard]] std::string signature() const;
     void sayFaults() const;
 
@@ -46,6 +49,7 @@ private:
     std::function<void(const std::string&)> onWords_;
     mutable Turn turn_;
     std::shared_ptr<const TlsContext> current_;
+    TlsKeys keys_;      ///< that it was made of
     std::string seen_;  ///< how the files were when they were last read
     std::string said_;  ///< the last fault
     int stop_ = -1;     ///< an eventfd

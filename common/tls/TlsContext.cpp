@@ -16,8 +16,12 @@ constexpr long kMostCertificateBytes = 16 * 1024;
 
 using StackPtr = std::unique_ptr<STACK_OF(X509), decltype([](STACK_OF(X509) * stack) { sk_X509_free(stack); })>;
 
-tl::unexpected<Error> fault(std::string_view what) {
-    return fail(ErrorCode::kBadInput, fmt::format("{} ({})", what, openSslWords()));
+tl::unexpected<Error> fault(const std::string& file, std::string_view what) {
+    return fail(ErrorCode::kBadInput, fmt::format("{}{}{}", file, file.empty() ? "" : ": ", what));
+}
+/// What OpenSSL does not do, in its words.
+tl::unexpected<Error> faultInOpenSsl(const std::string& file, std::string_view what) {
+    return fault(file, fmt::format("{} ({})", what, openSslWords()));
 }
 
 bool isFingerprint(std::string_view text) {
@@ -57,7 +61,7 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
     CertificatePtr authority;
     if (!keys.authority.empty()) {
         authority = readX509(keys.authority);
-        if (!authority) return fault("the authority's certificate cannot be read");
+        if (!authority) return faultInOpenSsl(keys.authorityFile, "the authority's certificate cannot be read");
         made->authority_ = Certificate::of(*authority).fingerprint;
         // Written anew: whatever else stood in that text is nobody's to see.
         const BioPtr text(BIO_new(BIO_s_mem()));
@@ -75,16 +79,16 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::make(TlsKeys keys) {
 
     if (!keys.own.empty()) {
         const KeyPtr key(PEM_read_bio_PrivateKey(memoryOf(keys.own).get(), nullptr, nullptr, nullptr));
-        if (!key) return fault("holds no key");
+        if (!key) return faultInOpenSsl(keys.ownFile, "holds no key");
         const CertificatePtr certificate = readX509(keys.own);
-        if (!certificate) return fault("holds no certificate");
+        if (!certificate) return faultInOpenSsl(keys.ownFile, "holds no certificate");
         made->own_ = Certificate::of(*certificate);
-        if (!made->own_->holder) return fail(ErrorCode::kBadInput, "its certificate is not one of tessera-keys");
+        if (!made->own_->holder) return fault(keys.ownFile, "its certificate is not one of tessera-keys");
         if (authority && X509_verify(certificate.get(), X509_get0_pubkey(authority.get())) != 1)
-            return fault(
-                fmt::format("its certificate, of {}, was made by another authority", describe(*made->own_->holder)));
+            return faultInOpenSsl(keys.ownFile, fmt::format("its certificate, of {}, was made by another authority",
+                                                            describe(*made->own_->holder)));
         if (SSL_CTX_use_certificate(context, certificate.get()) != 1 || SSL_CTX_use_PrivateKey(context, key.get()) != 1)
-            return fault("its certificate is not of its key");
+            return faultInOpenSsl(keys.ownFile, "its certificate is not of its key");
         // Who knows the authority by its fingerprint finds it in the chain.
         if (authority) SSL_CTX_add1_chain_cert(context, authority.get());
     }

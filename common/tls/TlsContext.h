@@ -45,6 +45,7 @@ struct TlsKeys {
     std::map<std::string, std::string> panels = {};  ///< that tokens are of: texts by their names
     std::vector<std::string> faults = {};            ///< of tokens that let nobody in for that: for people
     std::vector<KeyEnd> ends = {};       ///< of those that were issued and not revoked
+    std::string ownFile = {}, authorityFile = {};  ///< where the first two were read: for people; empty: in no file
 };
 
 /// Immutable but for the tickets of sessions that may be resumed; any thread. For links that are accepted and for

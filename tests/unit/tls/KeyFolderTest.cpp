@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <thread>
 
 #include "WallOfKeys.h"
@@ -207,9 +208,9 @@ struct Watched : Keys {
         ring = std::move(*opened);
         ring->watch([] {}, [this](const std::string& text) { words.tryPush(text); });
     }
-    /// Within 10 s; it looks four times a second.
-    bool revokedSoon() const {
-        for (int tries = 0; tries < 1000; ++tries, std::this_thread::sleep_for(10ms))
+    /// It looks four times a second.
+    bool revokedSoon(std::chrono::milliseconds patience = 10s) const {
+        for (auto waited = 0ms; waited <= patience; waited += 10ms, std::this_thread::sleep_for(10ms))
             if (!ring->current()->faultOf(left, std::chrono::system_clock::now(), {}).empty()) return true;
         return false;
     }
@@ -229,6 +230,76 @@ TEST(KeyRing, SeesWhatIsRevokedAndKeepsItsKeysOverWhatIsTorn) {
     EXPECT_FALSE(keys.words.popFor(600ms)) << "it is said once";
     keys.revokeLast();
     EXPECT_TRUE(keys.revokedSoon());
+}
+
+/// Whatever is wrong with the other files: who reads "revoked" believes it.
+TEST(KeyRing, WhatIsRevokedCountsWhereTheWholeCannotBeRead) {
+    const auto text = [](const std::string& file) {
+        std::ifstream in(file);
+        return std::string{std::istreambuf_iterator<char>(in), {}};
+    };
+    struct Case {
+        std::string file;
+        std::function<void(const std::string&)> spoil;
+    };
+    const std::vector<Case> cases{
+        {"server.pem", [](const std::string& file) { ASSERT_EQ(::chmod(file.c_str(), 0640), 0); }},
+        {"server.pem", [&](const std::string& file) { std::ofstream(file) << text(file + ".kept").substr(0, 600); }},
+        {"authority.crt", [](const std::string& file) { std::filesystem::remove(file); }},
+    };
+    for (const Case& each : cases) {
+        SCOPED_TRACE(each.file);
+        Watched keys;
+        const auto now = std::chrono::system_clock::now();
+        const std::string word = freshToken(), other = freshToken(), late = freshToken();
+        const KeptToken first{hashOfToken(word), {"ci", Role::kEditor}, now + 1h};
+        const KeptToken second{hashOfToken(other), {"ci", Role::kViewer}, now + 1h};
+        const KeptToken third{hashOfToken(late), {"ci", Role::kViewer}, now + 1h};
+        const auto lets = [&](const std::string& said) { return keys.ring->current()->passOf(said, now).has_value(); };
+        const auto soon = [](const auto& is) {
+            for (int tries = 0; tries < 1000 && !is(); ++tries) std::this_thread::sleep_for(10ms);
+            return is();
+        };
+        const auto writesTokens = [&](const std::vector<KeptToken>& tokens) {
+            ASSERT_TRUE(KeyFolder::Writer::open(keys.folder)->writeTokens(tokens));
+        };
+        writesTokens({first, second});
+        ASSERT_TRUE(soon([&] { return lets(word) && lets(other); }));
+        const std::string file = keys.folder.path() + "/" + each.file;
+        std::filesystem::copy_file(file, file + ".kept");
+        each.spoil(file);
+        const std::optional<std::string> said = keys.words.popFor(10s);
+        ASSERT_TRUE(said);
+        EXPECT_NE(said->find(file), std::string::npos) << *said;
+        EXPECT_FALSE(keys.revokedSoon(0ms)) << "the keys stay";
+        EXPECT_TRUE(lets(word) && lets(other));
+        EXPECT_TRUE(keys.ring->current()->mayAccept());
+
+        keys.revokeLast();
+        EXPECT_TRUE(keys.revokedSoon());
+        writesTokens({second, third});
+        EXPECT_TRUE(soon([&] { return !lets(word); }));
+        EXPECT_TRUE(lets(other));
+        EXPECT_FALSE(lets(late)) << "nobody comes in who was not let in";
+        // Nobody comes back by what is torn, or by an older list.
+        std::ofstream(keys.folder.path() + "/tokens") << "rubbish";
+        std::ofstream(keys.folder.path() + "/issued") << "rubbish";
+        std::this_thread::sleep_for(600ms);
+        EXPECT_FALSE(lets(word));
+        EXPECT_TRUE(lets(other));
+        EXPECT_TRUE(keys.revokedSoon(0ms));
+        keys.issued.back().revoked = false;
+        ASSERT_TRUE(KeyFolder::Writer::open(keys.folder)->write(keys.issued));
+        writesTokens({first, second, third});
+        std::this_thread::sleep_for(600ms);
+        EXPECT_TRUE(keys.revokedSoon(0ms));
+        EXPECT_FALSE(lets(word));
+        EXPECT_TRUE(lets(other));
+        // What can be read again counts as it stands there.
+        std::filesystem::rename(file + ".kept", file);
+        EXPECT_TRUE(soon([&] { return lets(word) && lets(late); }));
+        EXPECT_FALSE(keys.revokedSoon(0ms));
+    }
 }
 
 /// By its name: a folder that is put in its place counts.
@@ -260,6 +331,21 @@ TEST(KeyRing, ARevocationDoesNotWaitForQuiet) {
     });
     keys.revokeLast();
     EXPECT_TRUE(keys.revokedSoon());
+}
+
+TEST(KeyRing, SaysWhichFileIsCut) {
+    for (const std::string name : {"server.pem", "authority.crt"}) {
+        Keys keys;
+        const std::string file = keys.folder.path() + "/" + name;
+        std::ifstream in(file);
+        const std::string whole{std::istreambuf_iterator<char>(in), {}};
+        for (const std::size_t cut : {std::size_t{0}, std::size_t{100}, whole.size() - 20}) {
+            std::ofstream(file) << whole.substr(0, cut);
+            const auto ring = KeyRing::open(keys.folder.path(), [&] { return keys.folder.ofServer(); });
+            ASSERT_FALSE(ring) << cut;
+            EXPECT_TRUE(ring.error().message.starts_with(file + ": ")) << ring.error().message;
+        }
+    }
 }
 
 TEST(KeyRing, SaysWhichKeysAreMissing) {
