@@ -361,6 +361,13 @@ Expected<void> KeyFolder::Writer::write(const std::string& file, std::string_vie
     return {};
 }
 
+Expected<void> KeyFolder::Writer::rename(const std::string& file, const std::string& to) const {
+    const std::string path = path_ + "/" + to;
+    if (::rename((path_ + "/" + file).c_str(), path.c_str()) != 0) return systemError("cannot be written", path);
+    (void)::fsync(lock_);
+    return {};
+}
+
 Expected<void> KeyFolder::Writer::write(const std::vector<IssuedKey>& issued) const {
     std::string text;
     for (const IssuedKey& key : issued)

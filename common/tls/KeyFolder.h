@@ -20,10 +20,10 @@ struct IssuedKey {
     bool revoked = false;
 };
 
-/// In DIR: authority.pem (its key; where keys are made), authority.crt (its certificate), server.pem, host-NAME.pem,
-/// person-NAME.pem (key and certificate of each), issued (what was made, what has been revoked), tokens (hashes of
-/// words), panel-HASH (panels that tokens are of). All of mode 0600 in a folder of mode 0700; others may read
-/// authority.crt. Files are replaced whole, and by one program at a time.
+/// In DIR: authority.pem (its key; where keys are made; authority.begun until the rest is there), authority.crt (its
+/// certificate), server.pem, host-NAME.pem, person-NAME.pem (key and certificate of each), issued (what was made, what
+/// has been revoked), tokens (hashes of words), panel-HASH (panels that tokens are of). All of mode 0600 in a folder of
+/// mode 0700; others may read authority.crt. Files are replaced whole, and by one program at a time.
 class KeyFolder {
 public:
     explicit KeyFolder(std::string path);
@@ -71,6 +71,8 @@ public:
 
         [[nodiscard]] Expected<void> write(const std::string& file, std::string_view text) const;
         [[nodiscard]] Expected<void> write(const std::vector<IssuedKey>& issued) const;
+        /// What was written as `file` becomes `to`, whatever was there.
+        [[nodiscard]] Expected<void> rename(const std::string& file, const std::string& to) const;
         /// Panels that none of them is of go.
         [[nodiscard]] Expected<void> writeTokens(const std::vector<KeptToken>& tokens) const;
         /// Before a token of it. Returns its name.

@@ -22,7 +22,8 @@ namespace {
 
 using Kind = Identity::Kind;
 
-constexpr std::string_view kAuthorityKey = "authority.pem", kAuthority = "authority.crt";
+constexpr std::string_view kAuthorityKey = "authority.pem", kAuthority = "authority.crt",
+                           kBegun = "authority.begun";
 constexpr std::chrono::days kSoon{30};
 
 /// How hints call this program.
@@ -261,19 +262,82 @@ Expected<std::vector<IssuedKey>> keysToRenew(const KeysArguments& arguments, std
     return chosen;
 }
 
+Expected<std::string> revokeIn(OpenKeys& keys, const std::string& name) {
+    const Expected<std::string> ended = revokeTokens(keys.folder, keys.writer, name);
+    if (!ended) return ended;
+    const Expected<IssuedKey> found = findHolder(keys.issued, name);
+    if (!found && !ended->empty() && found.error().code == ErrorCode::kNotFound) return ended;
+    if (!found) return tl::unexpected(found.error());
+    const Identity& holder = found->holder;
+    if (holder.kind == Kind::kServer)
+        return fail(ErrorCode::kRefused,
+                    "the server cannot be revoked: hosts and people ask nobody about it. A lost key of the server "
+                    "means a new authority (init in another folder) and new keys for all");
+    std::size_t count = 0;
+    for (IssuedKey& key : keys.issued) {
+        if (key.revoked || !isSameHolder(key.holder, holder)) continue;
+        key.revoked = true;
+        ++count;
+    }
+    std::string said = fmt::format("{} had been revoked already\n", describe(holder));
+    if (count > 0) {
+        if (const Expected<void> written = keys.writer.write(keys.issued); !written)
+            return tl::unexpected(written.error());
+        said = fmt::format("revoked {}: {} key{}; the server that reads {}/issued lets nobody in by {}\n",
+                           describe(holder), count, count == 1 ? "" : "s", keys.folder.path(),
+                           count == 1 ? "it" : "them");
+    }
+    const std::string path = keys.folder.path() + "/" + KeyFolder::fileOf(holder);
+    if (::unlink(path.c_str()) == 0)
+        said += fmt::format("removed {}\n", path);
+    else if (errno != ENOENT)
+        return fail(ErrorCode::kFailed,
+                    fmt::format("{}: has been revoked, and cannot be removed ({})", path, std::strerror(errno)));
+    return *ended + said;
+}
+
+/// Why no server takes this folder of keys as a whole; empty: it does, or the folder is of no server.
+std::string faultForServers(const OpenKeys& keys) {
+    const auto isServers = [](const IssuedKey& key) { return key.holder.kind == Kind::kServer; };
+    if (std::ranges::none_of(keys.issued, isServers)) return {};
+    const std::string path =
+        keys.folder.path() + "/" + KeyFolder::fileOf({.wall = {}, .kind = Kind::kServer, .name = {}});
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored))
+        return fmt::format("{} is not there: {} renew server makes another one", path, commandFor(keys.folder.path()));
+    const Expected<TlsKeys> read = keys.folder.ofServer();
+    if (!read) return read.error().message;
+    const Expected<std::shared_ptr<const TlsContext>> made = TlsContext::make(*read);
+    return made ? std::string() : made.error().message;
+}
+
+/// A file of its own takes the name: what links of that name lead to stays as it is.
 Expected<void> writePublic(const std::string& path, std::string_view text) {
     const auto cannot = [&] {
         return fail(ErrorCode::kFailed, fmt::format("{}: cannot be written ({})", path, std::strerror(errno)));
     };
-    const FileHandle file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+    std::error_code ignored;
+    if (const auto there = std::filesystem::status(path, ignored);
+        std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
+        return fail(ErrorCode::kFailed, path + ": is no file (-: to the standard output)");
+    const std::filesystem::path name(path);
+    const std::string unfinished = name.parent_path() / ("." + name.filename().string() + ".new");
+    ::unlink(unfinished.c_str());
+    const FileHandle file(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0644));
     if (file.get() < 0) return cannot();
-    while (!text.empty()) {
-        const ssize_t count = ::write(file.get(), text.data(), text.size());
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return cannot();
-        text.remove_prefix(static_cast<std::size_t>(count));
-    }
-    return {};
+    const auto writeAll = [&] {
+        while (!text.empty()) {
+            const ssize_t count = ::write(file.get(), text.data(), text.size());
+            if (count < 0 && errno == EINTR) continue;
+            if (count <= 0) return false;
+            text.remove_prefix(static_cast<std::size_t>(count));
+        }
+        return ::fsync(file.get()) == 0;
+    };
+    if (writeAll() && ::rename(unfinished.c_str(), path.c_str()) == 0) return {};
+    auto error = cannot();
+    ::unlink(unfinished.c_str());
+    return error;
 }
 
 }  // namespace
@@ -303,22 +367,27 @@ Expected<std::string> initKeys(const KeysArguments& arguments) {
     const KeyFolder folder(arguments.keys);
     const Expected<KeyFolder::Writer> writer = KeyFolder::Writer::open(folder);
     if (!writer) return tl::unexpected(writer.error());
-    // A folder with the certificate alone is that of a server or person, whose keys would be of no use any more.
-    for (const std::string_view file : {kAuthorityKey, kAuthority}) {
+    const auto isThere = [&](std::string_view file) {
         std::error_code ignored;
-        if (std::filesystem::exists(std::filesystem::symlink_status(folder.path() + "/" + std::string(file), ignored)))
+        return std::filesystem::exists(
+            std::filesystem::symlink_status(folder.path() + "/" + std::string(file), ignored));
+    };
+    // A folder with the certificate alone is that of a server or person, whose keys would be of no use any more; but
+    // where an `init` was cut off nobody has any yet.
+    for (const std::string_view file : {kAuthorityKey, kAuthority})
+        if (isThere(file) && !(file == kAuthority && isThere(kBegun)))
             return fail(ErrorCode::kRefused,
                         fmt::format("{0}/{1}: an authority is there already, and what it made would be of no use any "
                                     "more: name another folder (--keys)",
                                     folder.path(), file));
-    }
-    // The authority's key comes last: without it nothing has been made yet.
+    // The authority's key comes first, and gets its name last: without that nothing has been made yet.
     const std::vector<IssuedKey> issued{
         {.serial = made->certificate.serial, .holder = server, .until = made->certificate.until, .revoked = false}};
-    Expected<void> written = writer->write(issued);
+    Expected<void> written = writer->write(std::string(kBegun), authority.pem());
+    if (written) written = writer->write(issued);
     if (written) written = writer->write(KeyFolder::fileOf(server), made->pem);
     if (written) written = writer->write(std::string(kAuthority), authority.certificatePem());
-    if (written) written = writer->write(std::string(kAuthorityKey), authority.pem());
+    if (written) written = writer->rename(std::string(kBegun), std::string(kAuthorityKey));
     if (!written) return tl::unexpected(written.error());
     return fmt::format(
         "{0}/{1}: key of the authority of the wall '{2}'; who has it can let in anybody\n"
@@ -372,38 +441,14 @@ Expected<std::string> listKeys(const KeysArguments& arguments) {
 Expected<std::string> revokeKeys(const KeysArguments& arguments) {
     Expected<OpenKeys> keys = openKeys(arguments.keys);
     if (!keys) return tl::unexpected(keys.error());
-    const std::string& name = arguments.holders.front();
-    const Expected<std::string> ended = revokeTokens(keys->folder, keys->writer, name);
-    if (!ended) return ended;
-    const Expected<IssuedKey> found = findHolder(keys->issued, name);
-    if (!found && !ended->empty() && found.error().code == ErrorCode::kNotFound) return ended;
-    if (!found) return tl::unexpected(found.error());
-    const Identity& holder = found->holder;
-    if (holder.kind == Kind::kServer)
-        return fail(ErrorCode::kRefused,
-                    "the server cannot be revoked: hosts and people ask nobody about it. A lost key of the server "
-                    "means a new authority (init in another folder) and new keys for all");
-    std::size_t count = 0;
-    for (IssuedKey& key : keys->issued) {
-        if (key.revoked || !isSameHolder(key.holder, holder)) continue;
-        key.revoked = true;
-        ++count;
-    }
-    std::string said = fmt::format("{} had been revoked already\n", describe(holder));
-    if (count > 0) {
-        if (const Expected<void> written = keys->writer.write(keys->issued); !written)
-            return tl::unexpected(written.error());
-        said = fmt::format("revoked {}: {} key{}; the server that reads {}/issued lets nobody in by {}\n",
-                           describe(holder), count, count == 1 ? "" : "s", keys->folder.path(),
-                           count == 1 ? "it" : "them");
-    }
-    const std::string path = keys->folder.path() + "/" + KeyFolder::fileOf(holder);
-    if (::unlink(path.c_str()) == 0)
-        said += fmt::format("removed {}\n", path);
-    else if (errno != ENOENT)
-        return fail(ErrorCode::kFailed,
-                    fmt::format("{}: has been revoked, and cannot be removed ({})", path, std::strerror(errno)));
-    return *ended + said;
+    Expected<std::string> said = revokeIn(*keys, arguments.holders.front());
+    const std::string fault = said ? faultForServers(*keys) : std::string();
+    if (!fault.empty())
+        fmt::print(stderr,
+                   "tessera-keys: warning: {}. A server that runs takes what is revoked all the same, and no other "
+                   "change of its keys; none starts until that is mended\n",
+                   fault);
+    return said;
 }
 
 Expected<std::string> renewKeys(const KeysArguments& arguments) {

@@ -62,6 +62,45 @@ TEST_F(KeysCommand, InitLeavesAnAuthorityThatIsThereAlone) {
     EXPECT_TRUE(contains(refusal(1, init), "authority.crt: an authority is there already"));
 }
 
+/// Without the authority's key nothing has been made yet, wherever it was cut off.
+TEST_F(KeysCommand, InitBeginsAnewWhereItWasCutOff) {
+    const Words init{"init", "--wall", TESSERA_SOURCE_DIR "/deploy/walls/cave4.wall"};
+    for (const char* file : {"issued", "server.pem", "authority.crt", "authority.pem"}) {
+        const std::string path = around_ / (std::string("cut-") + file);
+        const Words words{"--keys", path, "init", "--wall", TESSERA_SOURCE_DIR "/deploy/walls/cave4.wall"};
+        const std::string blocks = path + "/." + file + ".new";
+        std::filesystem::create_directories(blocks);  // so that it cannot be written
+        ::chmod(path.c_str(), 0700);
+        run(words);
+        std::filesystem::remove(blocks);
+        if (!std::filesystem::exists(path + "/authority.pem")) {
+            const Ran ran = run(words);
+            EXPECT_EQ(ran.code, 0) << file << ": " << ran.err;
+        }
+        EXPECT_EQ(filesIn(path), (std::set<std::string>{"authority.crt", "authority.pem", "issued", "server.pem"}));
+        const Expected<TlsKeys> made = KeyFolder(path).ofServer();
+        EXPECT_TRUE(made && TlsContext::make(*made)) << file;
+        EXPECT_EQ(run({"--keys", path, "host", "left"}).code, 0) << file;
+        EXPECT_EQ(run(words).code, 1) << "now it is there";
+    }
+    // Cut off at the very last step: all files are there, and the key has not its name yet.
+    const std::string path = around_ / "cut-late";
+    const Words words{"--keys", path, "init", "--wall", TESSERA_SOURCE_DIR "/deploy/walls/cave4.wall"};
+    EXPECT_EQ(run(words).code, 0);
+    std::filesystem::rename(path + "/authority.pem", path + "/authority.begun");
+    const std::string former = textOf(path + "/authority.crt");
+    EXPECT_TRUE(contains(run({"--keys", path, "host", "left"}).err, "authority.pem is not there"));
+    EXPECT_EQ(run(words).code, 0);
+    EXPECT_NE(textOf(path + "/authority.crt"), former);
+    EXPECT_EQ(run({"--keys", path, "host", "left"}).code, 0);
+    // Folders that are to have no key of the authority: of a server whose authority is in a safe, and of a host.
+    said({"host", "left", "--out", around_ / "stick"});
+    std::filesystem::remove(keys_ + "/authority.pem");
+    EXPECT_TRUE(contains(refusal(1, init), "authority.crt: an authority is there already"));
+    EXPECT_EQ(run({"--keys", around_ / "stick", "init", "--wall", init.back()}).code, 1);
+    EXPECT_EQ(filesIn(around_ / "stick"), (std::set<std::string>{"authority.crt", "host-left.pem"}));
+}
+
 TEST_F(KeysCommand, InitThatFailsLeavesNoFolder) {
     const std::string path = around_ / "none";
     EXPECT_EQ(run({"--keys", path, "init", "--wall", around_ / "nowhere.wall"}).code, 3);
@@ -247,6 +286,40 @@ TEST_F(KeysCommand, RevokeMarksAllThatSomebodyHas) {
     EXPECT_EQ(modeOf(keys_ + "/issued"), 0600u);
 }
 
+/// It says "done" of a list: whether servers take the rest of the folder, too, shows there and then.
+TEST_F(KeysCommand, RevokeWarnsOfAFolderThatNoServerCanRead) {
+    const std::string server = keys_ + "/server.pem", authority = keys_ + "/authority.crt";
+    const std::string serverText = textOf(server), authorityText = textOf(authority);
+    const auto warning = [&](const std::string& name) {
+        const Ran ran = keys({"revoke", name});
+        EXPECT_EQ(ran.code, 0) << ran.err;
+        EXPECT_TRUE(contains(ran.out, "revoked ")) << ran.out;
+        EXPECT_EQ(ran.err.rfind("tessera-keys: warning: ", 0), 0u) << ran.err;
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+        return ran.err;
+    };
+    for (const char* name : {"a", "b", "c", "d"}) said({"host", name});
+    said({"token", "ci", "--role", "viewer"});
+    ::chmod(server.c_str(), 0640);
+    EXPECT_TRUE(contains(warning("a"), "chmod 600 " + server));
+    EXPECT_TRUE(contains(warning("ci"), "chmod 600 " + server));
+    ::chmod(server.c_str(), 0600);
+    std::ofstream(server) << serverText.substr(0, 600);
+    EXPECT_TRUE(contains(warning("b"), server + ": holds no certificate"));
+    std::filesystem::remove(server);
+    EXPECT_TRUE(contains(warning("c"), server + " is not there: tessera-keys --keys " + keys_ + " renew server"));
+    {
+        const Expected<KeyFolder::Writer> writer = KeyFolder::Writer::open(folder_);
+        ASSERT_TRUE(writer->write("server.pem", serverText));
+    }
+    std::filesystem::remove(authority);
+    EXPECT_TRUE(contains(warning("d"), authority));
+    for (const IssuedKey& key : issued()) EXPECT_EQ(key.revoked, key.holder.kind == Identity::Kind::kHost);
+    std::ofstream(authority) << authorityText;
+    ::chmod(authority.c_str(), 0600);
+    said({"revoke", "a"});
+}
+
 TEST_F(KeysCommand, WhoIsMeantIsSaid) {
     said({"host", "ada"});
     said({"person", "ada", "--role", "viewer"});
@@ -359,6 +432,26 @@ TEST_F(KeysCommand, AuthorityIsExportedForBrowsers) {
     EXPECT_TRUE(contains(refusal(2, {"authority", keys_ + "/authority.pem"}), "in the folder of the keys"));
     EXPECT_EQ(textOf(keys_ + "/authority.pem"), key);
     EXPECT_TRUE(contains(refusal(1, {"authority", around_ / "no/such.crt"}), "cannot be written"));
+}
+
+/// The name is replaced, not what it leads to.
+TEST_F(KeysCommand, AuthorityIsNotWrittenThroughLinks) {
+    const std::string key = textOf(keys_ + "/authority.pem"), file = around_ / "hall.crt";
+    std::filesystem::create_symlink(keys_ + "/authority.pem", file);
+    said({"authority", file});
+    EXPECT_FALSE(std::filesystem::is_symlink(file));
+    EXPECT_EQ(textOf(file), authority_.certificatePem());
+    std::filesystem::remove(file);
+    std::filesystem::create_hard_link(keys_ + "/authority.pem", file);
+    said({"authority", file});
+    EXPECT_EQ(textOf(file), authority_.certificatePem());
+    EXPECT_EQ(textOf(keys_ + "/authority.pem"), key);
+    EXPECT_EQ(modeOf(keys_ + "/authority.pem"), 0600u);
+    said({"authority", file});  // again
+    EXPECT_EQ(filesIn(around_ / ""), (std::set<std::string>{"hall.crt", "keys"})) << "nothing else is left";
+    ASSERT_EQ(::mkfifo((around_ / "pipe").c_str(), 0600), 0);
+    EXPECT_TRUE(contains(refusal(1, {"authority", around_ / "pipe"}), "is no file"));
+    EXPECT_TRUE(contains(refusal(1, {"authority", around_ / ""}), "is no file"));
 }
 
 TEST_F(KeysCommand, AFolderThatIsNotThereIsNotMade) {
