@@ -58,8 +58,8 @@ void ApplicationSession::advance(TimePoint now) {
     if (now >= session_.nextDeadline()) carryOut(session_.advance(now));
 }
 
-void ApplicationSession::request(std::uint64_t id, ByteSlice body) {
-    carryOut(session_.request({id, std::move(body)}));
+void ApplicationSession::request(std::uint64_t id, ByteSlice body, std::string from) {
+    carryOut(session_.request({id, std::move(body), std::move(from)}));
 }
 
 void ApplicationSession::upload(message::Upload piece) {

@@ -83,7 +83,8 @@ public:
     void advance(TimePoint now);
 
     /// The answer comes as a Reply with this id, or Ended.
-    void request(std::uint64_t id, ByteSlice body);
+    /// `from`: message::Request::from.
+    void request(std::uint64_t id, ByteSlice body, std::string from = {});
     void upload(message::Upload piece);
     /// Ended is the last value; nothing follows.
     void end(incoming::Ended end);

@@ -1,6 +1,7 @@
 /// Who has come in, and by what.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,6 +32,14 @@ struct Entrant {
         return role == other.role && by == other.by && name == other.name && panel == other.panel;
     }
 };
+
+/// Whether somebody who holds `own` of so many places, of which others hold some, may have one more. Who has a key or a
+/// token that was given away has at most half of what others leave: so nobody keeps all others out. Not the server's
+/// own user, whose programs all have one name.
+[[nodiscard]] constexpr bool hasShare(Entrant::By by, std::size_t own, std::size_t others, std::size_t places) {
+    if (own + others >= places) return false;
+    return (by != Entrant::By::kPass && by != Entrant::By::kKey) || own < (places - others + 1) / 2;
+}
 
 /// "nothing", "the server's token", "a token", "a key"
 [[nodiscard]] std::string_view nameOf(Entrant::By by);

@@ -22,22 +22,24 @@ class Crowd {
     struct Entry {
         TimePoint since;
         T who;
+        int again = 0;  ///< how often its time has begun anew
     };
 
 public:
     using Place = typename SourceRows<Entry>::Place;
     static constexpr std::size_t kCrowd = 8;
+    static constexpr int kAgain = 3;  ///< more than a handshake has steps
 
     explicit Crowd(std::chrono::milliseconds patience) : patience_(patience) {}
 
     /// It has just come.
-    Place add(SourceAddress from, T who, TimePoint now) { return rows_.add(from, {now, std::move(who)}); }
+    Place add(SourceAddress from, T who, TimePoint now) { return rows_.add(from, {.since = now, .who = std::move(who)}); }
     /// It has said who it is, or is gone.
     void remove(const Place& place) { rows_.remove(place); }
-    /// Its time begins anew.
+    /// It has waited for us, and its time begins anew. At most kAgain times: who sends a handshake byte by byte would
+    /// hold its place as long as it likes.
     void beginAgain(const Place& place, TimePoint now) {
-        place->since = now;
-        rows_.moveToEnd(place);
+        if (place->again++ < kAgain) renew(place, now);
     }
     [[nodiscard]] bool empty() const { return rows_.empty(); }
     [[nodiscard]] std::size_t size() const { return rows_.size(); }
@@ -58,7 +60,7 @@ public:
         for (const Place& place : {rows_.oldestOf(rows_.mostCrowded()), rows_.oldest()}) {
             if (endOf(place) > now) continue;
             if (!waitsForUs(place->who)) return place->who;
-            beginAgain(place, now);
+            renew(place, now);
         }
         return std::nullopt;
     }
@@ -68,6 +70,10 @@ public:
     }
 
 private:
+    void renew(const Place& place, TimePoint now) {
+        place->since = now;
+        rows_.moveToEnd(place);
+    }
     [[nodiscard]] TimePoint endOf(const Place& place) const {
         return place->since + patience_;
     }

@@ -5,8 +5,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostAnswers = std::size_t{1} << 20;  // of TLS itself, to one who does not read them
-
 std::string sealedReason(const TransportLink& link, const error_code& error) {
     if (link.sealed->channel.ready() || error != asio::error::eof) return reasonFor(error, link.reader.midFrame());
     return link.target.empty() ? "the peer left the handshake (TLS 1.3)"
@@ -106,8 +104,6 @@ void Transport::Impl::takeSealed(const LinkPtr& link, ByteSpan bytes, TimePoint 
         return;
     }
     if (sealed.channel.peerEnded()) return finish(link, reasonFor(asio::error::eof, link->reader.midFrame()));
-    if (sealed.channel.outgoing().size() > kMostAnswers)
-        return finish(link, "the peer asks for new keys, and does not read");
     write(link);
     if (link->state != TransportLinkState::kClosed) readSealed(link);
 }

@@ -92,10 +92,16 @@ bool Admission::goTogether(const PeerOrigin& control, const PeerOrigin& bulk) {
     return !bulk.key || (bulk.key->fault.empty() && bulk.key->serial == control.key->serial);
 }
 
-Admission::Verdict Admission::application(std::size_t connected) const {
-    if (connected < config_.maxApplications) return {};
+Admission::Verdict Admission::application(const Entrant& who, std::size_t own, std::size_t others) const {
+    if (hasShare(who.by, own, others, config_.maxApplications)) return {};
+    if (own + others < config_.maxApplications)
+        return Refusal{ErrorCode::kRefused,
+                       fmt::format("already {} applications of '{}' are connected: of {} places one name has at most "
+                                   "half of those that others leave",
+                                   own, who.name, config_.maxApplications),
+                       true};
     return Refusal{ErrorCode::kRefused,
-                   fmt::format("already {} applications are connected, the most there may be", connected), true};
+                   fmt::format("already {} applications are connected, the most there may be", own + others), true};
 }
 
 Admission::Refusal Admission::unknownHost(const std::string& name) const {

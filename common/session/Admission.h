@@ -37,8 +37,8 @@ public:
     [[nodiscard]] Expected<Entrant> entrantOf(const message::Hello& hello, const PeerOrigin& origin) const;
     /// Whether a bulk connection may be that of a control connection: both are of one key, and the key still holds.
     [[nodiscard]] static bool goTogether(const PeerOrigin& control, const PeerOrigin& bulk);
-    /// One more application, beside so many.
-    [[nodiscard]] Verdict application(std::size_t connected) const;
+    /// One more application, beside so many of its own name and of others.
+    [[nodiscard]] Verdict application(const Entrant& who, std::size_t own, std::size_t others) const;
     [[nodiscard]] Refusal unknownHost(const std::string& name) const;
     /// `name` is held by that connection, last heard then.
     [[nodiscard]] Refusal taken(const std::string& name, ConnectionId holder, TimePoint lastHeard, TimePoint now);

@@ -204,11 +204,13 @@ struct TileImage {
 struct Request {
     std::uint64_t id = 0;
     ByteSlice body;
+    std::string from = {};  ///< the address for which the server's own door asks; of others nobody looks at it
 
     static constexpr MessageInfo kInfo{
         10, "Request", Party::kApplications, Party::kServer, OnChannel::kControl, SaidWhen::kLater, limits::kMaxRequestBytes};
     static constexpr auto fields() {
-        return std::tuple(field::varint(1, "id", &Request::id), field::bytes("body", &Request::body));
+        return std::tuple(field::varint(1, "id", &Request::id), field::text(2, "from", &Request::from),
+                          field::bytes("body", &Request::body));
     }
 };
 

@@ -90,7 +90,8 @@ struct ServerSession::Impl {
         if (images.knows(message.request)) roster.out.push_back(server_action::ImageReceived{peer.name, message});
     }
     void on(SessionPeer& peer, const message::Request& message, TimePoint) {
-        roster.out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body});
+        roster.out.push_back(server_action::RequestReceived{peer.id, peer.name, message.id, message.body,
+                                                            peer.ofDoor ? message.from : std::string()});
     }
     void on(SessionPeer& peer, const message::Upload& message, TimePoint) {
         roster.out.push_back(server_action::UploadReceived{peer.id, message});

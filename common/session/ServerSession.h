@@ -165,6 +165,7 @@ struct RequestReceived {
     std::string application;
     std::uint64_t id = 0;
     ByteSlice body;
+    std::string from = {};  ///< another address than its link's, as the door says; empty: it is that
 };
 /// Arrays of an application's next proposal.
 struct UploadReceived {

@@ -42,7 +42,8 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
 }
 
 void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello, Entrant who, TimePoint now) {
-    if (Admission::Verdict verdict = admission_.application(roster_.peers.applications()))
+    const std::size_t own = roster_.peers.applicationsOf(who);
+    if (Admission::Verdict verdict = admission_.application(who, own, roster_.peers.applications() - own))
         return refuse(peer, std::move(*verdict));
     std::shared_ptr<const std::string> panel;
     if (!who.panel.empty()) {
@@ -55,10 +56,11 @@ void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello
     }
     peer.role = PeerRole::kApplication;
     peer.name = hello.name;
+    peer.who = who;
     peer.ofPanel = panel != nullptr;
     // Of those whom the door asks for it sees to that itself.
-    const bool ofDoor = roster_.config.access.byDoor(hello.access).has_value();
-    if (who.by == Entrant::By::kPass && !ofDoor) peer.pass = hello.access;
+    peer.ofDoor = peer.origin.near && roster_.config.access.byDoor(hello.access).has_value();
+    if (who.by == Entrant::By::kPass && !peer.ofDoor) peer.pass = hello.access;
     welcome(peer, now);
     roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, std::move(who), std::move(panel)});
     // Whoever only asks is told what it asks for, and what it has subscribed to.

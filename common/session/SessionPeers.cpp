@@ -49,6 +49,11 @@ std::size_t SessionPeers::applications() const {
         std::ranges::count_if(peers_, [](const auto& item) { return item.second.isApplication(); }));
 }
 
+std::size_t SessionPeers::applicationsOf(const Entrant& who) const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        peers_, [&](const auto& item) { return item.second.isApplication() && item.second.who.isSameAs(who); }));
+}
+
 TimePoint SessionPeers::lastHeard(const SessionPeer& peer) const {
     const SessionPeer* other = find(peer.other);
     return other ? std::max(peer.lastByte, other->lastByte) : peer.lastByte;

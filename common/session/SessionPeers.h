@@ -26,6 +26,8 @@ struct SessionPeer {
     PeerRole role = PeerRole::kHost;
     PeerOrigin origin;
     bool ofPanel = false;  ///< it reaches a panel's fields alone
+    Entrant who = {};      ///< of an application
+    bool ofDoor = false;   ///< the server's own door, which says from where each of its requests comes
     std::string pass;  ///< the word for some time that it came in with; empty: it came in otherwise
     std::string name;
     SessionToken token;
@@ -64,6 +66,7 @@ public:
     [[nodiscard]] SessionPeer* controlOf(const SessionToken& token);
     [[nodiscard]] std::vector<ConnectionId> welcomed() const;
     [[nodiscard]] std::size_t applications() const;
+    [[nodiscard]] std::size_t applicationsOf(const Entrant& who) const;  ///< wherever from
 
     void heard(SessionPeer& peer, TimePoint now) { peer.lastByte = std::max(peer.lastByte, now); }
     /// The last byte on any of its connections.

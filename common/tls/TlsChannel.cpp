@@ -23,7 +23,20 @@ DateTime now() {
 struct Wires {
     ByteSpan* incoming;
     Bytes* outgoing;
+    std::size_t messages = 0;   ///< of TLS itself, that came: the handshake's, tickets, new keys
+    std::uint64_t content = 0;  ///< bytes that came beside these
+
+    /// New keys take 50 us each, and nine thousand of them are in one read: to work through them stopped the frames.
+    [[nodiscard]] bool tooMany() const {
+        constexpr std::size_t kFree = 64;
+        constexpr std::uint64_t kBytesOfEach = std::uint64_t{1} << 20;
+        return messages > kFree + content / kBytesOfEach;
+    }
 };
+
+void countMessage(int isSent, int, int type, const void*, std::size_t, SSL*, void* given) {
+    if (isSent == 0 && type == SSL3_RT_HANDSHAKE) ++static_cast<Wires*>(given)->messages;
+}
 
 int writeWire(BIO* bio, const char* bytes, int count) {
     const Wires& wires = *static_cast<Wires*>(BIO_get_data(bio));
@@ -33,8 +46,10 @@ int writeWire(BIO* bio, const char* bytes, int count) {
 }
 
 int readWire(BIO* bio, char* room, int count) {
-    ByteSpan& incoming = *static_cast<Wires*>(BIO_get_data(bio))->incoming;
+    const Wires& wires = *static_cast<Wires*>(BIO_get_data(bio));
+    ByteSpan& incoming = *wires.incoming;
     BIO_clear_retry_flags(bio);
+    if (wires.tooMany()) return -1;  // for good: `read` says why
     if (incoming.empty()) {
         BIO_set_retry_read(bio);
         return -1;
@@ -175,6 +190,8 @@ TlsChannel::TlsChannel(std::shared_ptr<const TlsContext> context, Side side, std
     BIO_set_init(wire, 1);
     SSL_set_bio(ssl, wire, wire);
     SSL_set_ex_data(ssl, TlsCallbacks::channelIndex(), this);
+    SSL_set_msg_callback(ssl, countMessage);
+    SSL_set_msg_callback_arg(ssl, &impl_->wires);
     if (side == Side::kAccepts) {
         SSL_set_accept_state(ssl);
     } else {
@@ -270,9 +287,11 @@ Expected<std::size_t> TlsChannel::read(std::span<std::byte> room) {
     ERR_clear_error();
     std::size_t count = 0;
     const int done = SSL_read_ex(impl_->ssl.get(), room.data(), room.size(), &count);
+    impl_->wires.content += count;
     if (done == 1) return count;
     const int why = SSL_get_error(impl_->ssl.get(), done);
     if (why == SSL_ERROR_WANT_READ || why == SSL_ERROR_WANT_WRITE) return 0;
+    if (impl_->wires.tooMany()) return tl::unexpected(network("the peer changes its keys again and again (TLS 1.3)"));
     if (why == SSL_ERROR_ZERO_RETURN) {
         peerEnded_ = true;
         return 0;

@@ -16,6 +16,7 @@ struct Asking {
     std::vector<ByteSlice> binaries;
     ObjectNames names;
     AnsweredAsItCame answered;
+    std::string from;
 };
 
 tl::unexpected<ApiError> withoutField(const Error& error) {
@@ -52,21 +53,25 @@ void ask(const std::shared_ptr<Asking>& asking) {
         readRequest(asking->request, asking->fields ? *asking->fields : nothing, asking->binaries, asking->names);
     if (!read) return asking->answered(tl::unexpected(read.error()));
     if (!asking->names.wanted().empty()) return lookUp(*link, asking);
-    link->askAsItComes(read->request, read->arrays, [asking](const Expected<ByteSlice>& answer) {
-        asking->answered(answer ? ApiExpected<ByteSlice>(*answer) : withoutField(answer.error()));
-    });
+    link->askAsItComes(
+        read->request, read->arrays,
+        [asking](const Expected<ByteSlice>& answer) {
+            asking->answered(answer ? ApiExpected<ByteSlice>(*answer) : withoutField(answer.error()));
+        },
+        asking->from);
 }
 
 }  // namespace
 
 void askInJson(DoorLink& link, const std::string& request, std::shared_ptr<const Json> fields,
-               std::vector<ByteSlice> binaries, AnsweredAsItCame answered) {
+               std::vector<ByteSlice> binaries, AnsweredAsItCame answered, const std::string& from) {
     auto asking = std::make_shared<Asking>();
     asking->link = link.weak_from_this();
     asking->request = request;
     asking->fields = std::move(fields);
     asking->binaries = std::move(binaries);
     asking->answered = std::move(answered);
+    asking->from = from;
     ask(asking);
 }
 

@@ -42,8 +42,10 @@ private:
 }
 
 /// Reads `fields` as that request and asks it of the server; paths in it are looked up there first. Exactly one call of
-/// `answered`, with the answer as it came (codec ApplicationCodec), unless the link is closed.
+/// `answered`, with the answer as it came (codec ApplicationCodec), unless the link is closed. `from`: as a DoorLink
+/// takes it.
 void askInJson(DoorLink& link, const std::string& request, std::shared_ptr<const Json> fields,
-               std::vector<ByteSlice> binaries, std::function<void(const ApiExpected<ByteSlice>&)> answered);
+               std::vector<ByteSlice> binaries, std::function<void(const ApiExpected<ByteSlice>&)> answered,
+               const std::string& from = {});
 
 }  // namespace tessera

@@ -73,7 +73,9 @@ public:
     /// It is to go, and told why where it can be; nothing that it says counts from now on.
     virtual void sendAway(const std::string&) { leave(); }
     bool sentAway = false;  ///< its door has done so
-    std::string pass;       ///< the word for some time that it came with; empty: it came otherwise
+    std::string pass;       ///< the word for some time that it came with last; empty: it came otherwise
+    std::optional<Entrant> who = {};  ///< as whom it came last; none: it has shown nothing yet
+    bool isSocket = false;            ///< else HTTP
     SourceAddress source = {};
     std::optional<Crowd<Guest*>::Place> silent = {};  ///< it has not shown a token yet: where it stands among those
     bool gone = false;                                ///< it gives way, and has still to hear of it
@@ -104,25 +106,22 @@ struct DoorContext {
     std::size_t sockets = 0;   ///< of the guests
     std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
 
-    /// The link by which somebody's requests over HTTP go; dialled when it is first needed, and again when it has
+    /// The link by which somebody's requests over HTTP go, wherever from; dialled when it is first needed, and again when it has
     /// ended. Of many people that asks nothing now which has asked nothing for longest goes. Null: all do.
     [[nodiscard]] DoorLink* sharedLink(const Entrant& who) {
-        constexpr std::ptrdiff_t kOfOne = 2;
-        auto known = std::ranges::find(shared_, who, &Shared::who);
-        // Who comes from many addresses has no more links for that: their lines in the audit log name one of these.
-        const auto same = [&](const Shared& one) { return one.who.isSameAs(who); };
-        if (known == shared_.end() && std::ranges::count_if(shared_, same) >= kOfOne)
-            known = std::ranges::find_if(shared_, same);
+        Entrant anywhere = who;  // requests say themselves from where they come
+        anywhere.from.clear();
+        const auto known = std::ranges::find(shared_, anywhere, &Shared::who);
         if (known != shared_.end()) {
             shared_.splice(shared_.end(), shared_, known);
         } else if (shared_.size() < limits.maxHttpLinks) {
-            shared_.push_back({who, nullptr});
+            shared_.push_back({std::move(anywhere), nullptr});
         } else {
             const auto idle = std::ranges::find_if(shared_, [](const Shared& one) { return one.link->open() == 0; });
             if (idle == shared_.end()) return nullptr;
             idle->link->close();
             shared_.erase(idle);
-            shared_.push_back({who, nullptr});
+            shared_.push_back({std::move(anywhere), nullptr});
         }
         std::shared_ptr<DoorLink>& link = shared_.back().link;
         if (!link || link->ended()) link = dial("console", shared_.back().who, false);
@@ -152,6 +151,16 @@ struct DoorContext {
     void isKnown(Guest& guest) {
         if (guest.silent) silent.remove(*guest.silent);
         guest.silent.reset();
+    }
+    /// Whether one of this name may be among the connections, or sockets, beside those that are (`hasShare`).
+    [[nodiscard]] bool hasPlaceFor(const Entrant& newcomer, const Guest& self, bool amongSockets) const {
+        std::size_t own = 0, others = 0;
+        for (const Guest* guest : guests) {
+            if (guest == &self || guest->gone || (amongSockets && !guest->isSocket)) continue;
+            if (!guest->who) continue;  // it gives way to whoever has shown something
+            ++(guest->who->isSameAs(newcomer) ? own : others);
+        }
+        return hasShare(newcomer.by, own, others, amongSockets ? limits.maxSockets : limits.maxConnections);
     }
 
     /// Where too much is held, those go for whom most of it waits in vain.

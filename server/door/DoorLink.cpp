@@ -21,13 +21,13 @@ void DoorLink::ask(const ApplicationRequest& request, std::span<const Blob> arra
 }
 
 void DoorLink::askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays,
-                            AnsweredAsItCame answered) {
+                            AnsweredAsItCame answered, const std::string& from) {
     if (over_) return answered(tl::unexpected(*over_));
     const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle
     const std::uint64_t id = ++lastRequest_;
     open_.emplace(id, std::move(answered));
     forEachUpload(arrays, [&](message::Upload piece) { session_->upload(std::move(piece)); });
-    session_->request(id, encodeRequest(request));
+    session_->request(id, encodeRequest(request), from);
 }
 
 void DoorLink::close() {

@@ -31,7 +31,9 @@ public:
     void on(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
     /// Exactly one call of `answered`, unless `close` comes first. `arrays` go before it.
     void ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered);
-    void askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays, AnsweredAsItCame answered);
+    /// `from`: whose request it is, of a link for several; empty: the link's own.
+    void askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays, AnsweredAsItCame answered,
+                      const std::string& from = {});
     /// The wall as its configuration says (codec WallCodec); empty until the server has let this one in.
     [[nodiscard]] const ByteSlice& wall() const { return wall_; }
     /// Requests without an answer.

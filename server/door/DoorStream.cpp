@@ -8,6 +8,7 @@
 #include <array>
 
 #include "common/net/HungUp.h"
+#include "common/net/OwnAddress.h"
 #include "common/tls/TlsChannel.h"
 
 namespace tessera {
@@ -16,10 +17,9 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 
 struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
-    static constexpr std::size_t kIn = std::size_t{17} << 10;          // a record of TLS, and its head
-    static constexpr std::size_t kKept = std::size_t{16} << 10;        // of what was written, for the next
-    static constexpr std::size_t kRest = 2048;                         // of what nobody will look at
-    static constexpr std::size_t kMostAnswers = std::size_t{1} << 20;  // of TLS itself, to one who does not read them
+    static constexpr std::size_t kIn = std::size_t{17} << 10;    // a record of TLS, and its head
+    static constexpr std::size_t kKept = std::size_t{16} << 10;  // of what was written, for the next
+    static constexpr std::size_t kRest = 2048;                   // of what nobody will look at
 
     explicit Impl(tcp::socket socket) : raw(std::move(socket)) {}
 
@@ -94,7 +94,6 @@ struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
         channel->keep();
         if (channel->peerEnded()) broken = asio::error::eof;
         flush();  // what TLS itself answers
-        if (channel->outgoing().size() > kMostAnswers) broken = asio::error::no_buffer_space;
         return count > 0 || broken;
     }
     void readLater(Error error, std::size_t count) {
@@ -215,7 +214,7 @@ std::optional<Credential> DoorStream::peer(const TlsContext& keys) const {
 std::string DoorStream::from() {
     Error gone;
     const boost::asio::ip::tcp::endpoint other = socket().remote_endpoint(gone);
-    return gone ? std::string() : other.address().to_string();
+    return gone ? std::string() : plainAddress(other.address().to_string());
 }
 
 void DoorStream::close() {

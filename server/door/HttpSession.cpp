@@ -129,8 +129,13 @@ private:
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_))
             return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
-        if (routes_.knowsWho()) context_.isKnown(*this);
-        pass = context_.gate.passIn(request_, *readTarget(request_.target));  // its body may come after its end
+        if (routes_.knowsWho()) {
+            if (!(who && who->isSameAs(routes_.who())) && !context_.hasPlaceFor(routes_.who(), *this, false))
+                return refuse(tooManyOf(routes_.who(), "connections"));
+            context_.isKnown(*this);
+            who = routes_.who();
+            pass = context_.gate.passIn(request_, *readTarget(request_.target));  // it may end before its body has come
+        }
         const std::string path = readTarget(request_.target)->path;
         if (request_.wantsSocket && (path == "/socket" || path == "/link")) {
             if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
@@ -159,7 +164,6 @@ private:
             const std::shared_ptr<HttpSession> self = weak.lock();
             if (!self || self->answered_ == number) return;
             self->answered_ = number;
-            self->pass.clear();  // the next request is asked for its own
             self->patience_.cancel();
             self->stream_.expiresAfter(self->context_.limits.answerWait);
             self->write(std::move(answer), self->parser_->keep_alive());
@@ -187,6 +191,9 @@ private:
             self->slowed_.reset();
             if (!stopped) self->refuse(answer);
         });
+    }
+    static HttpAnswer tooManyOf(const Entrant& who, std::string_view what) {
+        return errorAnswer(503, "limit", fmt::format("as many {} of '{}' are open as may be of one name", what, who.name));
     }
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
@@ -245,10 +252,12 @@ private:
         if (context_.sockets >= context_.limits.maxSockets)
             return refuse(errorAnswer(
                 503, "limit", "as many sockets are open as may be: " + std::to_string(context_.limits.maxSockets)));
+        if (!context_.hasPlaceFor(routes_.who(), *this, true)) return refuse(tooManyOf(routes_.who(), "sockets"));
         stream_.neverExpires();
         const HttpTarget target = *readTarget(request_.target);
         std::string word = context_.gate.passIn(request_, target);
-        if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), std::move(word), context_);
+        if (isLink)
+            return startLinkTunnel(std::move(stream_), parser_->release(), routes_.who(), std::move(word), context_);
         startSocketSession(std::move(stream_), parser_->release(), target, routes_.who(), std::move(word), context_);
     }
 

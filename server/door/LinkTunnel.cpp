@@ -22,6 +22,7 @@ public:
     LinkTunnel(DoorStream stream, DoorContext& context)
         : Guest(context), context_(context), outside_(std::move(stream)), inside_(context.io) {
         ++context_.sockets;
+        isSocket = true;
     }
     ~LinkTunnel() override { --context_.sockets; }
 
@@ -142,9 +143,10 @@ private:
 
 }  // namespace
 
-void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, std::string pass,
-                     DoorContext& context) {
+void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, const Entrant& who,
+                     std::string pass, DoorContext& context) {
     const auto tunnel = std::make_shared<LinkTunnel>(std::move(stream), context);
+    tunnel->who = who;
     tunnel->pass = std::move(pass);
     tunnel->accept(upgrade);
 }

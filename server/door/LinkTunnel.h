@@ -9,13 +9,12 @@
 
 namespace tessera {
 
-/// `pass`: the word for some time that it came with; empty: it came otherwise. Render hosts do not come in so.
+/// `who` came with the WebSocket; `pass`: by which word for some time, empty: otherwise. Render hosts do not come in so.
 ///
 /// Binary messages carry the bytes of proto/WIRE.md in both directions; where one ends means nothing. Each channel of
 /// the link is a WebSocket. Who comes in as what the link's own Hello says: the server looks at its token as ever. What
 /// one side does not read the other is not asked for, so that a slow reader waits for itself.
-void startLinkTunnel(DoorStream stream,
-                     boost::beast::http::request<boost::beast::http::string_body> upgrade, std::string pass,
-                     DoorContext& context);
+void startLinkTunnel(DoorStream stream, boost::beast::http::request<boost::beast::http::string_body> upgrade,
+                     const Entrant& who, std::string pass, DoorContext& context);
 
 }  // namespace tessera

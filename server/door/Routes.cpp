@@ -182,7 +182,8 @@ void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name
                   if (!came) return answer(apiErrorAnswer(came.error()));
                   if (came->size() <= kMostAtOnce) return answer(httpAnswerOf(*came));
                   beside.run([came = *came] { return httpAnswerOf(came); }, answer);
-              });
+              },
+              who_.from);
 }
 
 }  // namespace tessera

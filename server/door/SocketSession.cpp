@@ -38,14 +38,15 @@ const RequestInfo* requestOf(std::string_view name) {
 
 class SocketSession : public Guest, public std::enable_shared_from_this<SocketSession> {
 public:
-    SocketSession(DoorStream stream, const HttpTarget& target, Entrant who, DoorContext& context)
+    SocketSession(DoorStream stream, const HttpTarget& target, const Entrant& entrant, DoorContext& context)
         : Guest(context),
           stream_(std::move(stream)),
           clock_(context.io),
           context_(context),
-          who_(std::move(who)),
           rate_(context.limits.socketPerSecond, 2 * context.limits.socketPerSecond) {
         ++context_.sockets;
+        isSocket = true;
+        who = entrant;
         const auto name = target.query.find("name");
         name_ =
             name == target.query.end() || name->second.empty() || name->second.size() > 64 ? "socket" : name->second;
@@ -78,7 +79,7 @@ private:
 
     void begin() {
         alive_ = shared_from_this();
-        link_ = context_.dial(name_, who_, follows_);
+        link_ = context_.dial(name_, *who, follows_);
         const auto with = [weak = Weak(shared_from_this())](auto&& tell) {
             return [weak, tell](const auto& what) {
                 if (const std::shared_ptr<SocketSession> self = weak.lock()) tell(*self, what);
@@ -189,9 +190,9 @@ private:
         // What nobody will look at is not kept until it is whole.
         if (envelope->binaries > 0) {
             const RequestInfo* const known = requestOf(envelope->request);
-            if (!known || who_.role < known->role) discards_ = std::exchange(envelope->binaries, 0);
-            if (known && who_.role < known->role)
-                return say(errorText(said.id, {ErrorCode::kRefused, roleRefusal(*known, who_.role).message}), {});
+            if (!known || who->role < known->role) discards_ = std::exchange(envelope->binaries, 0);
+            if (known && who->role < known->role)
+                return say(errorText(said.id, {ErrorCode::kRefused, roleRefusal(*known, who->role).message}), {});
         }
         awaited_ = std::move(*envelope);
         binaries_.clear();
@@ -403,7 +404,6 @@ private:
     boost::asio::steady_timer clock_;
     int quiet_ = 0;  ///< so often it has neither said nor taken anything
     DoorContext& context_;
-    const Entrant who_;
     RateLimit rate_;
     std::string name_;
     bool follows_ = false;

@@ -1,8 +1,10 @@
 """Who did what: by which door, with which key or token, on a wall of real processes."""
+import http.client
 import json
 import pathlib
 import signal
 import ssl
+import time
 import unittest
 import urllib.request
 
@@ -55,6 +57,19 @@ class Audit(unittest.TestCase):
         for line in lines:
             self.assertEqual(line["objects"], ["/carriage"])
             self.assertTrue(line["from"].startswith("127.0.0.1"), line)
+
+    def test_each_request_over_http_is_told_with_its_own_address(self):
+        places = ["127.0.0.3", "127.0.0.4", "127.0.0.5", "127.0.0.3"]
+        with AuditedWall(keys=False) as live:
+            address, token = live.link().split("//")[1].split("/?token=")
+            for place in places:
+                door = http.client.HTTPConnection(address, source_address=(place, 0), timeout=PATIENCE)
+                door.request("POST", "/api/MoveNode", b'{"node":"/carriage","translation":[0,2,1]}',
+                             {"Authorization": "Bearer " + token})
+                self.assertEqual(door.getresponse().status, 200)
+                door.close()
+                time.sleep(1.1)  # alike within a second is one line
+            self.assertEqual([line["from"] for line in live.lines()], places)
 
     def test_a_viewer_who_edits_is_told_of(self):
         with AuditedWall() as live, run_folder():

@@ -34,20 +34,21 @@ void AuditBook::forgetGone(ConnectionId connection) {
         applications_.erase(known);
 }
 
-std::uint64_t AuditBook::asked(ConnectionId connection, const RequestInfo& info) {
+std::uint64_t AuditBook::asked(ConnectionId connection, const RequestInfo& info, const std::string& from) {
     if (info.role == Role::kViewer) return 0;
-    open_.emplace(std::pair(connection, ++lastDeed_), Deed{.did = info.name});
+    open_.emplace(std::pair(connection, ++lastDeed_), Deed{.did = info.name, .from = from});
     return lastDeed_;
 }
 
-void AuditBook::mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why) {
-    note(connection, {.did = info.name}, why);
+void AuditBook::mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why,
+                       const std::string& from) {
+    note(connection, {.did = info.name, .from = from}, why);
 }
 
 bool AuditBook::wantsObjects(ConnectionId connection, std::uint64_t number) const {
     const auto deed = open_.find({connection, number});
     if (deed == open_.end() || !deed->second.objects.empty()) return false;
-    const auto line = lines_.find({connection, deed->second.did, false});
+    const auto line = lines_.find(keyOf(connection, deed->second, false));
     return line == lines_.end() || line->second.objects.size() < kMostObjects;
 }
 
@@ -72,8 +73,21 @@ void AuditBook::byHand(std::vector<std::string> objects, std::uint64_t changes) 
     note(ConnectionId(), {.did = "dragged by hand", .objects = std::move(objects), .changes = changes});
 }
 
-AuditLine& AuditBook::lineOf(ConnectionId connection, std::string_view did, const std::string& refused) {
-    const auto [line, isNew] = lines_.try_emplace(LineKey(connection, did, !refused.empty()));
+/// Whoever has many addresses fills no file by them.
+AuditBook::LineKey AuditBook::keyOf(ConnectionId connection, const Deed& deed, bool refused) const {
+    LineKey key(connection, deed.did, refused, deed.from);
+    if (lines_.contains(key)) return key;
+    const auto first = lines_.lower_bound({connection, deed.did, refused, {}});
+    const auto other = std::find_if(first, lines_.end(), [&](const auto& line) {
+        return std::get<0>(line.first) != connection || std::get<1>(line.first) != deed.did ||
+               std::get<2>(line.first) != refused;
+    });
+    if (std::distance(first, other) >= kMostPlaces) std::get<std::string>(key) = "others";
+    return key;
+}
+
+AuditLine& AuditBook::lineOf(ConnectionId connection, const Deed& deed, const std::string& refused) {
+    const auto [line, isNew] = lines_.try_emplace(keyOf(connection, deed, !refused.empty()));
     if (!isNew) {
         ++line->second.times;
         return line->second;
@@ -83,14 +97,16 @@ AuditLine& AuditBook::lineOf(ConnectionId connection, std::string_view did, cons
     const Application who = known != applications_.end()
                                 ? known->second.who
                                 : Application{{.role = Role::kEditor}, "the wall itself", ""};
-    line->second = {now_(), who.who, shortened(who.program), who.from, std::string(did)};
+    const std::string& from = std::get<std::string>(line->first);
+    line->second = {now_(), who.who, shortened(who.program), from.empty() ? who.from : shortened(from),
+                    std::string(deed.did)};
     line->second.who.name = shortened(who.who.name);
     line->second.refused = shortened(refused);
     return line->second;
 }
 
 void AuditBook::note(ConnectionId connection, Deed deed, const std::string& refused) {
-    AuditLine& line = lineOf(connection, deed.did, refused);
+    AuditLine& line = lineOf(connection, deed, refused);
     line.changes += deed.changes;
     for (const std::string& each : deed.objects) {
         if (line.objects.size() == kMostObjects) break;

@@ -18,12 +18,13 @@
 namespace tessera {
 
 /// Of all that is above a viewer's role. What one application does alike within a second is
-/// one line, so that a drag is, and a program that writes in each frame. Holds a line a second for each application and
-/// kind of request, and what is open; hands them over once a second. Frame thread only.
+/// one line, so that a drag is, and a program that writes in each frame. Holds a line a second for each application,
+/// kind of request and kMostPlaces addresses, and what is open; hands them over once a second. Frame thread only.
 class AuditBook {
 public:
     static constexpr std::size_t kMostObjects = 16;    ///< that a line names
     static constexpr std::size_t kMostBytes = 256;     ///< of each text; of a longer one its end
+    static constexpr std::ptrdiff_t kMostPlaces = 4;   ///< from which one asks alike: "and others" are one line
     static constexpr std::chrono::milliseconds kTogether{1'000};
 
     struct Application {
@@ -44,10 +45,11 @@ public:
     /// What it has asked for is carried out: `isUnderWay` says of which deeds.
     void left(ConnectionId connection, const std::function<bool(std::uint64_t deed)>& isUnderWay);
 
-    /// It has said this, and may. Returns the number of the deed, for what follows; 0: it is none.
-    [[nodiscard]] std::uint64_t asked(ConnectionId connection, const RequestInfo& info);
+    /// It has said this, and may. Returns the number of the deed, for what follows; 0: it is none. `from`: from where,
+    /// where it is not the application's own address.
+    [[nodiscard]] std::uint64_t asked(ConnectionId connection, const RequestInfo& info, const std::string& from = {});
     /// Its role keeps it from saying this.
-    void mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why);
+    void mayNot(ConnectionId connection, const RequestInfo& info, const std::string& why, const std::string& from = {});
     /// Whether names of what such a request writes are wanted: it costs something to find them.
     [[nodiscard]] bool wantsObjects(ConnectionId connection, std::uint64_t deed) const;
     void names(ConnectionId connection, std::uint64_t deed, std::vector<std::string> objects);
@@ -67,12 +69,15 @@ private:
     };
     struct Deed {
         std::string_view did;
+        std::string from = {};  ///< empty: its application's
         std::vector<std::string> objects = {};
         std::uint64_t changes = 0;
     };
-    using LineKey = std::tuple<ConnectionId, std::string_view, bool>;  ///< who, what, whether it was refused
+    /// Who, what, whether it was refused, from where.
+    using LineKey = std::tuple<ConnectionId, std::string_view, bool, std::string>;
 
-    AuditLine& lineOf(ConnectionId connection, std::string_view did, const std::string& refused);
+    [[nodiscard]] LineKey keyOf(ConnectionId connection, const Deed& deed, bool refused) const;
+    AuditLine& lineOf(ConnectionId connection, const Deed& deed, const std::string& refused);
     void note(ConnectionId connection, Deed deed, const std::string& refused = {});
     void forgetGone(ConnectionId connection);
     void handOver();

@@ -19,13 +19,13 @@ ServerActions RequestDesk::received(const server_action::RequestReceived& receiv
     const Expected<ApplicationRequest> decoded = decodeRequest(received.body, {}, [&](const RequestInfo& info) {
         std::optional<Error> why = desk_.mayNot(received.connection, info);
         if (why && info.bringsArrays) desk_.proposals.dropArrays(received.connection);
-        if (audit && why) audit->mayNot(asker.connection, info, why->message);
-        if (audit && !why) asker.deed = audit->asked(asker.connection, info);
+        if (audit && why) audit->mayNot(asker.connection, info, why->message, received.from);
+        if (audit && !why) asker.deed = audit->asked(asker.connection, info, received.from);
         return why;
     });
     if (!decoded) return desk_.refuse(asker, decoded.error());
     if (std::optional<Error> why = desk_.mayNot(received.connection, *decoded)) {
-        if (audit) audit->mayNot(asker.connection, infoOf(*decoded), why->message);
+        if (audit) audit->mayNot(asker.connection, infoOf(*decoded), why->message, received.from);
         desk_.proposals.dropArrays(received.connection);
         return desk_.refuse(asker, *std::move(why));
     }

@@ -46,6 +46,25 @@ TEST_F(Audit, SaysWhoDidWhatToWhat) {
               R"("from":"10.0.0.7:4000","did":"MoveNode","objects":["/hall/crane"]})");
 }
 
+TEST_F(Audit, ALineIsOfOneAddressAndManyFillNoFile) {
+    const auto moves = [&](const std::string& from) {
+        book.answered(kAda, book.asked(kAda, kMove, from), true);
+    };
+    for (int i = 0; i < 3; ++i)
+        for (const char* from : {"10.0.0.1", "10.0.0.2", "10.0.0.3"}) moves(from);
+    std::vector<AuditLine> lines = handedOver();
+    ASSERT_EQ(lines.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(lines[i].from, "10.0.0." + std::to_string(i + 1));
+        EXPECT_EQ(lines[i].times, 3u);
+    }
+    for (int i = 0; i < 1'000; ++i) moves("fd00::" + std::to_string(i));
+    lines = handedOver();
+    ASSERT_EQ(lines.size(), static_cast<std::size_t>(AuditBook::kMostPlaces) + 1);
+    EXPECT_EQ(lines.back().from, "others");
+    EXPECT_EQ(lines.back().times, 1'000u - AuditBook::kMostPlaces);
+}
+
 TEST_F(Audit, WhoLooksAndWhatIsRefusedIsNoDeed) {
     does(kAda, kLook);
     does(kAda, kMove, {"/a"}, false);

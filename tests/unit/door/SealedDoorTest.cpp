@@ -82,6 +82,7 @@ protected:
         int socket = -1;
         std::uint16_t port = 0;
     } backlog;
+    std::vector<std::unique_ptr<SealedPeer>> sockets;
     TlsKeys keys;
     std::atomic<KeysNow> current;
     std::unique_ptr<Door> door;
@@ -182,18 +183,51 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
     keys.tokens.push_back(
         {.hash = hashOfToken(word), .pass = {"ci", Role::kViewer}, .until = std::chrono::system_clock::now() + 2s});
     current.store(contextOf(keys));
-    SealedPeer asks = withLink(), socket = withLink();
-    asks.say(get("/api", word));
-    EXPECT_NE(asks.hear("GetStatus").find(" 200 "), std::string::npos);
+    SealedPeer asks = withLink(), rests = withLink(), socket = withLink();
+    for (SealedPeer* each : {&asks, &rests}) {
+        each->say(get("/api", word));
+        EXPECT_NE(each->hear("GetStatus").find(" 200 "), std::string::npos);
+    }
+    // What anybody may ask keeps nobody's place.
+    asks.say(get("/authority.crt"));
+    EXPECT_NE(asks.hear("-----END CERTIFICATE-----").find("-----END"), std::string::npos);
     std::string upgrade = openSocket();
     upgrade.insert(upgrade.find("Upgrade:"), fmt::format("Authorization: Bearer {}\r\n", word));
     socket.say(upgrade);
     ASSERT_NE(socket.hear("\r\n\r\n").find(" 101 "), std::string::npos) << socket.heard();
     EXPECT_TRUE(socket.closes(4s));
     EXPECT_NE(socket.heard().find("its token has ended"), std::string::npos) << socket.heard();
-    asks.forget();
-    asks.say(get("/api", word));
-    EXPECT_NE(asks.hear("}}\n").find(" 401 "), std::string::npos);
+    for (SealedPeer* each : {&asks, &rests}) EXPECT_TRUE(each->closes(2s)) << "a connection that is kept goes, too";
+    SealedPeer again = withLink();
+    again.say(get("/api", word));
+    EXPECT_NE(again.hear("}}\n").find(" 401 "), std::string::npos);
+}
+
+TEST_F(SealedDoor, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
+    const std::string word = freshToken(), other = freshToken();
+    for (const auto& [name, said] : {std::pair("ci", word), std::pair("ada", other)})
+        keys.tokens.push_back({.hash = hashOfToken(said),
+                               .pass = {name, Role::kViewer},
+                               .until = std::chrono::system_clock::now() + 1h});
+    current.store(contextOf(keys));
+    const auto opened = [&](const std::string& with, int most) {
+        int count = 0;
+        for (int i = 0; i < most; ++i) {
+            sockets.push_back(std::make_unique<SealedPeer>(door->address().port, contextOf(cave().pinned())));
+            std::string upgrade = openSocket();
+            upgrade.insert(upgrade.find("Upgrade:"), fmt::format("Authorization: Bearer {}\r\n", with));
+            sockets.back()->say(upgrade);
+            if (sockets.back()->hear("\r\n\r\n").find(" 101 ") == std::string::npos) {
+                EXPECT_NE(sockets.back()->heard().find("503"), std::string::npos) << sockets.back()->heard();
+                break;
+            }
+            ++count;
+        }
+        return count;
+    };
+    EXPECT_EQ(opened(word, 48), 24) << "half of all";
+    EXPECT_EQ(opened(other, 48), 12) << "half of what is left";
+    EXPECT_EQ(opened(kWords.of(Role::kViewer), 48), 12) << "the server's user has the rest";
 }
 
 /// Its look at the keys is a timer: whenever that is due it does not keep the door from ending.

@@ -106,5 +106,18 @@ TEST(Transport, AnAddressThatIsCrowdedKeepsNoOtherOneWaiting) {
     for (int i = 0; i < 8; ++i) EXPECT_EQ(server.next<Received>().type, 50);
 }
 
+/// Each byte of a handshake is a step that may begin its time anew.
+TEST(Crowd, WhoSaysAByteAtATimeHoldsNoPlaceByThat) {
+    Crowd<int> crowd(100ms);
+    const Crowd<int>::Place drips = crowd.add(kA, 1, kStart);
+    std::optional<std::chrono::milliseconds> gone;
+    for (auto at = 50ms; at < 10s && !gone; at += 50ms) {
+        crowd.beginAgain(drips, kStart + at);
+        if (crowd.givesWay(kStart + at + 49ms, kNobodyWaits)) gone = at;
+    }
+    ASSERT_TRUE(gone) << "it says its bytes and stays";
+    EXPECT_LE(*gone, 400ms);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -251,6 +251,37 @@ TEST(ServerAccess, APanelsTokenBringsItsPanelAndNothingElse) {
     EXPECT_EQ(s.sent<message::Refused>(s.knock("gone")).size(), 1u) << "its panel is not there";
 }
 
+TEST(ServerAccess, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
+    Gated s;
+    const auto come = [&](const PeerOrigin& from, const std::string& word) {
+        for (int count = 0;; ++count)
+            if (const std::string refused = s.refusalOf(s.knock(word, from)); !refused.empty()) {
+                EXPECT_NE(refused.find("already"), std::string::npos) << refused;
+                return count;
+            }
+    };
+    Identity bob = person(Role::kViewer);
+    bob.name = "bob";
+    EXPECT_EQ(come(with(person(Role::kEditor)), ""), 32) << "half of all";
+    EXPECT_EQ(come(with(bob), ""), 16) << "half of what is left";
+    EXPECT_EQ(come(kHere, "runs"), 16) << "the server's user has the rest";
+}
+
+TEST(ServerAccess, OnlyItsDoorIsBelievedFromWhereARequestComes) {
+    Gated s;
+    const std::string asDoor =
+        AccessTokens{{}, "the-door"}.ofDoorFor({Role::kEditor, Entrant::By::kPass, "visitor", "", ""});
+    for (const bool door : {true, false}) {
+        const ConnectionId application = s.knock(door ? asDoor : "runs", kHere);
+        ASSERT_EQ(s.refusalOf(application), "");
+        s.forget();
+        s.say(application, message::Request{.id = 3, .body = textBytes("move"), .from = "10.0.0.9"});
+        const auto asked = s.actions<server_action::RequestReceived>();
+        ASSERT_EQ(asked.size(), 1u);
+        EXPECT_EQ(asked[0].from, door ? "10.0.0.9" : "");
+    }
+}
+
 TEST(ServerAccess, WhoShowsWrongWordsAgainAndAgainHearsOfItLaterAndNobodyElseWaits) {
     Gated s;
     PeerOrigin from = kSealed, elsewhere = kSealed;

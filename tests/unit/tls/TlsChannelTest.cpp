@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "WallOfKeys.h"
+#include "common/tls/OpenSsl.h"
 
 namespace tessera {
 namespace {
@@ -342,6 +343,99 @@ TEST(TlsChannel, NothingThatIsChangedOnTheWireIsBelieved) {
     wire.server.arrived(sealed);
     Bytes room(4000);
     EXPECT_FALSE(wire.server.read(room));
+}
+
+/// A peer that OpenSSL plays by itself, and that may change its keys.
+class BarePeer {
+public:
+    explicit BarePeer(TlsChannel& server) : server_(server), context_(SSL_CTX_new(TLS_client_method())) {
+        ssl_.reset(SSL_new(context_.get()));
+        in_ = BIO_new(BIO_s_mem());
+        out_ = BIO_new(BIO_s_mem());
+        SSL_set_bio(ssl_.get(), in_, out_);
+        SSL_set_connect_state(ssl_.get());
+        while (!server_.ready()) {
+            SSL_do_handshake(ssl_.get());
+            const Bytes wire = says();
+            server_.arrived(wire);
+            if (wire.empty() || !server_.shake()) return;
+            server_.keep();
+            hears();
+        }
+    }
+    void changeKeys() {
+        ASSERT_EQ(SSL_key_update(ssl_.get(), SSL_KEY_UPDATE_REQUESTED), 1);
+        ASSERT_EQ(SSL_do_handshake(ssl_.get()), 1);
+    }
+    void seal(ByteSpan bytes) {
+        ASSERT_EQ(SSL_write(ssl_.get(), bytes.data(), static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
+    }
+    /// What it has sealed arrives: how many bytes of content, or what is wrong.
+    Expected<std::size_t> arrives() {
+        const Bytes wire = says();
+        server_.arrived(wire);
+        std::size_t all = 0;
+        Bytes room(64'000);
+        for (;;) {
+            const Expected<std::size_t> count = server_.read(room);
+            if (!count) return count;
+            if (*count == 0) break;
+            all += *count;
+        }
+        server_.keep();
+        hears();
+        return all;
+    }
+
+private:
+    Bytes says() {
+        Bytes bytes(BIO_ctrl_pending(out_));
+        if (!bytes.empty()) BIO_read(out_, bytes.data(), static_cast<int>(bytes.size()));
+        return bytes;
+    }
+    void hears() {
+        Bytes& bytes = server_.outgoing();
+        if (!bytes.empty()) BIO_write(in_, bytes.data(), static_cast<int>(bytes.size()));
+        bytes.clear();
+        char byte = 0;
+        if (SSL_is_init_finished(ssl_.get())) SSL_read(ssl_.get(), &byte, 1);  // tickets, answers
+    }
+
+    TlsChannel& server_;
+    SslContextPtr context_;
+    SslPtr ssl_;
+    BIO *in_ = nullptr, *out_ = nullptr;  // the SSL's
+};
+
+TEST(TlsChannel, KeysAreChangedAsOftenAsContentAsksForIt) {
+    TlsChannel server(serverContext(), Side::kAccepts);
+    BarePeer peer(server);
+    ASSERT_TRUE(server.ready());
+    const Bytes content = noise(std::size_t{1} << 20, 9);
+    for (int i = 0; i < 100; ++i) {
+        peer.changeKeys();
+        peer.seal(content);
+        const Expected<std::size_t> came = peer.arrives();
+        ASSERT_TRUE(came) << i << " " << came.error().message;
+        ASSERT_EQ(*came, content.size());
+    }
+}
+
+TEST(TlsChannel, WhoChangesKeysAgainAndAgainIsNotListenedTo) {
+    for (const bool betweenBytes : {false, true}) {
+        TlsChannel server(serverContext(), Side::kAccepts);
+        BarePeer peer(server);
+        ASSERT_TRUE(server.ready());
+        for (int i = 0; i < 5'000; ++i) {
+            peer.changeKeys();
+            if (betweenBytes) peer.seal(noise(1, 2));
+        }
+        const Expected<std::size_t> came = peer.arrives();
+        ASSERT_FALSE(came);
+        EXPECT_EQ(came.error().code, ErrorCode::kNetwork);
+        EXPECT_NE(came.error().message.find("changes its keys again and again"), std::string::npos) << came.error().message;
+        EXPECT_LT(server.outgoing().size(), 10'000u) << "answers to a few dozens";
+    }
 }
 
 TEST(TlsContext, RefusesKeysThatDoNotBelongTogether) {
