@@ -41,6 +41,12 @@ bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint6
     return true;
 }
 
+bool PictureWriter::encodeJpeg(Picture picture, int quality, std::function<void(SharedBytes)> done) {
+    Job job = jobOf(std::make_shared<const Picture>(std::move(picture)), 0, std::move(done));
+    job.jpegQuality = quality;
+    return jobs_.tryPush(std::move(job));
+}
+
 bool PictureWriter::finish() {
     jobs_.close();
     if (thread_.joinable()) thread_.join();
@@ -49,11 +55,12 @@ bool PictureWriter::finish() {
 
 void PictureWriter::run() {
     while (std::optional<Job> job = jobs_.pop()) {
-        const SharedBytes png = share(tessera::encodePng(*job->picture, job->frame));
+        const SharedBytes encoded = share(job->jpegQuality ? tessera::encodeJpeg(*job->picture, *job->jpegQuality)
+                                                           : tessera::encodePng(*job->picture, job->frame));
         // Whoever asked meanwhile is told, too; whoever comes now has another one.
         job->picture.reset();
         job->wanted->close();
-        while (const auto done = job->wanted->tryPop()) (*done)(png);
+        while (const auto done = job->wanted->tryPop()) (*done)(encoded);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -29,6 +30,8 @@ public:
     /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture while it is not done. False:
     /// kMostWaiting others wait already, and `done` is never called.
     [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
+    /// The same as JPEG, for one who asks.
+    [[nodiscard]] bool encodeJpeg(Picture picture, int quality, std::function<void(SharedBytes)> done);
     /// Waits until all is written, then stops. Whether everything could be written.
     bool finish();
 
@@ -38,6 +41,7 @@ private:
         std::shared_ptr<const Picture> picture;
         std::uint64_t frame = 0;
         std::shared_ptr<Channel<Done>> wanted;  ///< who is told; closed once it is encoded
+        std::optional<int> jpegQuality = {};    ///< none: a PNG is made
     };
     /// As many as one answer can be wanted by.
     static constexpr std::size_t kMostAskers = 1024;

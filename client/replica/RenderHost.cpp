@@ -127,6 +127,7 @@ bool RenderHost::on(const work::Configure& configure) {
     flippedBy_ = TimePoint{};
     // Images of an earlier connection are asked for again by whoever still wants them.
     waitingImages_.clear();
+    for (const auto& state : tiles_) state->previewed.clear();
     auto wall = decodeWall(configure.configuration);
     if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
     if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
@@ -449,13 +450,6 @@ Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, 
     return Picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
 }
 
-/// What the tile shows, with its pixels.
-std::shared_ptr<const Picture> RenderHost::shownBy(TileState& state) {
-    if (!liesInFile(*state.shown)) return state.shown;
-    if (!state.copied) state.copied = std::make_shared<const Picture>(state.seen->picture());
-    return state.copied;
-}
-
 bool RenderHost::on(const work::Shown& shown) {
     flippedBy_ = clockNow() + kFlipsTake;
     for (const auto& state : tiles_) {
@@ -490,46 +484,6 @@ bool RenderHost::on(const work::Describe& describe) {
     }
     tell(outcome::Described{std::move(answer)});
     return true;
-}
-
-bool RenderHost::on(const work::SendImages& images) {
-    constexpr std::size_t kMaxWaiting = 64;
-    if (!surface_) {
-        for (const auto& state : tiles_) sendNoImage({attempt_, images.request}, *state);
-        return true;
-    }
-    const WaitingImages asked{attempt_, images.request};
-    const bool here = !tiles_.empty() && std::all_of(tiles_.begin(), tiles_.end(), [&](const auto& state) {
-        return state->shown && state->shownFrame >= images.request.frame;
-    });
-    if (here)
-        sendImages(asked);
-    else if (waitingImages_.size() < kMaxWaiting)
-        waitingImages_.push_back(asked);
-    else
-        for (const auto& state : tiles_) sendNoImage(asked, *state);
-    return true;
-}
-
-void RenderHost::sendNoImage(const WaitingImages& waiting, const TileState& state) {
-    report_({waiting.attempt, outcome::Image{{.request = waiting.request.request, .frame = waiting.request.frame, .tile = state.tile.name}}});
-}
-
-void RenderHost::sendImages(const WaitingImages& waiting) {
-    for (const auto& state : tiles_) {
-        if (!state->shown) continue;
-        message::TileImage image{
-            .request = waiting.request.request, .frame = state->shownFrame, .tile = state->tile.name};
-        const bool taken = writer_->encodePng(
-            shownBy(*state), state->shownFrame.value,
-            [report = report_, attempt = waiting.attempt, image = std::move(image)](SharedBytes png) mutable {
-                image.png = std::move(png);
-                report({attempt, outcome::Image{std::move(image)}});
-            });
-        if (taken) continue;
-        log_.warning(fmt::format("frame {}: no picture of tile {} is sent: {} others are still being encoded", state->shownFrame.value, state->tile.name, PictureWriter::kMostWaiting));
-        sendNoImage(waiting, *state);
-    }
 }
 
 bool RenderHost::on(const work::Finish&) {

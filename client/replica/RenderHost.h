@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -80,6 +81,7 @@ private:
         std::shared_ptr<const Picture> test;   ///< drawn last; null: the scene was
         bool testCounts = false;
         bool still = false;                    ///< nothing that this tile's picture is made from has changed
+        std::map<std::uint32_t, std::weak_ptr<const Picture>> previewed;  ///< sent last, by how much it was shrunk
     };
     /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
     /// all.
@@ -128,6 +130,7 @@ private:
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
+    void sendPreview(const WaitingImages& waiting, TileState& state);
     /// Of tiles that there is no picture of, or no room for: the server names them.
     void sendNoImage(const WaitingImages& waiting, const TileState& state);
     [[nodiscard]] std::optional<Outcome> drawAgain(const Work& work, const message::Begin& begin);

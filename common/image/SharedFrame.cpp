@@ -19,6 +19,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/image/Shrink.h"
+
 namespace tessera {
 namespace {
 
@@ -241,6 +243,15 @@ Expected<void> ReadyFrame::show(std::span<const ReadyFrame> frames) {
 
 Picture ReadyFrame::picture() const {
     return pictureFrom(file_->pixelsOf(slot_), file_->widthPx(), file_->heightPx());
+}
+
+Picture ReadyFrame::shrunk(int by) const {
+    return tessera::shrunk({.first = file_->pixelsOf(slot_),
+                            .pitchBytes = std::size_t{4} * static_cast<std::size_t>(file_->widthPx()),
+                            .bytesPerPixel = 4,
+                            .widthPx = file_->widthPx(),
+                            .heightPx = file_->heightPx()},
+                           by);
 }
 
 Expected<SharedFrameWriter> SharedFrameWriter::create(const std::string& path, int widthPx, int heightPx) {

@@ -35,6 +35,8 @@ public:
     [[nodiscard]] static Expected<void> show(std::span<const ReadyFrame> frames);
     /// A copy. Until its writer begins the next but one, or the next if this is not shown.
     [[nodiscard]] Picture picture() const;
+    /// A copy, `by` times smaller each way (Shrink.h). As long.
+    [[nodiscard]] Picture shrunk(int by) const;
 
 private:
     friend class SharedFrameWriter;

@@ -27,6 +27,7 @@ Json fieldJson(const MemberText& member) {
     json["type"] = member.type;
     if (member.holds == Holds::kChanges) json["holds"] = "changes";
     if (member.holds == Holds::kPicture) json["holds"] = "png";
+    if (member.holds == Holds::kJpeg) json["holds"] = "jpeg";
     say("unit", member.unit, !member.unit.empty());
     if (member.least) json["least"] = *member.least;
     if (member.greatest) json["greatest"] = *member.greatest;

@@ -24,6 +24,7 @@ struct ApplicationLimits {
     std::size_t maxSceneBytes = std::size_t{64} << 20;
     std::size_t maxPieceBytes = std::size_t{256} << 10;  ///< of an array that is read in pieces
     std::size_t maxTiles = 4096;
+    std::size_t maxScreens = 64;  ///< and users
     std::size_t maxHosts = 4096;
     std::size_t maxTrackers = 64;
     std::size_t maxSensors = 1024;  ///< of one tracker

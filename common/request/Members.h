@@ -73,6 +73,7 @@ enum class Holds : std::uint8_t {
     kBytes,
     kChanges,  ///< an encoded list of changes (proto/change.proto)
     kPicture,  ///< a PNG
+    kJpeg,
 };
 
 /// Of a number, or of each number of a vector; NaN never is within them.

@@ -33,7 +33,8 @@ inline constexpr std::array<std::uint8_t, 1> kFormerRequests{24};
 using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked,
                                        answer::Contacts, answer::Images, answer::PairEvents, answer::Distances,
                                        answer::Questions, answer::Objects, answer::TreePage, answer::Trackers,
-                                       answer::FoundPage, answer::Measured, answer::Identity, answer::ArrayPiece>;
+                                       answer::FoundPage, answer::Measured, answer::Identity, answer::ArrayPiece,
+                                       answer::Preview, answer::WallPlan>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
                                        answer::Distances, answer::Questions, notice::Poses>;

@@ -7,6 +7,8 @@
 
 namespace tessera {
 
+inline constexpr std::uint32_t kMostPreviewShrink = 64;
+
 /// Moves the wall in the world, or a user's head in the wall. Unset parts stay. `reset`: back to the scene's camera.
 struct ViewWish {
     std::optional<Vec3d> position;
@@ -97,7 +99,97 @@ struct Images {
     }
 };
 
+struct TilePreview {
+    std::string tile, host;
+    FrameNumber frame;
+    ByteSlice jpeg;
+
+    static constexpr std::string_view kName = "TilePreview";
+    static constexpr auto members() {
+        return std::tuple(member<&TilePreview::tile>(1, "tile"), member<&TilePreview::host>(2, "host"),
+                          member<&TilePreview::frame>(3, "frame"),
+                          partMember<&TilePreview::jpeg>("jpeg").holding(Holds::kJpeg).said("the picture"));
+    }
+};
+struct Preview {
+    std::uint64_t stamp = 0;
+    std::vector<TilePreview> tiles;
+    std::vector<std::string> missing;
+
+    static constexpr ToldInfo kInfo{.name = "Preview", .answer = 21, .help = "Tiles that show something else now"};
+    static constexpr auto members() {
+        return std::tuple(member<&Preview::stamp>(1, "stamp").said("for `after` of the next request"),
+                          member<&Preview::tiles>(2, "tiles").atMost(&ApplicationLimits::maxTiles),
+                          member<&Preview::missing>(3, "missing")
+                              .atMost(&ApplicationLimits::maxTiles)
+                              .said("tiles of hosts that are not there"));
+    }
+};
+
+struct ScreenPlan {
+    std::string name;
+    Vec3d lowerLeft = Vec3d::Zero(), lowerRight = Vec3d::Zero(), upperLeft = Vec3d::Zero();
+    std::uint32_t width = 0, height = 0;
+
+    static constexpr std::string_view kName = "ScreenPlan";
+    static constexpr auto members() {
+        return std::tuple(member<&ScreenPlan::name>(1, "name"),
+                          member<&ScreenPlan::lowerLeft>(2, "lower_left").in("m").said("in the wall's frame"),
+                          member<&ScreenPlan::lowerRight>(3, "lower_right").in("m"),
+                          member<&ScreenPlan::upperLeft>(4, "upper_left").in("m"),
+                          member<&ScreenPlan::width>(5, "width").in("px").said("those behind bezels, too"),
+                          member<&ScreenPlan::height>(6, "height").in("px"));
+    }
+};
+struct TilePlan {
+    std::string name, screen, host, user;
+    Eye eye = Eye::kCenter;
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+    Vec3d lowerLeft = Vec3d::Zero(), lowerRight = Vec3d::Zero(), upperLeft = Vec3d::Zero();
+
+    static constexpr std::string_view kName = "TilePlan";
+    static constexpr auto members() {
+        return std::tuple(member<&TilePlan::name>(1, "name"), member<&TilePlan::screen>(2, "screen"),
+                          member<&TilePlan::host>(3, "host"), member<&TilePlan::user>(4, "user"),
+                          member<&TilePlan::eye>(5, "eye"),
+                          member<&TilePlan::x>(6, "x").in("px").said("from the left of its screen"),
+                          member<&TilePlan::y>(7, "y").in("px").said("from the top of its screen"),
+                          member<&TilePlan::width>(8, "width").in("px"), member<&TilePlan::height>(9, "height").in("px"),
+                          member<&TilePlan::lowerLeft>(10, "lower_left").in("m").said("in the wall's frame"),
+                          member<&TilePlan::lowerRight>(11, "lower_right").in("m"),
+                          member<&TilePlan::upperLeft>(12, "upper_left").in("m"));
+    }
+};
+struct UserPlan {
+    std::string name;
+    Vec3d position = Vec3d::Zero();
+
+    static constexpr std::string_view kName = "UserPlan";
+    static constexpr auto members() {
+        return std::tuple(member<&UserPlan::name>(1, "name"),
+                          member<&UserPlan::position>(2, "position").in("m").said("where the wall's file has the head"));
+    }
+};
+struct WallPlan {
+    std::string name;
+    std::vector<ScreenPlan> screens;
+    std::vector<TilePlan> tiles;
+    std::vector<UserPlan> users;
+
+    static constexpr ToldInfo kInfo{.name = "WallPlan", .answer = 22, .help = "Where screens, tiles and users are"};
+    static constexpr auto members() {
+        return std::tuple(member<&WallPlan::name>(1, "name"),
+                          member<&WallPlan::screens>(2, "screens").atMost(&ApplicationLimits::maxScreens),
+                          member<&WallPlan::tiles>(3, "tiles").atMost(&ApplicationLimits::maxTiles),
+                          member<&WallPlan::users>(4, "users").atMost(&ApplicationLimits::maxScreens));
+    }
+};
+
 }  // namespace answer
+template <>
+struct WordsOf<Eye> {
+    static constexpr std::array<std::string_view, 3> kWords{"center", "left", "right"};
+};
 
 namespace request {
 
@@ -171,7 +263,34 @@ struct GetImages {
     static constexpr auto members() { return std::tuple(); }
 };
 
-using OfView = std::variant<SetView, NavigateView, ShowPicture, SetBudget, GetImages>;
+/// Small pictures of what the wall shows, again and again: each answer is what has changed since the last one.
+struct GetPreview {
+    std::uint32_t shrink = 2;
+    std::uint64_t after = 0;
+
+    using Answer = answer::Preview;
+    static constexpr RequestInfo kInfo{.number = 33,
+                                       .name = "GetPreview",
+                                       .answered = Answered::kLater,
+                                       .help = "Small pictures of the tiles that have changed, at most 15 times a second",
+                                       .ownLink = true,
+                                       .example = R"({"shrink":2})"};
+    static constexpr auto members() {
+        return std::tuple(member<&GetPreview::shrink>(1, "shrink")
+                              .between(1, kMostPreviewShrink)
+                              .said("pixels of a tile for one of its picture, each way: 1, 2, 4, ... 64"),
+                          member<&GetPreview::after>(2, "after").said("the stamp of the last answer; 0: all"));
+    }
+};
+
+struct GetWall {
+    using Answer = answer::WallPlan;
+    static constexpr RequestInfo kInfo{
+        .number = 34, .name = "GetWall", .help = "Where the wall's screens, tiles and users are"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+using OfView = std::variant<SetView, NavigateView, ShowPicture, SetBudget, GetImages, GetPreview, GetWall>;
 
 }  // namespace request
 

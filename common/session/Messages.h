@@ -185,19 +185,21 @@ struct HashAnswer {
                           field::records("entries", &HashAnswer::entries));
     }
 };
-/// The answer to an ImageRequest, one per tile, PNG; of no bytes where the host draws nothing.
+/// The answer to an ImageRequest, one per tile: PNG, or JPEG where it was to be shrunk. Of no bytes where the host draws
+/// nothing, or has drawn nothing else since the last one.
 struct TileImage {
     std::uint64_t request = 0;
     FrameNumber frame;
     std::string tile;
-    ByteSlice png;
+    bool same = false;  ///< as the last one with the same `shrink`
+    ByteSlice picture;
 
     static constexpr MessageInfo kInfo{
         9, "TileImage", Party::kHosts, Party::kServer, OnChannel::kBulk, SaidWhen::kLater, 256 * kMebi};
     static constexpr auto fields() {
         return std::tuple(field::varint(1, "request", &TileImage::request),
                           field::varint(2, "frame", &TileImage::frame), field::text(3, "tile", &TileImage::tile),
-                          field::bytes("png", &TileImage::png));
+                          field::varint(4, "same", &TileImage::same), field::bytes("picture", &TileImage::picture));
     }
 };
 /// Anything an application asks for: content in `body` (codec ApplicationCodec).
@@ -361,12 +363,16 @@ struct HashQuery {
 struct ImageRequest {
     std::uint64_t request = 0;
     FrameNumber frame;
+    std::uint32_t shrink = 0;  ///< each pixel is the mean of so many, each way, as JPEG; 0: all pixels, as PNG
+    bool news = false;         ///< of tiles that show what was sent with this `shrink` last only that is said
 
     static constexpr MessageInfo kInfo{
         20, "ImageRequest", Party::kServer, Party::kHosts, OnChannel::kControl, SaidWhen::kLater, kSmall};
     static constexpr auto fields() {
         return std::tuple(field::varint(1, "request", &ImageRequest::request),
-                          field::varint(2, "frame", &ImageRequest::frame));
+                          field::varint(2, "frame", &ImageRequest::frame),
+                          field::varint(3, "shrink", &ImageRequest::shrink),
+                          field::varint(4, "news", &ImageRequest::news));
     }
 };
 struct Reply {

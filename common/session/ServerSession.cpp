@@ -101,7 +101,7 @@ struct ServerSession::Impl {
         roster.out.push_back(server_action::InputReceived{peer.name, message.states});
     }
 
-    void requestImages(std::uint64_t request, FrameNumber frame);
+    void requestImages(const message::ImageRequest& request);
     /// A welcomed application, while anything is said at all; null: there is none.
     [[nodiscard]] const SessionPeer* application(ConnectionId connection) const;
     void finish(const std::string& reason);
@@ -219,9 +219,9 @@ void ServerSession::Impl::on(SessionPeer& peer, const message::BlobRequest& mess
     roster.out.push_back(server_action::BlobRequested{peer.id, message});
 }
 
-void ServerSession::Impl::requestImages(std::uint64_t request, FrameNumber frame) {
-    images.made(request);
-    const MessagePtr message = SessionRoster::shared(message::ImageRequest{request, frame});
+void ServerSession::Impl::requestImages(const message::ImageRequest& request) {
+    images.made(request.request);
+    const MessagePtr message = SessionRoster::shared(message::ImageRequest(request));
     for (const SessionHost& host : roster.hosts)
         if (host.inBarrier()) roster.send(host.connection, message);
 }
@@ -339,8 +339,8 @@ ServerActions ServerSession::repair(const std::string& host, TimePoint now) {
     return impl_->take();
 }
 
-ServerActions ServerSession::requestImages(std::uint64_t request, FrameNumber frame) {
-    if (!impl_->finished) impl_->requestImages(request, frame);
+ServerActions ServerSession::requestImages(std::uint64_t request, FrameNumber frame, std::uint32_t shrink, bool news) {
+    if (!impl_->finished) impl_->requestImages({request, frame, shrink, news});
     return impl_->take();
 }
 

@@ -306,7 +306,9 @@ public:
     [[nodiscard]] ServerActions queryObjects(const std::string& host, std::uint64_t leaf);
     /// A snapshot for a host that `StateMismatch` named; nothing for one that has gone or come back since.
     [[nodiscard]] ServerActions repair(const std::string& host, TimePoint now);
-    [[nodiscard]] ServerActions requestImages(std::uint64_t request, FrameNumber frame);
+    /// `shrink`, `news`: message::ImageRequest.
+    [[nodiscard]] ServerActions requestImages(std::uint64_t request, FrameNumber frame, std::uint32_t shrink = 0,
+                                              bool news = false);
     [[nodiscard]] ServerActions reply(ConnectionId application, message::Reply reply);
     [[nodiscard]] ServerActions notify(ConnectionId application, message::Notice notice);
     /// Tells everybody; afterwards nothing is accepted.

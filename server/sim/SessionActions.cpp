@@ -125,7 +125,7 @@ ServerActions SessionActions::on(const server_action::BlobsEverywhere& everywher
 }
 
 ServerActions SessionActions::on(const server_action::ImageReceived& image) {
-    return around_.desk.imageReceived(image);
+    return around_.desk.imageReceived(image, Clock::now());
 }
 
 ServerActions SessionActions::on(const server_action::EpochRaised& raised) {

@@ -261,7 +261,7 @@ void Peer::on(const client_action::DescribeState& action) {
 
 void Peer::on(const client_action::SendImages& action) {
     carryOut(session_->image(
-        {.request = action.request.request, .frame = shown_, .tile = config_.name, .png = Numbers().share()}));
+        {.request = action.request.request, .frame = shown_, .tile = config_.name, .picture = Numbers().share()}));
 }
 
 void Peer::on(const client_action::Disconnect& action) {

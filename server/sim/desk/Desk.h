@@ -14,6 +14,7 @@
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/LoadRequests.h"
 #include "server/sim/desk/OpenEdits.h"
+#include "server/sim/desk/PreviewRequests.h"
 #include "server/sim/desk/ProposalRequests.h"
 
 namespace tessera {
@@ -35,6 +36,7 @@ struct Desk {
           loads(around, edits),
           copies(around, limits, edits),
           images(around.wall, around.session, limits.imageDeadline),
+          previews(around.wall, around.session),
           views(around.answers(), around.view, around.simulation, around.orderSurvey),
           news(around.session, limits.news),
           looks(around.answers()),
@@ -52,6 +54,7 @@ struct Desk {
     LoadRequests loads;
     CopyRequests copies;
     ImageRequests images;
+    PreviewRequests previews;
     ViewRequests views;
     FrameNews news;
     BesideRequests looks, works;

@@ -30,11 +30,11 @@ ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& r
     });
     if (tile == open->second.awaited.end()) return {};
     open->second.awaited.erase(tile);
-    if (received.image.png.empty())
+    if (received.image.picture.empty())
         open->second.answer.missing.push_back(received.image.tile);  // a host that draws nothing
     else
         open->second.answer.tiles.push_back(
-            {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.png});
+            {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.picture});
     return open->second.awaited.empty() ? finish(open) : ServerActions{};
 }
 

@@ -58,12 +58,15 @@ void RequestDesk::uploading(const server_action::UploadReceived& received) {
 
 ServerActions RequestDesk::advance(TimePoint now) {
     if (AuditBook* const audit = desk_.around.audit) audit->advance(now);
-    return desk_.images.advance(now);
+    ServerActions actions = desk_.images.advance(now);
+    append(actions, desk_.previews.advance(now));
+    return actions;
 }
 
 TimePoint RequestDesk::nextDeadline() const {
     const AuditBook* const audit = desk_.around.audit;
-    return std::min(desk_.images.nextDeadline(), audit ? audit->nextDeadline() : TimePoint::max());
+    return std::min({desk_.images.nextDeadline(), desk_.previews.nextDeadline(),
+                     audit ? audit->nextDeadline() : TimePoint::max()});
 }
 
 void RequestDesk::applicationLeft(ConnectionId connection) {
@@ -71,6 +74,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     desk_.news.applicationLeft(connection);
     if (desk_.around.steering) desk_.around.steering->applicationLeft(connection.value);
     desk_.images.applicationLeft(connection);
+    desk_.previews.applicationLeft(connection);
     desk_.views.applicationLeft(connection);
     desk_.looks.applicationLeft(connection);
     desk_.works.applicationLeft(connection);

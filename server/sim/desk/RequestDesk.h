@@ -30,8 +30,9 @@ public:
         return made.copy ? desk_.copies.copied(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
     }
     void loadContent(Preparation order) { desk_.loads.loadContent(std::move(order)); }
-    [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image) {
-        return desk_.images.imageReceived(image);
+    [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image, TimePoint now) {
+        return PreviewRequests::isOurs(image.image.request) ? desk_.previews.imageReceived(image, now)
+                                                            : desk_.images.imageReceived(image);
     }
     /// What was ordered by `orderSurvey`.
     [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return desk_.views.surveyed(bounds, at); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/sim/desk/DeedTable.h"
+#include "server/sim/desk/WallPlans.h"
 
 namespace tessera::view_deeds {
 
@@ -41,6 +42,14 @@ inline ServerActions getImages(Desk& desk, const Asker& asker, const request::Ge
     return desk.images.ask(asker, now);
 }
 
-inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages};
+inline ServerActions getPreview(Desk& desk, const Asker& asker, const request::GetPreview& wish, TimePoint now) {
+    return desk.previews.ask(asker, wish.shrink, wish.after, now);
+}
+
+inline ServerActions getWall(Desk& desk, const Asker& asker, const request::GetWall&, TimePoint) {
+    return desk.answer(asker, planOf(desk.around.wall));
+}
+
+inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages, &getPreview, &getWall};
 
 }  // namespace tessera::view_deeds

@@ -66,10 +66,10 @@ TEST(MessageCodec, EveryMessageArrivesAsItWasSent) {
 }
 
 TEST(MessageCodec, EqualMessagesAreEqualInEveryField) {
-    message::TileImage a{1, 2_frame, "left", some(5)};
-    message::TileImage b{1, 2_frame, "left", some(5)};
+    message::TileImage a{1, 2_frame, "left", false, some(5)};
+    message::TileImage b{1, 2_frame, "left", false, some(5)};
     EXPECT_TRUE(a == b) << "bytes are compared, not where they lie";
-    b.png = some(5, 2);
+    b.picture = some(5, 2);
     EXPECT_FALSE(a == b);
     const message::Changes c{listOf(3_seq, 4_hash, 20)};
     EXPECT_TRUE(c == message::Changes{listOf(3_seq, 4_hash, 20)});

@@ -199,7 +199,9 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::ReleaseHandle{},
             request::MeasureDistance{.from = Vec3d(1, 2, 3), .to = Vec3d(4, 5, -6)},
             request::WhoAmI{},
-            request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32}};
+            request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32},
+            request::GetPreview{4, 40},
+            request::GetWall{}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -258,6 +260,12 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
         answer::FoundPage{36_seq, twoObjects(), {ObjectId{1}, ObjectId{5}}, 37},
         answer::Identity{"table", Role::kEditor},
         answer::ArrayPiece{38, share(Bytes{std::byte{1}, std::byte{2}, std::byte{3}})},
+        answer::Preview{41, {{"front-0-0", "a", 42_frame, some(30)}}, {"front-0-1"}},
+        answer::WallPlan{"cave",
+                         {{"front", Vec3d(-1, 0, 0), Vec3d(1, 0, 0), Vec3d(-1, 2, 0), 1920, 1080}},
+                         {{"front-0-0", "front", "a", "viewer", Eye::kLeft, 1, 2, 960, 540, Vec3d(-1, 0, 0),
+                           Vec3d(0, 0, 0), Vec3d(-1, 1, 0)}},
+                         {{"viewer", Vec3d(0, 1.7, 2.4)}}},
         answer::Measured{.from = Vec3d(1, 2, 3),
                          .to = Vec3d(4, 5, -6),
                          .distance = 9.5,

@@ -118,10 +118,10 @@ TEST_F(RenderHostTest, WhatIsDrawnIsShownByWhomItIsHandedTo) {
     const auto image = next<outcome::Image>();
     ASSERT_TRUE(image);
     EXPECT_EQ(image->image.frame, 0_frame);
-    EXPECT_EQ(decodePng(image->image.png.bytes())->picture, before);
+    EXPECT_EQ(decodePng(image->image.picture.bytes())->picture, before);
     EXPECT_TRUE(host_->again({Attempt{3}, work::Shown{1_frame}}));
     ASSERT_TRUE(perform(work::SendImages{{.request = 6, .frame = 0_frame}}));
-    EXPECT_EQ(decodePng(next<outcome::Image>()->image.png.bytes())->picture, after);
+    EXPECT_EQ(decodePng(next<outcome::Image>()->image.picture.bytes())->picture, after);
     // The next one is drawn where nobody looks.
     view.position = {0.6, 0, 0};
     ASSERT_TRUE(perform(work::Draw{beginOf(2_frame, {}, view)}));
@@ -196,7 +196,7 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
     const auto image = next<outcome::Image>();
     ASSERT_TRUE(image);
     EXPECT_EQ(image->image.request, 9u);
-    EXPECT_TRUE(image->image.png.empty());
+    EXPECT_TRUE(image->image.picture.empty());
     EXPECT_FALSE(perform(work::Finish{}));
     EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/tiles"));
 }
@@ -337,7 +337,7 @@ TEST_F(RenderHostTest, SendsImagesOnceALateEnoughFrameIsShown) {
     EXPECT_EQ(now->image.request, 12u);
     EXPECT_EQ(now->image.frame, 4_frame);
     EXPECT_EQ(now->image.tile, "front-0-0");
-    EXPECT_TRUE(decodePng(now->image.png));
+    EXPECT_TRUE(decodePng(now->image.picture));
     drawAndShow(5_frame);
     const auto later = next<outcome::Image>();
     ASSERT_TRUE(later);
@@ -398,6 +398,43 @@ TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
     EXPECT_NE(broken->error.message.find("frame 2"), std::string::npos);
 }
 
+/// Drawn into a file or not: small pictures of what is shown, and of what shows the same nothing but that.
+TEST_F(RenderHostTest, WhatShowsTheSameIsNotSentSmallAgain) {
+    for (const bool toFile : {false, true}) {
+        start(toFile ? RenderHostOptions{.output = folder_.path()} : RenderHostOptions{});
+        Aspect ball = makeBall();
+        ASSERT_TRUE(applied(ball));
+        drawAndShow(5_frame);
+        const auto ask = [&](FrameNumber frame, std::uint32_t shrink, bool news) -> message::TileImage {
+            EXPECT_TRUE(perform(work::SendImages{{.request = 7, .frame = frame, .shrink = shrink, .news = news}}));
+            const auto image = next<outcome::Image>();
+            EXPECT_TRUE(image);
+            return image ? image->image : message::TileImage();
+        };
+        const message::TileImage first = ask(5_frame, 2, true);
+        EXPECT_FALSE(first.same);
+        ASSERT_GT(first.picture.size(), 2u);
+        EXPECT_EQ(first.picture.bytes()[0], std::byte{0xff}) << "a JPEG";
+        EXPECT_EQ(first.picture.bytes()[1], std::byte{0xd8});
+        EXPECT_TRUE(ask(5_frame, 2, true).same);
+        drawAndShow(6_frame);  // nothing has changed
+        EXPECT_TRUE(ask(6_frame, 2, true).same);
+        EXPECT_FALSE(ask(6_frame, 4, true).same) << "another size";
+        EXPECT_EQ(ask(6_frame, 2, false).picture, first.picture) << "whoever has nothing asks for all";
+        View view;
+        view.position = {0.3, 0, 0};
+        ASSERT_TRUE(perform(work::Draw{beginOf(7_frame, {}, view)}));
+        const auto drawn = next<outcome::Drawn>();
+        ASSERT_TRUE(drawn);
+        show(*drawn);
+        ASSERT_TRUE(perform(work::Shown{7_frame}));
+        const message::TileImage other = ask(7_frame, 2, true);
+        EXPECT_FALSE(other.same);
+        EXPECT_FALSE(other.picture == first.picture);
+        EXPECT_EQ(other.frame, 7_frame);
+    }
+}
+
 TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
     start();
     EXPECT_FALSE(perform(work::Configure{.configuration = Bytes(20, std::byte{0xff})}));
@@ -413,7 +450,7 @@ TEST_F(RenderHostTest, ManyWhoWantPicturesKeepNobodyWaiting) {
     std::promise<void> gate;
     onOutcome_ = [opened = gate.get_future().share()](const Outcome& outcome) {
         const auto* image = std::get_if<outcome::Image>(&outcome.what);
-        if (image && !image->image.png.empty()) opened.wait();
+        if (image && !image->image.picture.empty()) opened.wait();
     };
     for (std::uint64_t i = 0; i < 64; ++i) ASSERT_TRUE(perform(work::SendImages{{.request = 100 + i, .frame = 5_frame}}));
     // Other pictures: as many as there is room for, the others are none at once.
@@ -424,16 +461,16 @@ TEST_F(RenderHostTest, ManyWhoWantPicturesKeepNobodyWaiting) {
         show(*drawn);
         ASSERT_TRUE(perform(work::Shown{FrameNumber(6 + i)}));
         ASSERT_TRUE(perform(work::SendImages{{.request = 200 + i, .frame = FrameNumber(6 + i)}}));
-        while (auto none = outcomes_.tryPop()) EXPECT_TRUE(std::get<outcome::Image>(none->what).image.png.empty());
+        while (auto none = outcomes_.tryPop()) EXPECT_TRUE(std::get<outcome::Image>(none->what).image.picture.empty());
     }
     gate.set_value();
     std::set<const std::byte*> encoded;
     for (int i = 0; i < 64; ++i) {
         const auto image = next<outcome::Image>();
         ASSERT_TRUE(image);
-        ASSERT_FALSE(image->image.png.empty());
+        ASSERT_FALSE(image->image.picture.empty());
         EXPECT_EQ(image->image.request, 100u + static_cast<unsigned>(i));
-        encoded.insert(image->image.png.bytes().data());
+        encoded.insert(image->image.picture.bytes().data());
     }
     EXPECT_LE(encoded.size(), 2u) << "one for the first, one for those who came while that was told";
 }

@@ -22,7 +22,7 @@ class ImageRequestsTest : public testing::Test {
 protected:
     void send(const std::string& host, const std::string& tile, std::string_view picture) {
         server.take(requests.imageReceived(
-            {host, message::TileImage{.request = 1, .frame = frame, .tile = tile, .png = textBytes(picture)}}));
+            {host, message::TileImage{.request = 1, .frame = frame, .tile = tile, .picture = textBytes(picture)}}));
     }
     [[nodiscard]] std::optional<answer::Images> answer() const {
         const auto replies = server.sent<message::Reply>(application);
