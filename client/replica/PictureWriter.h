@@ -29,7 +29,8 @@ public:
     void writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame);
     /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture while it is not done. False:
     /// kMostWaiting others wait already, and `done` is never called.
-    [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done);
+    [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame,
+                                 std::function<void(SharedBytes)> done);
     /// The same as JPEG, for one who asks.
     [[nodiscard]] bool encodeJpeg(Picture picture, int quality, std::function<void(SharedBytes)> done);
     /// Waits until all is written, then stops. Whether everything could be written.

@@ -36,7 +36,9 @@ bool RenderHost::on(const work::SendImages& images) {
 }
 
 void RenderHost::sendNoImage(const WaitingImages& waiting, const TileState& state) {
-    report_({waiting.attempt, outcome::Image{{.request = waiting.request.request, .frame = waiting.request.frame, .tile = state.tile.name}}});
+    report_({waiting.attempt, outcome::Image{{.request = waiting.request.request,
+                                              .frame = waiting.request.frame,
+                                              .tile = state.tile.name}}});
 }
 
 void RenderHost::sendImages(const WaitingImages& waiting) {
@@ -55,7 +57,8 @@ void RenderHost::sendImages(const WaitingImages& waiting) {
                 report({attempt, outcome::Image{std::move(image)}});
             });
         if (taken) continue;
-        log_.warning(fmt::format("frame {}: no picture of tile {} is sent: {} others are still being encoded", state->shownFrame.value, state->tile.name, PictureWriter::kMostWaiting));
+        log_.warning(fmt::format("frame {}: no picture of tile {} is sent: {} others are still being encoded",
+                                 state->shownFrame.value, state->tile.name, PictureWriter::kMostWaiting));
         sendNoImage(waiting, *state);
     }
 }

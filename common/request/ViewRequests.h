@@ -154,7 +154,8 @@ struct TilePlan {
                           member<&TilePlan::eye>(5, "eye"),
                           member<&TilePlan::x>(6, "x").in("px").said("from the left of its screen"),
                           member<&TilePlan::y>(7, "y").in("px").said("from the top of its screen"),
-                          member<&TilePlan::width>(8, "width").in("px"), member<&TilePlan::height>(9, "height").in("px"),
+                          member<&TilePlan::width>(8, "width").in("px"),
+                          member<&TilePlan::height>(9, "height").in("px"),
                           member<&TilePlan::lowerLeft>(10, "lower_left").in("m").said("in the wall's frame"),
                           member<&TilePlan::lowerRight>(11, "lower_right").in("m"),
                           member<&TilePlan::upperLeft>(12, "upper_left").in("m"));
@@ -167,7 +168,9 @@ struct UserPlan {
     static constexpr std::string_view kName = "UserPlan";
     static constexpr auto members() {
         return std::tuple(member<&UserPlan::name>(1, "name"),
-                          member<&UserPlan::position>(2, "position").in("m").said("where the wall's file has the head"));
+                          member<&UserPlan::position>(2, "position")
+                              .in("m")
+                              .said("of the head, as the wall's file has it"));
     }
 };
 struct WallPlan {
@@ -272,7 +275,7 @@ struct GetPreview {
     static constexpr RequestInfo kInfo{.number = 33,
                                        .name = "GetPreview",
                                        .answered = Answered::kLater,
-                                       .help = "Small pictures of the tiles that have changed, at most 15 times a second",
+                                       .help = "Small pictures of tiles that have changed, at most 15 times a second",
                                        .ownLink = true,
                                        .example = R"({"shrink":2})"};
     static constexpr auto members() {

@@ -8,7 +8,7 @@ std::size_t sizeOf(const Message& message) {
     if (const auto* m = std::get_if<message::Snapshot>(&message)) return kHead + m->list->encoded.size();
     if (const auto* m = std::get_if<message::Changes>(&message)) return kHead + m->list->encoded.size();
     if (const auto* m = std::get_if<message::Begin>(&message)) return kHead + m->list->encoded.size();
-    if (const auto* m = std::get_if<message::TileImage>(&message)) return kHead + m->png.size();
+    if (const auto* m = std::get_if<message::TileImage>(&message)) return kHead + m->picture.size();
     return kHead;
 }
 

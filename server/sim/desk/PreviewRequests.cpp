@@ -69,10 +69,13 @@ ServerActions PreviewRequests::imageReceived(const server_action::ImageReceived&
     // Of a tile its own host says what it shows, and nobody else.
     if (found == sizes_.end() || tile == hostOf_.end() || tile->second != received.host) return {};
     Size& size = found->second;
-    if (!image.picture.empty() && image.picture.size() <= kMostBytes)
-        size.tiles[image.tile] = {{image.tile, received.host, image.frame, image.picture}, ++stamp_};
-    else if (image.same && !size.tiles.contains(image.tile))
+    if (!image.picture.empty() && image.picture.size() <= kMostBytes) {
+        Seen& seen = size.tiles[image.tile];
+        if (!(seen.preview.jpeg == image.picture)) seen.stamp = ++stamp_;  // sky that was drawn anew is the same sky
+        seen.preview = {image.tile, received.host, image.frame, image.picture};
+    } else if (image.same && !size.tiles.contains(image.tile)) {
         size.known = false;  // it was sent before somebody looked at this size again
+    }
     ServerActions actions;
     if (size.round && size.round->number == image.request) {
         size.round->awaited.erase(image.tile);
@@ -84,7 +87,8 @@ ServerActions PreviewRequests::imageReceived(const server_action::ImageReceived&
     return actions;
 }
 
-/// Those for whom there is something new, or who have waited for it long enough.
+/// Those for whom there is something new, or who have waited for it long enough. While a round is under way the
+/// tiles that have come wait for the others: so they show one frame.
 void PreviewRequests::answerWhoCan(Size& size, TimePoint now, ServerActions& actions) {
     std::vector<std::string> missing;
     if (!size.waiting.empty()) {
@@ -94,6 +98,7 @@ void PreviewRequests::answerWhoCan(Size& size, TimePoint now, ServerActions& act
     }
     std::erase_if(size.waiting, [&](const Waiting& waiting) {
         answer::Preview preview{.stamp = stamp_, .tiles = {}, .missing = missing};
+        if (size.round && now < waiting.until) return false;
         for (const auto& [name, seen] : size.tiles)
             if (seen.stamp > waiting.after) preview.tiles.push_back(seen.preview);
         if (preview.tiles.empty() && now < waiting.until) return false;

@@ -13,12 +13,13 @@
 
 namespace tessera {
 
-/// Each who looks asks for what has changed since its last answer, and is answered once something has, or after kNothing.
-/// So nothing queues: a slow reader sees fewer pictures, always the newest, and only its own become fewer.
+/// Each who looks asks for what has changed since its last answer, and is answered once something has, or after
+/// kNothing. So nothing queues: a slow reader sees fewer pictures, always the newest, and only its own become fewer.
 ///
-/// All who look at one size share one question to the hosts, at most each kPace; hosts shrink and encode, and send no tile
-/// that shows what was sent. A tile that takes longer than kRound keeps the others from nobody. While nobody looks nobody
-/// is asked. Holds the newest picture of each tile and size, for kForgotten after the last look. Frame thread only.
+/// All who look at one size share one question to the hosts, at most each kPace; hosts shrink and encode, and send no
+/// tile that shows what was sent. A tile that takes longer than kRound keeps the others from nobody. While nobody looks
+/// nobody is asked. Holds the newest picture of each tile and size, for kForgotten after the last look. Frame thread
+/// only.
 class PreviewRequests {
 public:
     static constexpr std::chrono::milliseconds kPace{66}, kRound{250}, kNothing{5'000}, kForgotten{10'000};

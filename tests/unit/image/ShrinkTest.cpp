@@ -39,7 +39,8 @@ TEST(Shrunk, IsTheMeanOfEachBlock) {
 
 TEST(Shrunk, TakesPixelsOfFourBytesWhereTheyLie) {
     const std::uint8_t pixels[] = {10, 20, 30, 99, 20, 40, 50, 99, 7, 7, 7, 7};  // a pitch of three pixels
-    const Picture small = shrunk({.first = pixels, .pitchBytes = 12, .bytesPerPixel = 4, .widthPx = 2, .heightPx = 1}, 2);
+    const PixelsSeen seen{.first = pixels, .pitchBytes = 12, .bytesPerPixel = 4, .widthPx = 2, .heightPx = 1};
+    const Picture small = shrunk(seen, 2);
     EXPECT_EQ(small.rgb, (std::vector<std::uint8_t>{15, 30, 40}));
 }
 

@@ -1,4 +1,4 @@
-// Small pictures again and again: each who looks is told what is new to it, and no more is asked of hosts than somebody sees.
+// Small pictures again and again: each who looks is told what is new to it, and hosts are asked while somebody does.
 #include "server/sim/desk/PreviewRequests.h"
 
 #include <gtest/gtest.h>
@@ -131,7 +131,18 @@ TEST_F(PreviewRequestsTest, ASlowTileKeepsTheOthersFromNobodyAndIsTakenWhenItCom
     EXPECT_EQ(told(page).back(), Tiles{"front-0-0=l1"});
     ask(page, stamp[page]);
     sends("b", "front-1-0", "r1", first);
+    bothSend("", "");
     EXPECT_EQ(told(page).back(), Tiles{"front-1-0=r1"});
+}
+
+TEST_F(PreviewRequestsTest, TheSameBytesAreNoNews) {
+    ask(page, 0);
+    bothSend("l", "sky");
+    ASSERT_EQ(told(page).size(), 1u);
+    ask(page, stamp[page]);
+    pass(66ms);
+    bothSend("l2", "sky");
+    EXPECT_EQ(told(page).back(), Tiles{"front-0-0=l2"});
 }
 
 TEST_F(PreviewRequestsTest, OfATileItsOwnHostSaysWhatItShowsAndWhatIsHugeIsLeftOut) {
@@ -147,7 +158,7 @@ TEST_F(PreviewRequestsTest, AStampOfAnEarlierServerMeansAll) {
     ask(page, 0);
     bothSend("l", "r");
     ask(other, 4'711);
-    EXPECT_EQ(told(other).back().size(), 2u);
+    EXPECT_EQ(told(other).back().size(), 2u) << "at once: nothing is under way";
 }
 
 TEST_F(PreviewRequestsTest, NoMoreSizesThanAFewAreMadeAtATime) {

@@ -1,0 +1,217 @@
+#!/usr/bin/python3
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,input]`.
+
+A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
+  rest   nobody looks: frames, and what server and hosts take of a core
+  look   one socket asks for the wall's pictures again and again, as a page does: pictures a second, the first one after the socket has
+         opened, and the same figures as in rest
+  crowd  ten sockets look, five of which stop reading: frames that came later than 50 ms after the one before, with and without them
+  input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
+         fast as it can, beside the time that two frames take
+No verdict on time here: tests/bench/README.md says why."""
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import pathlib
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
+sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
+
+from console_socket import WebSocket  # noqa: E402
+from live import Live, run_folder  # noqa: E402
+
+import tessera  # noqa: E402
+
+LATE_S = 0.050
+CONTEXT = multiprocessing.get_context("spawn")
+
+
+def door_of(live):
+    return live.link().split("//")[1].split("/?token=")
+
+
+class Looker:
+    def __init__(self, door, token):
+        self.socket = WebSocket(door, token)
+        self.stamp = self.asked = 0
+
+    def ask(self, request, **fields):
+        self.asked += 1
+        self.socket.ask(self.asked, request, **fields)
+
+    def look(self):
+        """Pictures and their bytes."""
+        self.ask("GetPreview", shrink=1, after=self.stamp)
+        said = self.socket.read()
+        self.stamp = said["fields"]["stamp"]
+        pictures = [self.socket.read() for _ in range(said.get("binaries", 0))]
+        return len(pictures), sum(map(len, pictures))
+
+
+def told(pipe, work, *arguments):
+    """A process of its own: in one, a thread gets the interpreter up to 5 ms late, and would take its own lateness for the wall's."""
+    process = CONTEXT.Process(target=work, args=(*arguments, pipe), daemon=True)
+    process.start()
+    return process
+
+
+class Beside:
+    """`with Beside(work, …) as it:` works meanwhile; `it.result` afterwards."""
+
+    def __init__(self, work, *arguments):
+        self._mine, theirs = CONTEXT.Pipe()
+        self._process = told(theirs, work, *arguments)
+        self._mine.recv()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, value, trace):
+        self._mine.send("enough")
+        self.result = self._mine.recv()
+        self._process.join(20)
+
+
+def move(address, pipe):
+    """The whole wall, in each frame."""
+    with tessera.connect(address) as wall:
+        pipe.send("ready")
+        turn = 0
+        while not pipe.poll():
+            turn += 1
+            wall.ask("SetView", position=(0.3 * math.sin(turn / 30), 2, 6))
+            time.sleep(1 / 60)
+    pipe.send(None)
+
+
+def watch(address, pipe):
+    shown = []
+    with tessera.connect(address) as wall, wall.follow("frames", timeout=20) as clock:
+        pipe.send("ready")
+        for _ in clock:
+            shown.append(time.perf_counter())
+            if pipe.poll():
+                break
+    pipe.send(shown)
+
+
+def look(door, token, pipe):
+    opened = time.perf_counter()
+    looker = Looker(door, token)
+    first = sum_of = count = answers = 0
+    begin = time.perf_counter()
+    pipe.send("ready")
+    while not pipe.poll():
+        pictures, size = looker.look()
+        first = first or time.perf_counter() - opened
+        answers, count, sum_of = answers + 1, count + pictures, sum_of + size
+    lasted = time.perf_counter() - begin
+    looker.socket.close()
+    pipe.send({"pictures_per_s": round(answers / lasted, 1), "tiles_per_s": round(count / lasted, 1),
+               "kB_per_s": round(sum_of / lasted / 1e3), "first_ms": round(first * 1e3, 1)})
+
+
+def stop_reading(door, token, pipe):
+    lookers = [Looker(door, token) for _ in range(5)]
+    for looker in lookers:
+        for _ in range(200):
+            looker.ask("GetPreview", shrink=1, after=0)
+    pipe.send("ready")
+    while not pipe.poll():
+        time.sleep(0.05)
+    pipe.send(None)
+
+
+def taken(process):
+    """Of a core, in seconds."""
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def over(values, part):
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+
+
+def frames(live, seconds, *lookers):
+    """Gaps between frames, and what each process took, while these look."""
+    before = list(map(taken, live._processes))
+    begin = time.perf_counter()
+    with Beside(watch, live.address) as clock:
+        time.sleep(seconds)
+    lasted = time.perf_counter() - begin
+    shares = [(now - was) / lasted for was, now in zip(before, map(taken, live._processes))]
+    gaps = [after - at for at, after in zip(clock.result, clock.result[1:])]
+    return {"frames": len(gaps), "p50_ms": round(over(gaps, 0.5) * 1e3, 2), "p99_ms": round(over(gaps, 0.99) * 1e3, 2),
+            "late": sum(gap > LATE_S for gap in gaps), "longest_ms": round(max(gaps) * 1e3, 1),
+            "server_share": round(shares[0], 3), "host_share": round(max(shares[1:]), 3)}
+
+
+def rows_of_look(live, seconds):
+    door, token = door_of(live)
+    with Beside(move, live.address):
+        rest = frames(live, seconds)
+        with Beside(look, door, token) as page:
+            seen = frames(live, seconds)
+    return [{"row": "rest", **rest}, {"row": "look", **seen, **page.result}]
+
+
+def rows_of_crowd(live, seconds):
+    door, token = door_of(live)
+    with Beside(move, live.address):
+        without = frames(live, seconds)
+        pages = [Beside(look, door, token) for _ in range(5)]
+        with Beside(stop_reading, door, token):
+            beside = frames(live, seconds)
+        for page in pages:
+            page.__exit__(None, None, None)
+    return [{"row": "crowd", "without": without, "with": beside, "pages": [page.result["pictures_per_s"] for page in pages]}]
+
+
+def rows_of_input(live, times=300):
+    door, token = door_of(live)
+    hand = WebSocket(door, token)
+    eye = WebSocket(door, token, path="/socket?changes=1")
+    took = []
+    for turn in range(times):
+        said = time.perf_counter()
+        hand.ask(turn, "MoveNode", node="/carriage", translation=[0.001 * turn, 1, 1])
+        while "changes" not in (heard := eye.read()) or heard["changes"].get("whole"):
+            pass
+        took.append(time.perf_counter() - said)
+        hand.read()
+    pace = frames(live, 3)
+    return [{"row": "input", "p50_ms": round(over(took, 0.5) * 1e3, 2), "p99_ms": round(over(took, 0.99) * 1e3, 2),
+             "longest_ms": round(max(took) * 1e3, 1), "two_frames_and_50_ms": round(2 * pace["p50_ms"] + 50, 1)}]
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--json")
+    options.add_argument("--seconds", type=float, default=20)
+    options.add_argument("--rows", default="look,crowd,input")
+    said = options.parse_args()
+    rows = []
+    with run_folder():
+        for name in said.rows.split(","):
+            paced = [] if name == "input" else ["--rate", "60"]
+            with Live(wall="2x2", surface="osmesa", size="960x540", options=paced) as live:
+                if name == "look":
+                    rows += rows_of_look(live, said.seconds)
+                elif name == "crowd":
+                    rows += rows_of_crowd(live, said.seconds)
+                elif name == "input":
+                    rows += rows_of_input(live)
+                else:
+                    options.error(f"no row {name}")
+    print(*map(json.dumps, rows), sep="\n")
+    if said.json:
+        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
