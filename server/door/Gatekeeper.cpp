@@ -58,14 +58,15 @@ tl::expected<Entrant, HttpAnswer> Gatekeeper::entrantOf(const HttpRequest& reque
     return tl::unexpected(std::move(answer));
 }
 
-/// Those that are said: in Authorization, and for the page and sockets in the query.
+/// Those that are said: in Authorization, and for pages and sockets in the query.
 std::vector<std::string_view> Gatekeeper::wordsIn(const HttpRequest& request, const HttpTarget& target) {
     constexpr std::string_view kBearer = "bearer ";
     std::vector<std::string_view> words;
     const std::string_view said = request.authorization;
     if (inLowerCase(said.substr(0, kBearer.size())) == kBearer) words.push_back(said.substr(kBearer.size()));
     const auto asked = target.query.find("token");
-    if (asked != target.query.end() && (target.path == "/" || target.path == "/socket" || target.path == "/link"))
+    if (asked != target.query.end() && (target.path == "/" || target.path == "/api.html" || target.path == "/socket" ||
+                                          target.path == "/link"))
         words.push_back(asked->second);
     return words;
 }

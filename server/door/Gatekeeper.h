@@ -39,7 +39,7 @@ public:
 
     /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a
     /// strange Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
-    /// Authorization ("Bearer T"), or for the page and the socket in the query.
+    /// Authorization ("Bearer T"), or for pages and sockets in the query.
     [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request,
                                                               const HttpTarget& target) const;
     /// The word for some time that lets it in; empty: it comes in otherwise.

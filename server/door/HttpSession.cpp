@@ -19,7 +19,8 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 
 constexpr std::string_view kPolicy =
-    "default-src 'none'; style-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
+    "form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
 
 class HttpSession : public Guest, public std::enable_shared_from_this<HttpSession> {
 public:

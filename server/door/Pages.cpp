@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/request/Catalogue.h"
+#include "server/door/PageFiles.h"
 
 namespace tessera {
 namespace {
@@ -69,6 +70,23 @@ std::string escaped(std::string_view text) {
     return out;
 }
 
+HttpAnswer consolePage() {
+    for (const PageFile& file : pageFiles())
+        if (file.name == "index.html")
+            return {.type = "text/html; charset=utf-8", .body = std::string(file.text)};
+    return {.status = 404, .body = {}};
+}
+
+std::optional<HttpAnswer> consoleFile(std::string_view name) {
+    const std::string_view type = name.ends_with(".js")    ? "text/javascript; charset=utf-8"
+                                  : name.ends_with(".css") ? "text/css; charset=utf-8"
+                                                           : "";
+    if (type.empty()) return std::nullopt;
+    for (const PageFile& file : pageFiles())
+        if (file.name == name) return HttpAnswer{.type = std::string(type), .body = std::string(file.text)};
+    return std::nullopt;
+}
+
 HttpAnswer tokenPage() {
     return {.status = 401,
             .type = "text/html; charset=utf-8",
@@ -76,7 +94,7 @@ HttpAnswer tokenPage() {
                 "Tessera",
                 "<p>This wall asks for a token. The server prints a link with it when it starts.</p>\n"
                 "<form action=\"/\" method=\"get\"><label>Token <input name=\"token\" autocomplete=\"off\"></label> "
-                "<button>Come in</button></form>\n"),
+                "<button>Come in</button></form>\n<script type=\"module\" src=\"/page/return.js\"></script>\n"),
             .fields = {{"WWW-Authenticate", "Bearer"}}};
 }
 

@@ -1,11 +1,17 @@
-/// The door's own pages, for people. Plain: no script, nothing from elsewhere.
+/// The door's own pages, for people. Nothing in them is from elsewhere.
 #pragma once
+
+#include <optional>
 
 #include "server/door/HttpMessage.h"
 
 namespace tessera {
 
-/// Asks for a token: status 401.
+/// The console (server/door/page).
+[[nodiscard]] HttpAnswer consolePage();
+/// A script or a style sheet of it. Nothing: there is none of that name.
+[[nodiscard]] std::optional<HttpAnswer> consoleFile(std::string_view name);
+/// Asks for a token: status 401. Whoever has shown one in this window, and loads the page again, is let in by a script.
 [[nodiscard]] HttpAnswer tokenPage();
 /// All that can be asked, made from the descriptions.
 [[nodiscard]] HttpAnswer apiPage(const std::string& wall);

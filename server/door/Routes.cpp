@@ -16,19 +16,25 @@
 namespace tessera {
 namespace {
 
-constexpr std::string_view kAskPrefix = "/api/", kTilePrefix = "/tile/", kTileEnding = ".png";
+constexpr std::string_view kAskPrefix = "/api/", kTilePrefix = "/tile/", kTileEnding = ".png", kFilePrefix = "/page/";
 constexpr std::string_view kAuthorityPath = "/authority.crt";  // of who knows it by its fingerprint
 
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
-    for (const std::string_view known : {"/", "/api", "/metrics", "/style.css", "/socket", "/link", "/wall.jpg"})
+    for (const std::string_view known : {"/", "/api", "/api.html", "/metrics", "/style.css", "/socket", "/link", "/wall.jpg"})
         if (path == known) return "GET";
     if (path == kAuthorityPath) return "GET";
+    if (path.starts_with(kFilePrefix)) return consoleFile(path.substr(kFilePrefix.size())) ? "GET" : "";
     if (path.starts_with(kTilePrefix) && path.ends_with(kTileEnding) &&
         path.size() > kTilePrefix.size() + kTileEnding.size())
         return "GET";
     return "";
+}
+
+/// Nothing of the wall is in it.
+bool isForStrangers(std::string_view path) {
+    return path == "/style.css" || path == kAuthorityPath || path.starts_with(kFilePrefix);
 }
 
 HttpAnswer jsonAnswer(const Json& json) {
@@ -80,7 +86,7 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     if (!target) return errorAnswer(400, "bad_input", "no path");
     const std::string_view method = methodOf(target->path);
     knowsWho_ = wrongLogin_ = false;
-    if (target->path == "/style.css" || target->path == kAuthorityPath) {
+    if (isForStrangers(target->path)) {
         if (std::optional<HttpAnswer> stranger = context_.gate.strangers(request)) return stranger;
     } else if (tl::expected<Entrant, HttpAnswer> who = context_.gate.entrantOf(request, *target); !who) {
         wrongLogin_ = Gatekeeper::showsWord(request, *target) && !context_.gate.strangers(request);
@@ -92,7 +98,7 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     }
     if (method.empty())
         return errorAnswer(404, "not_found",
-                           "there is nothing here: /api, /metrics, /socket, /link, /wall.jpg, /tile/NAME.png");
+                           "there is nothing here: /api, /api.html, /metrics, /socket, /link, /wall.jpg, /tile/NAME.png");
     if (request.method != method) {
         HttpAnswer answer = errorAnswer(405, "refused", fmt::format("{} takes {}", target->path, method));
         answer.fields.emplace_back("Allow", method);
@@ -110,7 +116,10 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         return answer(std::move(tooMany));
     }
     const std::optional<HttpTarget> target = readTarget(request.target);
-    if (target->path == "/") return answer(apiPage(context_.options.wall));
+    if (target->path == "/") return answer(consolePage());
+    if (target->path == "/api.html") return answer(apiPage(context_.options.wall));
+    if (target->path.starts_with(kFilePrefix))
+        return answer(*consoleFile(std::string_view(target->path).substr(kFilePrefix.size())));
     if (target->path == "/style.css") return answer(stylePage());
     if (target->path == kAuthorityPath) {
         const CurrentKeys& keys = context_.options.reach.keys;

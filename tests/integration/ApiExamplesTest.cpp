@@ -49,7 +49,7 @@ TEST_F(ApiWall, EachExampleOfThePageIsGranted) {
     ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 60s)) << wall_.logs();
     DoorSocket socket(port_, "/socket?token=" + tokenOf("operator"));
     ASSERT_TRUE(socket.open()) << socket.refused();
-    const HttpReply page = http(port_, "GET", "/?token=" + tokenOf("operator"), "");
+    const HttpReply page = http(port_, "GET", "/api.html?token=" + tokenOf("operator"), "");
     const json api =
         json::parse(http(port_, "GET", "/api", "Authorization: Bearer " + tokenOf("operator") + "\r\n").body);
     for (int i = 0; i < 200 && socket.ask(1000 + i, "GetQuestions")["fields"]["questions"].empty(); ++i)

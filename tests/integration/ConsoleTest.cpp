@@ -150,7 +150,12 @@ TEST_F(Console, LetsNobodyElseIn) {
     EXPECT_EQ(page.status, 401);
     EXPECT_NE(page.body.find("<form"), std::string::npos);
     EXPECT_EQ(http(port_, "GET", "/style.css", "").status, 200);
+    EXPECT_EQ(http(port_, "GET", "/page/main.js", "").status, 200);
+    EXPECT_EQ(http(port_, "GET", "/page/main.js", "Host: evil.example:" + std::to_string(port_) + "\r\n").status, 421);
+    EXPECT_EQ(http(port_, "GET", "/page/index.html", "").status, 404);
+    EXPECT_EQ(http(port_, "GET", "/api.html", "").status, 401);
     EXPECT_EQ(http(port_, "GET", "/?token=" + token_, "").status, 200);
+    EXPECT_EQ(http(port_, "GET", "/api.html?token=" + token_, "").status, 200);
     EXPECT_TRUE(DoorSocket(port_, "/socket").refused().starts_with("HTTP/1.1 401"));
     EXPECT_TRUE(
         DoorSocket(port_, socketTarget(), "Origin: http://evil.example\r\n").refused().starts_with("HTTP/1.1 403"));

@@ -41,12 +41,17 @@ class Console(unittest.TestCase):
     def test_without_a_token_nobody_is_told(self):
         with Live() as live:
             link = live.link()
-            for path in ("/metrics", "/api", "/wall.jpg", "/"):
+            for path in ("/metrics", "/api", "/wall.jpg", "/", "/api.html"):
                 with self.assertRaises(urllib.error.HTTPError) as refused:
                     ask(link, path, token=False)
                 self.assertEqual(refused.exception.code, 401)
                 refused.exception.close()
             self.assertEqual(ask(link, "/style.css", token=False).status, 200)
+            self.assertEqual(ask(link, "/page/style.css", token=False).headers["Content-Type"], "text/css; charset=utf-8")
+            policy = ask(link, "/").headers["Content-Security-Policy"]
+            for said in ("default-src 'none'", "script-src 'self'", "connect-src 'self'", "img-src 'self' blob: data:"):
+                self.assertIn(said, policy)
+            self.assertNotIn("unsafe", policy)
 
     def test_sockets_cost_no_threads_and_what_is_asked_at_once_comes(self):
         piece, pieces = 256 << 10, 400

@@ -313,7 +313,7 @@ TEST_F(SealedDoor, TakesRequestsHoweverTheyAreCut) {
                           host, kWords.of(Role::kViewer), 3'000'000, std::string(3'000'000, ' ')));
     EXPECT_NE(large.hear("}}\n").find("HTTP/1.1 400 "), std::string::npos) << large.heard();
     SealedPeer page = withLink();
-    page.say(get("/?token=" + kWords.of(Role::kViewer)));
+    page.say(get("/api.html?token=" + kWords.of(Role::kViewer)));
     const std::string html = page.hear("</html>");
     EXPECT_GT(html.size(), 40'000u);
     EXPECT_TRUE(html.ends_with("</html>\n"));

@@ -1,0 +1,176 @@
+// What a person edits a value with: made after the field's description, one small editor for each kind.
+import { colourOf, isColour, pickerValue } from './colours.js';
+import { element } from './elements.js';
+
+/**
+ * @typedef {import('./schema.js').Field} Field
+ * @typedef {{nodes: HTMLElement[], show: (value: any) => void}} Editor `show` says nothing to `commit`
+ * @typedef {(value: any, isUnderWay?: boolean) => void} Commit under way: a slider that is still held
+ */
+
+const kWidestSlider = 1000;  // between bounds: farther apart a slider leads nowhere in particular
+
+/** @param {Field} field @returns {boolean} false: the value is shown, and nobody types it */
+export function isEditable(field) {
+  return field.kind !== 'blob' && field.kind !== 'matrix';
+}
+
+/** @param {any} value @param {Field} field */
+export function asText(value, field) {
+  if (value === null || value === undefined) return 'none';
+  if (field.kind === 'blob') return `${value.bytes.toLocaleString('en')} bytes`;
+  if (field.kind === 'ref') return `#${value}`;
+  if (field.kind === 'reference list') return value.length > 0 ? value.map((id) => `#${id}`).join(', ') : 'none';
+  if (field.kind === 'bool') return value ? 'on' : 'off';
+  if (Array.isArray(value)) return value.map(shortest).join(', ');
+  return typeof value === 'number' ? shortest(value) : String(value);
+}
+
+/** Floats come as doubles: 0.1 is told as 0.10000000149011612. */
+function shortest(value) {
+  return String(Number(value.toPrecision(7)));
+}
+
+/** @param {Field} field @param {string} label @param {Commit} commit @returns {Editor} */
+export function editorOf(field, label, commit) {
+  if (field.kind === 'bool') return switchEditor(label, commit);
+  if (field.kind === 'text') return textEditor(label, commit);
+  if (field.kind === 'ref') return referenceEditor(field, label, commit);
+  if (field.kind === 'reference list') return referencesEditor(label, commit);
+  if (field.words && field.flags) return flagsEditor(field, label, commit);
+  if (field.words) return wordEditor(field, label, commit);
+  if (field.width > 1) return isColour(field) ? colourEditor(field, label, commit) : vectorEditor(field, label, commit);
+  if (field.kind !== 'int' && field.greatest - field.least <= kWidestSlider) return sliderEditor(field, label, commit);
+  return numberEditor(field, label, commit);
+}
+
+function switchEditor(label, commit) {
+  const input = element('input', { type: 'checkbox', role: 'switch', 'aria-label': label });
+  input.addEventListener('change', () => commit(input.checked));
+  return { nodes: [input], show: (value) => { input.checked = value; } };
+}
+
+function textEditor(label, commit) {
+  const input = element('input', { type: 'text', 'aria-label': label, spellcheck: 'false', autocomplete: 'off' });
+  input.addEventListener('change', () => commit(input.value));
+  return { nodes: [input], show: (value) => { input.value = value ?? ''; } };
+}
+
+/** "#17", or a node's path; nothing: none. */
+function referenceIn(text) {
+  return text.trim() === '' ? null : text.trim();
+}
+function referenceEditor(field, label, commit) {
+  const input = element('input', { type: 'text', 'aria-label': label, placeholder: `none (${field.to}: #ID or /path)`,
+                                   spellcheck: 'false', autocomplete: 'off' });
+  input.addEventListener('change', () => commit(referenceIn(input.value)));
+  return { nodes: [input], show: (value) => { input.value = value === null ? '' : `#${value}`; } };
+}
+function referencesEditor(label, commit) {
+  const input = element('input', { type: 'text', 'aria-label': label, placeholder: 'none (#ID, #ID)',
+                                   spellcheck: 'false', autocomplete: 'off' });
+  input.addEventListener('change', () => commit(input.value.split(',').map(referenceIn).filter((one) => one !== null)));
+  return { nodes: [input], show: (value) => { input.value = value.map((id) => `#${id}`).join(', '); } };
+}
+
+/** Nothing that can be read as a number goes to the wall as it is: the wall says what is wrong with it. */
+function numberIn(input) {
+  return input.value.trim() === '' || Number.isNaN(Number(input.value)) ? input.value : Number(input.value);
+}
+function numberInput(field, label) {
+  return element('input', { type: 'text', inputmode: field.kind === 'int' && field.least >= 0 ? 'numeric' : 'text',
+                            'aria-label': label, class: 'number', autocomplete: 'off' });
+}
+function numberEditor(field, label, commit) {
+  const input = numberInput(field, label);
+  input.addEventListener('change', () => commit(numberIn(input)));
+  return { nodes: [input], show: (value) => { input.value = shortest(value); } };
+}
+function sliderEditor(field, label, commit) {
+  const number = numberEditor(field, label, commit);
+  const slider = element('input', { type: 'range', min: field.least, max: field.greatest, step: 'any',
+                                    'aria-label': `${label}, slider` });
+  const value = () => Number(Number(slider.value).toPrecision(3));
+  slider.addEventListener('input', () => commit(value(), true));
+  slider.addEventListener('change', () => commit(value()));
+  // By keys a hundredth of the way, whatever `any` means to a browser.
+  slider.addEventListener('keydown', (event) => {
+    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
+    if (!steps) return;
+    event.preventDefault();
+    slider.value = String(Number(slider.value) + (steps * (field.greatest - field.least)) / 100);
+    commit(value());
+  });
+  return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
+}
+
+/** As labels say them; what stands beside a number is their first letter. */
+function partNames(field) {
+  if (isColour(field)) return ['red', 'green', 'blue', 'alpha'];
+  if (field.name === 'rotation') return ['w', 'x', 'y', 'z'];
+  return field.width <= 4 ? ['x', 'y', 'z', 'w'] : Array.from({ length: field.width }, (_, i) => String(i));
+}
+function vectorEditor(field, label, commit) {
+  const names = partNames(field).slice(0, field.width);
+  const inputs = names.map((name) => numberInput(field, `${label}, ${name}`));
+  for (const input of inputs) input.addEventListener('change', () => commit(inputs.map(numberIn)));
+  const parts = inputs.map((input, i) => element('label', { class: 'part' },
+                                                 element('span', { 'aria-hidden': 'true', text: names[i][0] }), input));
+  return { nodes: [element('div', { class: 'parts' }, ...parts)],
+           show: (value) => inputs.forEach((input, i) => { input.value = shortest(value[i]); }) };
+}
+function colourEditor(field, label, commit) {
+  const numbers = vectorEditor(field, label, commit);
+  const picker = element('input', { type: 'color', 'aria-label': `${label}, picker` });
+  let now = field.default;
+  picker.addEventListener('input', () => commit(colourOf(picker.value, now), true));
+  picker.addEventListener('change', () => commit(colourOf(picker.value, now)));
+  return { nodes: [picker, ...numbers.nodes],
+           show: (value) => { now = value; numbers.show(value); picker.value = pickerValue(value); } };
+}
+
+function wordEditor(field, label, commit) {
+  const words = Object.keys(field.words);
+  const select = element('select', { 'aria-label': label },
+                         ...words.map((word) => element('option', { value: word, text: word })));
+  if (field.greatest - field.least + 1 === words.length) {
+    select.addEventListener('change', () => commit(select.value));
+    return { nodes: [select], show: (value) => { select.value = value; } };
+  }
+  // Some numbers have words, others count.
+  const kNumber = 'number';
+  select.append(element('option', { value: kNumber, text: 'a number:' }));
+  const number = numberEditor(field, `${label}, number`, commit);
+  select.addEventListener('change', () => {
+    number.nodes[0].hidden = select.value !== kNumber;
+    if (select.value === kNumber) number.nodes[0].focus();
+    else commit(select.value);
+  });
+  return {
+    nodes: [select, ...number.nodes],
+    show: (value) => {
+      const isNumber = typeof value === 'number';
+      select.value = isNumber ? kNumber : value;
+      number.nodes[0].hidden = !isNumber;
+      if (isNumber) number.show(value);
+    },
+  };
+}
+function flagsEditor(field, label, commit) {
+  const boxes = Object.keys(field.words).map((word) => {
+    const box = element('input', { type: 'checkbox', value: word });
+    return { box, node: element('label', { class: 'flag' }, box, word) };
+  });
+  for (const { box } of boxes)
+    box.addEventListener('change', () => {
+      const words = boxes.filter((one) => one.box.checked).map((one) => one.box.value);
+      commit(words.length > 0 ? words.join(',') : 0);
+    });
+  return {
+    nodes: [element('div', { role: 'group', 'aria-label': label, class: 'flags' }, ...boxes.map(({ node }) => node))],
+    show: (value) => {
+      const words = String(value).split(',');
+      for (const { box } of boxes) box.checked = words.includes(box.value);
+    },
+  };
+}

@@ -1,0 +1,45 @@
+// Elements of the page. Whatever comes from a wall goes in as text: nothing is ever read as HTML.
+
+/**
+ * @param {string} tag
+ * @param {Record<string, any>} [properties] `class`, `text`, `onclick` and other handlers; all else are attributes, of
+ *     which null and false are left out
+ * @param {...(Node | string)} children
+ */
+export function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name === 'class') made.className = value;
+    else if (name === 'text') made.textContent = value;
+    else if (name.startsWith('on')) made.addEventListener(name.slice(2), value);
+    else made.setAttribute(name, value === true ? '' : String(value));
+  }
+  made.append(...children);
+  return made;
+}
+
+/** Leaves alone what is right already: who reads the page aloud would say it again. */
+export function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/** The children of `parent` are `wanted`, in this order. What stays in its place keeps the focus. */
+export function setChildren(parent, wanted) {
+  let at = parent.firstChild;
+  for (const child of wanted) {
+    if (child === at) at = at.nextSibling;
+    else parent.insertBefore(child, at);
+  }
+  while (at) {
+    const next = at.nextSibling;
+    at.remove();
+    at = next;
+  }
+}
+
+let lastId = 0;
+/** For what one element says of another: labels, descriptions. */
+export function freshId(prefix) {
+  return `${prefix}-${++lastId}`;
+}

@@ -1,0 +1,27 @@
+// Where the page begins: what it holds is made here, once, and connected.
+import { Connection } from './connection.js';
+import { startHeader } from './header.js';
+import { Schema } from './schema.js';
+import { SceneView } from './scene-view.js';
+import { startTabs } from './tabs.js';
+import { startTheme } from './theme.js';
+import { TimeView } from './time-view.js';
+import { takeToken } from './token.js';
+import { WallStatus } from './wall-status.js';
+import { WallView } from './wall-view.js';
+
+takeToken();
+startTheme(document.getElementById('theme'));
+const connection = new Connection();
+const status = new WallStatus(connection);
+const schema = new Schema(connection);
+startHeader(connection, status);
+const views = {
+  wall: new WallView(document.getElementById('panel-wall'), connection, status),
+  time: new TimeView(document.getElementById('panel-time'), connection, status),
+  scene: new SceneView(document.getElementById('panel-scene'), connection, status, schema),
+};
+startTabs(document.getElementById('tabs'), (name) => {
+  for (const [other, view] of Object.entries(views)) view.isShown = other === name;
+});
+connection.dial();

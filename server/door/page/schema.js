@@ -1,0 +1,46 @@
+// The types of a scene with their fields, as the wall describes them at /api.
+import { authorization } from './token.js';
+
+/**
+ * @typedef {{name: string, number: number, kind: string, width: number, unit: string, to?: string, default: any,
+ *     least?: number, greatest?: number, words?: Record<string, number>, flags?: boolean}} Field
+ * @typedef {{name: string, number: number, core: boolean, fields: Field[]}} Type
+ */
+
+export class Schema {
+  /** @type {Promise<Map<string, Type>>} by their names */
+  #types = new Promise(() => {});
+  #known = '';
+
+  /** @param {import('./connection.js').Connection} connection */
+  constructor(connection) {
+    connection.addEventListener('open', () => {
+      this.#types = this.#load();
+      this.#types.catch(() => {});
+    });
+  }
+
+  get types() {
+    return this.#types;
+  }
+
+  async #load() {
+    const answer = await fetch('/api', { headers: authorization() });
+    if (!answer.ok) throw new Error(`The types of the scene did not come: ${answer.status}`);
+    const api = await answer.json();
+    const version = `${api.version} ${api.protocol} ${api.schema}`;
+    // Behind the same address another version answers now, and this page is one of the version before.
+    if (this.#known && this.#known !== version) location.reload();
+    this.#known = version;
+    for (const field of api.types.flatMap((type) => type.fields)) field.default = inWords(field, field.default);
+    return new Map(api.types.map((type) => [type.name, type]));
+  }
+}
+
+/** Values of a scene come in words, defaults as numbers. */
+function inWords(field, value) {
+  if (!field.words) return value;
+  const words = Object.entries(field.words);
+  if (field.flags) return words.filter(([, bit]) => value & bit).map(([word]) => word).join(',') || value;
+  return words.find(([, number]) => number === value)?.[0] ?? value;
+}
