@@ -198,7 +198,7 @@ class Console(unittest.TestCase):
             url = urllib.parse.urlsplit(link)
             plain, known = contexts(live)
             page = urllib.request.urlopen(link, timeout=PATIENCE, context=plain)
-            self.assertIn("GetStatus", page.read().decode())
+            self.assertIn("/page/main.js", page.read().decode())
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(f"https://{url.netloc}/metrics", timeout=PATIENCE, context=plain)
             self.assertEqual(refused.exception.code, 401)
@@ -256,7 +256,7 @@ class Console(unittest.TestCase):
             link = live.sealed_link()
             done = subprocess.run(["curl", "-sS", "--cacert", str(live.keys / "authority.crt"), link], capture_output=True, text=True, timeout=PATIENCE)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
-            self.assertIn("GetStatus", done.stdout)
+            self.assertIn("/page/main.js", done.stdout)
             done = subprocess.run(["curl", "-sS", link.replace("https://", "http://")], capture_output=True, text=True, timeout=PATIENCE)
             self.assertIn("this door speaks https", done.stdout)
 
