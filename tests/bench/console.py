@@ -23,6 +23,7 @@ BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 
 from console_socket import WebSocket  # noqa: E402
+from door import watch  # noqa: E402
 from live import Live, run_folder  # noqa: E402
 
 import tessera  # noqa: E402
@@ -87,17 +88,6 @@ def move(address, pipe):
             wall.ask("SetView", position=(0.3 * math.sin(turn / 30), 2, 6))
             time.sleep(1 / 60)
     pipe.send(None)
-
-
-def watch(address, pipe):
-    shown = []
-    with tessera.connect(address) as wall, wall.follow("frames", timeout=20) as clock:
-        pipe.send("ready")
-        for _ in clock:
-            shown.append(time.perf_counter())
-            if pipe.poll():
-                break
-    pipe.send(shown)
 
 
 def look(door, token, pipe):
