@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "client/ctl/TextTable.h"
 #include "common/access/LocalWalls.h"
 
 namespace tessera {
@@ -14,6 +15,25 @@ Expected<Answer> run(Application& application, const verb::Who&) {
     return Answer{fmt::format("{}, {} of the wall {}\n", who->name, nameOf(who->role), application.wall().name),
                   {{"name", who->name}, {"role", nameOf(who->role)}, {"wall", application.wall().name}},
                   {}};
+}
+
+Expected<Answer> run(Application& application, const verb::People&) {
+    const Expected<answer::People> told = application.people();
+    if (!told) return tl::unexpected(told.error());
+    TextTable table({"NAME", "ROLE", "PROGRAM", "FOR"});
+    Json people = Json::array();
+    for (const answer::Person& person : told->people) {
+        table.add({person.name.empty() ? "-" : person.name, std::string(nameOf(person.role)),
+                   person.you ? person.program + " (you)" : person.program, fmt::format("{:.0f} s", person.seconds)});
+        people.push_back({{"name", person.name},
+                          {"role", nameOf(person.role)},
+                          {"program", person.program},
+                          {"seconds", person.seconds},
+                          {"you", person.you}});
+    }
+    Answer answer{table.text(), {{"people", std::move(people)}, {"left_out", told->leftOut}}, {}};
+    if (told->leftOut > 0) answer.text += fmt::format("and {} more\n", told->leftOut);
+    return answer;
 }
 
 Expected<Answer> linkOf(const CommandLine& line, const verb::Link& wanted) {

@@ -276,6 +276,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::App* status = app.add_subcommand("status", "Frame, hosts, size of the scene");
 
     const CLI::App* whoAmI = app.add_subcommand("whoami", "As whom the server knows you, and what you may do");
+    const CLI::App* people = app.add_subcommand("people", "Who is connected, in which role");
     CLI::App* link = app.add_subcommand("link", "The link for browsers, to a server of this machine");
     link->add_option("--role", in.role, "viewer, editor or operator (operator)")
         ->type_name("ROLE")
@@ -350,6 +351,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     const CLI::App* undo = app.add_subcommand("undo", "Takes back the last change");
     const CLI::App* redo = app.add_subcommand("redo", "Does again what was taken back last");
+    const CLI::App* steps = app.add_subcommand("steps", "What undo and redo would do now");
 
     CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
     view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3)->check(numberFault);
@@ -473,6 +475,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const auto verb = [&]() -> Expected<Verb> {
         if (status->parsed()) return verb::Status{};
         if (whoAmI->parsed()) return verb::Who{};
+        if (people->parsed()) return verb::People{};
         if (link->parsed())
             return verb::Link{in.role == "viewer"   ? Role::kViewer
                               : in.role == "editor" ? Role::kEditor
@@ -499,6 +502,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         }
         if (find->parsed()) return in.find;
         if (undo->parsed()) return verb::Undo{};
+        if (steps->parsed()) return verb::Steps{};
         if (redo->parsed()) return verb::Redo{};
         if (view->parsed()) return viewVerb(in, scale->count() > 0);
         if (pick->parsed()) {

@@ -17,6 +17,7 @@ namespace verb {
 struct Status {};
 /// As whom the server knows us.
 struct Who {};
+struct People {};
 /// Where browsers come in at a server of this machine, in a role.
 struct Link {
     Role role = Role::kOperator;
@@ -60,6 +61,7 @@ struct Find {
 };
 struct Undo {};
 struct Redo {};
+struct Steps {};
 struct View {
     ViewWish view;
 };
@@ -138,7 +140,7 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Who, verb::Link, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get,
+using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get,
                           verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick,
                           verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,

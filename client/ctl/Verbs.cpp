@@ -286,6 +286,20 @@ Expected<Answer> run(Application& application, const verb::Redo&) {
     return committedAnswer(application, *committed, "did the last change again");
 }
 
+Expected<Answer> run(Application& application, const verb::Steps&) {
+    const Expected<answer::Steps> steps = application.steps();
+    if (!steps) return tl::unexpected(steps.error());
+    Answer answer;
+    for (const auto& [name, step] : {std::pair("undo", &steps->undo), std::pair("redo", &steps->redo)}) {
+        answer.text += fmt::format("{}  {}\n", name, step->what.empty() ? "nothing" : step->what);
+        Json objects = Json::array();
+        for (const ObjectId id : step->objects) objects.push_back(id.value);
+        answer.json[name] = {{"what", step->what}, {"changes", step->changes}, {"objects", std::move(objects)}};
+    }
+    answer.json["sequence"] = steps->sequence.value;
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::View& view) {
     const Expected<void> done = application.setView(view.view);
     if (!done) return tl::unexpected(done.error());

@@ -256,7 +256,8 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
                     [&](const answer::PairEvents& told) { pass(eventsCallback, told); },
                     [&](const answer::Distances& told) { pass(distancesCallback, told); },
                     [&](const answer::Questions& told) { pass(questionsCallback, told); },
-                    [&](const notice::Poses& told) { pass(posesCallback, told); }},
+                    [&](const notice::Poses& told) { pass(posesCallback, told); },
+                    [](const notice::States&) {}},  // for pages: nothing here subscribes to them
                notice);
 }
 
@@ -582,6 +583,12 @@ Expected<answer::Status> Application::status() {
 }
 Expected<answer::Identity> Application::whoAmI() {
     return impl_->ask(request::WhoAmI{});
+}
+Expected<answer::People> Application::people() {
+    return impl_->ask(request::GetPeople{});
+}
+Expected<answer::Steps> Application::steps() {
+    return impl_->ask(request::GetSteps{});
 }
 Expected<answer::Images> Application::images() {
     return impl_->ask(request::GetImages{});

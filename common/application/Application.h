@@ -211,6 +211,9 @@ public:
     [[nodiscard]] Expected<answer::Status> status();
     /// As whom the server knows this application, and what it may do.
     [[nodiscard]] Expected<answer::Identity> whoAmI();
+    [[nodiscard]] Expected<answer::People> people();
+    /// What `undo` and `redo` would do, if nobody edits before.
+    [[nodiscard]] Expected<answer::Steps> steps();
     /// The tiles as they are shown now, all of the same frame.
     [[nodiscard]] Expected<answer::Images> images();
 

@@ -30,6 +30,7 @@ struct ApplicationLimits {
     std::size_t maxSensors = 1024;  ///< of one tracker
     std::size_t maxPoses = 1024;    ///< heads, and wands
     std::size_t maxAxes = 64;       ///< of one wand
+    std::size_t maxPeople = 1024;
     std::size_t maxNotes = 100;     ///< of one file that was loaded
 };
 

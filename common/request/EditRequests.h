@@ -75,6 +75,33 @@ struct Loaded {
     }
 };
 
+/// What the next step of undo, or of redo, would do.
+struct StepPlan {
+    std::string what;              ///< a sentence without its full stop, for people; empty: there is no such step
+    std::vector<ObjectId> objects;  ///< some of those that it writes, makes or removes
+    std::uint64_t changes = 0;      ///< at least so many
+    bool operator==(const StepPlan&) const = default;
+
+    static constexpr std::string_view kName = "StepPlan";
+    static constexpr auto members() {
+        return std::tuple(member<&StepPlan::what>(1, "what").said("in words; empty: there is no such step"),
+                          member<&StepPlan::objects>(2, "objects")
+                              .atMost(&ApplicationLimits::maxNames)
+                              .said("some that it writes, makes or removes"),
+                          member<&StepPlan::changes>(3, "changes").said("at least"));
+    }
+};
+struct Steps {
+    Sequence sequence;
+    StepPlan undo, redo;
+
+    static constexpr ToldInfo kInfo{.name = "Steps", .answer = 24, .help = "What undo and redo would do now"};
+    static constexpr auto members() {
+        return std::tuple(member<&Steps::sequence>(1, "sequence").said("as of this list"),
+                          member<&Steps::undo>(2, "undo"), member<&Steps::redo>(3, "redo"));
+    }
+};
+
 }  // namespace answer
 
 namespace request {
@@ -229,7 +256,16 @@ struct LoadAsset {
     }
 };
 
-using OfEdits = std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset>;
+/// Another's edit may come before the step that is asked for behind this: `sequence` says as of when it holds.
+struct GetSteps {
+    using Answer = answer::Steps;
+    static constexpr RequestInfo kInfo{
+        .number = 35, .name = "GetSteps", .help = "What the next step of undo, and of redo, would do"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+using OfEdits = std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset,
+                             GetSteps>;
 
 }  // namespace request
 

@@ -34,10 +34,10 @@ using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::
                                        answer::Contacts, answer::Images, answer::PairEvents, answer::Distances,
                                        answer::Questions, answer::Objects, answer::TreePage, answer::Trackers,
                                        answer::FoundPage, answer::Measured, answer::Identity, answer::ArrayPiece,
-                                       answer::Preview, answer::WallPlan>;
+                                       answer::Preview, answer::WallPlan, answer::People, answer::Steps>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
-                                       answer::Distances, answer::Questions, notice::Poses>;
+                                       answer::Distances, answer::Questions, notice::Poses, notice::States>;
 
 [[nodiscard]] inline const RequestInfo& infoOf(const ApplicationRequest& request) {
     return std::visit([]<typename R>(const R&) -> const RequestInfo& { return R::kInfo; }, request);

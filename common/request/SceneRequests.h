@@ -84,12 +84,14 @@ struct TreeWish {
     // With either of these only nodes with such a core are told. A page may then be empty and not the last.
     ObjectType coreType;          ///< cores of this type
     std::vector<ObjectId> cores;  ///< these cores
+    std::uint32_t pageSize = 0;   ///< nodes told at most, the server has a bound of its own; 0: that one
 
     static constexpr std::string_view kName = "TreeWish";
     static constexpr auto members() {
         return std::tuple(member<&TreeWish::node>(1, "node"),
                           member<&TreeWish::levels>(2, "levels").said("below the node"),
                           member<&TreeWish::coreType>(3, "core_type").said("only nodes with such a core; 0: all"),
+                          member<&TreeWish::pageSize>(4, "page_size").said("nodes told at most; 0: as many as may be"),
                           partMember<&TreeWish::after>("after")
                               .atMost(&ApplicationLimits::maxDepth)
                               .said("where the page before has ended; none: from the start"),

@@ -104,6 +104,7 @@ struct Subscription {
     bool distances = false;
     bool questions = false;
     bool poses = false;
+    bool states = false;  ///< of the wall itself, not of a frame: told where something of it is another than before
 
     static constexpr std::string_view kName = "Subscription";
     static constexpr auto members() {
@@ -114,7 +115,8 @@ struct Subscription {
                           member<&Subscription::stays>(5, "stays").said("among the events pairs that go on touching"),
                           member<&Subscription::distances>(6, "distances"),
                           member<&Subscription::questions>(7, "questions"),
-                          member<&Subscription::poses>(8, "poses").said("heads and wands"));
+                          member<&Subscription::poses>(8, "poses").said("heads and wands"),
+                          member<&Subscription::states>(9, "states").said("how hosts are, whether edits are taken"));
     }
 };
 
@@ -251,6 +253,35 @@ struct Identity {
     }
 };
 
+/// Somebody who is connected as an application.
+struct Person {
+    std::string name;     ///< as proved: of a key, a token, the server's user; empty: nobody was asked for anything
+    std::string program;  ///< as it calls itself
+    Role role = Role::kViewer;
+    double seconds = 0;  ///< since it came
+    bool you = false;
+
+    static constexpr std::string_view kName = "Person";
+    static constexpr auto members() {
+        return std::tuple(member<&Person::name>(1, "name").said("as proved: of a key, a token, the server's user"),
+                          member<&Person::program>(2, "program").said("as it calls itself"),
+                          member<&Person::role>(3, "role"),
+                          member<&Person::seconds>(4, "seconds").in("s").said("since it came"),
+                          member<&Person::you>(5, "you"));
+    }
+};
+struct People {
+    std::vector<Person> people;
+    std::uint64_t leftOut = 0;
+
+    static constexpr ToldInfo kInfo{.name = "People", .answer = 23, .help = "Who is connected, in which role"};
+    static constexpr auto members() {
+        return std::tuple(
+            member<&People::people>(1, "people").atMost(&ApplicationLimits::maxPeople).said("in the order of coming"),
+            member<&People::leftOut>(2, "left_out").said("who are there, but more than are listed"));
+    }
+};
+
 }  // namespace answer
 
 template <>
@@ -290,6 +321,24 @@ struct Poses {
                               .atMost(&ApplicationLimits::maxPoses)
                               .said("of all users, in the wall's order"),
                           member<&Poses::wands>(3, "wands").atMost(&ApplicationLimits::maxPoses));
+    }
+};
+
+/// How the wall is, as far as that is faults and who is there: told at once to who subscribes, and then when something
+/// of it is another than before; each kStatesPeriod at most.
+struct States {
+    std::vector<answer::HostInfo> hosts;
+    std::string journalTrouble;      ///< Status::journalTrouble
+    std::uint64_t applications = 0;
+    std::uint64_t comings = 0;  ///< and goings of applications: another number, other people
+
+    static constexpr ToldInfo kInfo{.name = "States", .notice = 8, .help = "How hosts are, and whether edits are taken"};
+    static constexpr auto members() {
+        return std::tuple(member<&States::hosts>(1, "hosts").atMost(&ApplicationLimits::maxHosts),
+                          member<&States::journalTrouble>(2, "journal_trouble")
+                              .said("why nothing is written at present, and no edit is taken"),
+                          member<&States::applications>(3, "applications"),
+                          member<&States::comings>(4, "comings").said("and goings of applications, so far"));
     }
 };
 
@@ -334,7 +383,14 @@ struct WhoAmI {
     static constexpr auto members() { return std::tuple(); }
 };
 
-using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews, WhoAmI>;
+struct GetPeople {
+    using Answer = answer::People;
+    static constexpr RequestInfo kInfo{
+        .number = 36, .name = "GetPeople", .help = "Who is connected to this server, and in which role"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews, WhoAmI, GetPeople>;
 
 }  // namespace request
 

@@ -110,7 +110,7 @@ ServerActions SessionActions::on(const server_action::RequestReceived& request) 
 }
 
 ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
-    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .who = joined.who},
+    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .who = joined.who, .since = Clock::now()},
                                    around_.peers.addressOf(joined.connection), joined.panel.get());
     return {};
 }

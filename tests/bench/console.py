@@ -1,11 +1,13 @@
 #!/usr/bin/python3
-"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,input]`.
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,faults,input]`.
 
 A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
   rest   nobody looks: frames, and what server and hosts take of a core
   look   one socket asks for the wall's pictures again and again, as a page does: pictures a second, the first one after the socket has
          opened, and the same figures as in rest
   crowd  ten sockets look, five of which stop reading: frames that came later than 50 ms after the one before, with and without them
+  faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has subscribed to
+         states hears of it, and until the page in chromium shows it (limit 250 ms)
   input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
          fast as it can, beside the time that two frames take
 No verdict on time here: tests/bench/README.md says why."""
@@ -15,6 +17,8 @@ import math
 import multiprocessing
 import os
 import pathlib
+import select
+import signal
 import sys
 import time
 
@@ -22,6 +26,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 
+import page_browser  # noqa: E402
 from console_socket import WebSocket  # noqa: E402
 from door import watch  # noqa: E402
 from live import Live, run_folder  # noqa: E402
@@ -162,6 +167,77 @@ def rows_of_crowd(live, seconds):
     return [{"row": "crowd", "without": without, "with": beside, "pages": [page.result["pictures_per_s"] for page in pages]}]
 
 
+def hear(door, token, pipe):
+    """When which hosts were told to be in which state."""
+    ear = WebSocket(door, token)
+    ear.ask(1, "SubscribeNews", states=True)
+    heard = []
+    pipe.send("ready")
+    while not pipe.poll():
+        if not select.select([ear.socket], [], [], 0.05)[0]:
+            continue
+        said = ear.read()
+        if said.get("notice") == "States":
+            heard.append((time.time(), {host["name"]: host["state"] for host in said["fields"]["hosts"]}))
+    pipe.send(heard)
+
+
+def follow(path, pipe):
+    """Lines that come to a log, and when."""
+    lines = []
+    with open(path, encoding="utf-8") as log:
+        log.seek(0, os.SEEK_END)
+        pipe.send("ready")
+        while not pipe.poll():
+            line = log.readline()
+            if line:
+                lines.append((time.time(), line))
+            else:
+                time.sleep(0.001)
+    pipe.send(lines)
+
+
+# When each line of the list of faults came, in seconds since 1970.
+WATCH_FAULTS = """
+window.faults = [];
+new MutationObserver((changes) => changes.forEach((change) => change.addedNodes.forEach((node) =>
+  window.faults.push([(performance.timeOrigin + performance.now()) / 1000, node.textContent])))).observe(document.querySelector('.faults'), {childList: true});
+"""
+
+
+def rows_of_faults(live, times=8):
+    door, token = door_of(live)
+    rows, hosts = [], [process.args[process.args.index("--host") + 1] for process in live._processes[1:]]
+    with page_browser.Browser() as browser:
+        browser.open(f"{live.link()}#time")
+        browser.until("the page", lambda: "running" in browser.text("#wall-state"))
+        browser.run(WATCH_FAULTS)
+        with Beside(hear, door, token) as ear, Beside(follow, live.folder / "server.log") as log:
+            for turn in range(times):
+                name = hosts[turn % len(hosts)]
+                process = next(one for one in live._processes if name in one.args and one.poll() is None)
+                if turn % 2:
+                    process.send_signal(signal.SIGSTOP)
+                    time.sleep(3)
+                    process.send_signal(signal.SIGCONT)
+                else:
+                    process.kill()
+                    process.wait()
+                    time.sleep(1)
+                    live.start_host(name)
+                browser.until("all is well", lambda: "running" in browser.text("#wall-state"))
+                time.sleep(1)
+        seen = browser.run("return window.faults")
+    said = [(at, line) for at, line in log.result if "noticed" in line]
+    for at, line in said:
+        name = next(host for host in hosts if f" {host}: " in line)
+        told = min((when - at for when, states in ear.result if when > at - 1 and states[name] != "live"), key=abs)
+        shown = min((when - at for when, text in seen if when > at - 1 and f"Host {name}: live, now" in text), key=abs)
+        rows.append((told, shown))
+    return [{"row": "faults", "count": len(rows), "limit_ms": 250, "socket_ms": [round(1e3 * told) for told, _ in rows],
+             "page_ms": [round(1e3 * shown) for _, shown in rows]}]
+
+
 def rows_of_input(live, times=300):
     door, token = door_of(live)
     hand = WebSocket(door, token)
@@ -183,7 +259,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=20)
-    options.add_argument("--rows", default="look,crowd,input")
+    options.add_argument("--rows", default="look,crowd,faults,input")
     said = options.parse_args()
     rows = []
     with run_folder():
@@ -194,6 +270,8 @@ def main():
                     rows += rows_of_look(live, said.seconds)
                 elif name == "crowd":
                     rows += rows_of_crowd(live, said.seconds)
+                elif name == "faults":
+                    rows += rows_of_faults(live)
                 elif name == "input":
                     rows += rows_of_input(live)
                 else:

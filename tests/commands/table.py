@@ -138,6 +138,8 @@ ROWS = {
     "tessera-ctl trackers": asked("ctl trackers"),
     "tessera-ctl --server ADDR:PORT trackers": asked("ctl trackers"),
     "tessera-ctl whoami": asked('ctl whoami && ctl --token-file "$(grep -l "server $WALL" $XDG_RUNTIME_DIR/tessera/*.wall)" whoami', says="operator of the wall"),
+    "tessera-ctl people": asked("ctl people", says="operator"),
+    "tessera-ctl steps": asked("ctl move /post 1 0 0 && ctl steps", says="undo  sets Transform.translation of /post"),
     "tessera-ctl link": asked("ctl link", says="/?token="),
     "tessera-ctl link --role viewer": asked("ctl link --role viewer", says="/?token="),
     "tessera-ctl link --role ROLE": Row("", elsewhere="link --role viewer"),

@@ -47,7 +47,7 @@ class Live:
                 with self.connect() as wall:
                     hosts = [host.name for host in wall.status().hosts]
                 for host in hosts:
-                    self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface, "--threads", "0"], host)
+                    self.start_host(host)
                 self._wait_until_live(len(hosts))
         except BaseException:
             self.__exit__(None, None, None)
@@ -118,6 +118,9 @@ class Live:
                 raise RuntimeError(f"the server did not start: {self.log('server')}")
             time.sleep(0.02)
         self.address, self._port = found.group(1), int(found.group(2))
+
+    def start_host(self, host):
+        return self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface, "--threads", "0"], host)
 
     def kill_server(self):
         self.server.kill()

@@ -86,7 +86,7 @@ class Page(unittest.TestCase):
     def test_the_token_lets_in_and_does_not_stay_in_the_address(self):
         self.come_in()
         self.assertNotIn("token", self.browser.driver.current_url)
-        self.assertEqual(self.browser.text("#identity"), "You: operator")
+        self.browser.until("its role, beside the test's own link", lambda: self.browser.text("#identity") == "You: operator · 2 here")
         self.browser.until("a state", lambda: "running" in self.browser.text("#wall-state"))
         self.browser.logged()
         self.browser.open(self.browser.driver.current_url.partition("#")[0])  # without it the server asks, and the page still has it
@@ -216,9 +216,41 @@ class Page(unittest.TestCase):
         self.browser.until("what was looked for", lambda: self.browser.text("[role=status].muted") == "11 found")
         self.assert_nothing_logged()
 
+    def test_who_is_here_is_told_as_they_come_and_go(self):
+        self.come_in()
+        self.browser.until("a number", lambda: "2 here" in self.browser.text("#identity"))
+        with self.live.connect(name=STRANGE):
+            self.browser.until("one more", lambda: "3 here" in self.browser.text("#identity"))
+            self.browser.all("#identity")[0].click()
+            self.browser.until("the name of all", lambda: STRANGE in self.browser.text("dialog[open] .people"))
+            self.assertIn("(you)operator", self.browser.text("dialog[open] .people"))
+        self.browser.until("one less", lambda: STRANGE not in self.browser.text("dialog[open] .people"))
+        self.browser.press("\ue00c")  # Escape
+        self.assert_nothing_logged()
+
+    def test_what_undo_would_take_back_is_said_before(self):
+        self.come_in(tab="scene")
+        self.select("lamp")
+        self.wall.ask("MoveNode", node=self.wall["/post"].id, translation=(0, 0, -3))
+        self.browser.until("the next step", lambda: self.browser.text("#next-steps") == "↶ sets Transform.translation of /post")
+        self.browser.all(".tools button")[0].click()
+        self.browser.until("the way back", lambda: "↷ sets Transform.translation of /post" in self.browser.text("#next-steps"))
+        self.assert_nothing_logged()
+
+    def test_a_host_that_is_lost_is_named_on_the_page(self):
+        self.come_in(tab="time")
+        name = self.wall.status().hosts[0].name
+        host = next(process for process in self.live._processes if name in process.args and process.poll() is None)
+        self.browser.until("no fault yet", lambda: "running" in self.browser.text("#wall-state"))
+        host.kill()
+        host.wait()
+        self.browser.until("its name", lambda: f"Host {name}: live, now" in self.browser.text(".faults"))
+        self.live.start_host(name)
+        self.browser.until("all is well", lambda: "running" in self.browser.text("#wall-state"))
+
     def test_who_only_looks_sees_nothing_to_change(self):
         self.come_in("viewer", "scene")
-        self.assertEqual(self.browser.text("#identity"), "You: viewer")
+        self.browser.until("its role", lambda: self.browser.text("#identity").startswith("You: viewer"))
         self.select("lamp")
         self.browser.until("values", lambda: "intensityat least 02" in self.browser.text(".object"))
         self.assertEqual(self.browser.all(".object input, .object select, .tools button"), [])

@@ -1,5 +1,6 @@
 // What stands above all tabs: which wall this is, how it is, who looks; and the banner while nothing comes.
 import { element, setChildren, setText } from './elements.js';
+import { People } from './people.js';
 import { keepToken, keptToken } from './token.js';
 
 /**
@@ -22,16 +23,11 @@ export function startHeader(connection, status) {
   };
   status.addEventListener('status', show);
 
-  connection.addEventListener('open', async () => {
+  part('identity').replaceWith(new People(connection, status).button);
+
+  connection.addEventListener('open', () => {
     banner.hidden = true;
     part('api-link').href = keptToken() ? `/api.html?token=${encodeURIComponent(keptToken())}` : '/api.html';
-    try {
-      const { name, role } = await connection.ask('WhoAmI');
-      // Without a key or a token of one's own the name is this page's.
-      setText(part('identity'), name === 'console' ? `You: ${role}` : `You: ${name}, ${role}`);
-    } catch {
-      // Lost again: the banner says so.
-    }
   });
   connection.addEventListener('lost', () => {
     show();

@@ -20,6 +20,7 @@ export class SceneView {
   #said = element('p', { class: 'said', role: 'alert' });
   #undo;
   #redo;
+  #next = element('p', { class: 'muted next-steps', id: 'next-steps' });
   #input = element('input', { type: 'search', placeholder: 'Name, or /hall/**/crane*', 'aria-label': 'Search the scene',
                               spellcheck: 'false', autocomplete: 'off' });
   #results = element('ul', { class: 'results' });
@@ -38,7 +39,8 @@ export class SceneView {
     this.#scene = new Scene(connection);
     this.#object = new ObjectView(this.#scene, schema);
     this.#tree = new Tree(this.#scene, (node) => this.#select(node));
-    const stepButton = (step) => element('button', { type: 'button', onclick: () => this.#step(step) });
+    const stepButton = (step) => element('button', { type: 'button', 'aria-describedby': 'next-steps',
+                                                     onclick: () => this.#step(step) });
     this.#undo = stepButton(() => this.#scene.undo());
     this.#redo = stepButton(() => this.#scene.redo());
     let typing = 0;
@@ -72,7 +74,7 @@ export class SceneView {
       const { role } = await this.#connection.ask('WhoAmI');
       this.#object.mayEdit = role !== 'viewer';
       // Who may not edit sees nothing to do it with.
-      setChildren(this.#tools, role === 'viewer' ? [] : [this.#undo, this.#redo]);
+      setChildren(this.#tools, role === 'viewer' ? [] : [this.#undo, this.#redo, this.#next]);
       this.#load();
     } catch {
       // Lost again.
@@ -84,6 +86,7 @@ export class SceneView {
     this.#isLoaded = true;
     await this.#quietly(() => this.#tree.load());
     await this.#quietly(() => this.#object.refresh());
+    await this.#quietly(() => this.#sayNext());
   }
 
   #onStatus(status) {
@@ -95,6 +98,7 @@ export class SceneView {
     if (!this.#isShown || !this.#isLoaded || status.sequence === this.#sequence) return;
     this.#sequence = status.sequence;
     this.#quietly(() => this.#object.refresh());
+    this.#quietly(() => this.#sayNext());
     if (++this.#looks % kTreePeriod === 0) this.#quietly(() => this.#tree.refresh());
   }
 
@@ -107,6 +111,13 @@ export class SceneView {
     this.#tree.select(node);
     this.#quietly(() => this.#object.open(node));
   }
+  /** What the buttons would do, as long as nobody else edits. */
+  async #sayNext() {
+    if (!this.#next.isConnected) return;
+    const { undo, redo } = await this.#scene.steps();
+    const said = [undo.what && `↶ ${undo.what}`, redo.what && `↷ ${redo.what}`].filter(Boolean);
+    setText(this.#next, said.join('   '));
+  }
   async #step(ask) {
     try {
       await ask();
@@ -116,6 +127,7 @@ export class SceneView {
     }
     this.#quietly(() => this.#object.refresh());
     this.#quietly(() => this.#tree.refresh());
+    this.#quietly(() => this.#sayNext());
   }
   #onKey(event) {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;

@@ -103,6 +103,10 @@ export class Scene {
     const set = [{ type: object.type, field, ids: [object.id], values: [value] }];
     return this.#connection.ask('ProposeChanges', { gesture, list: { set } });
   }
+  /** What the next step of undo, and of redo, would do. */
+  steps() {
+    return this.#connection.ask('GetSteps');
+  }
   undo() {
     return this.#connection.ask('UndoStep');
   }

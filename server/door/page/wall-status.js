@@ -18,8 +18,9 @@ export function signOf(state) {
 }
 
 /**
- * Events: `status` (its detail is the answer of GetStatus), `frame` (its detail is the notice's fields and when it
- * came), `restarted` where another server answers than before.
+ * Events: `status` (its detail is the answer of GetStatus), `states` (its detail: the notice's fields, as soon as a host
+ * or the journal is another than before, or somebody has come or gone), `frame` (its detail is the notice's fields and
+ * when it came), `restarted` where another server answers than before.
  */
 export class WallStatus extends EventTarget {
   /** @type {any} the newest; null: none has come on this connection */
@@ -36,6 +37,7 @@ export class WallStatus extends EventTarget {
     connection.addEventListener('open', () => this.#begin());
     connection.addEventListener('lost', () => this.#end());
     connection.addEventListener('notice', ({ detail }) => {
+      if (detail.notice === 'States') this.#onStates(detail.fields);
       if (detail.notice !== 'Frame') return;
       this.dispatchEvent(new CustomEvent('frame', { detail: { ...detail.fields, at: performance.now() } }));
     });
@@ -64,7 +66,7 @@ export class WallStatus extends EventTarget {
   }
 
   #begin() {
-    this.#connection.ask('SubscribeNews', { frames: true }).catch(() => {});
+    this.#connection.ask('SubscribeNews', { frames: true, states: true }).catch(() => {});
     this.#frames = [];
     this.#look();
   }
@@ -72,6 +74,13 @@ export class WallStatus extends EventTarget {
     clearTimeout(this.#timer);
     this.newest = null;
     this.#frames = [];
+  }
+  /** Nobody waits for the next look to see them. */
+  #onStates(states) {
+    this.dispatchEvent(new CustomEvent('states', { detail: states }));
+    if (!this.newest) return;
+    this.newest = { ...this.newest, hosts: states.hosts, journal_trouble: states.journal_trouble };
+    this.dispatchEvent(new CustomEvent('status', { detail: this.newest }));
   }
   async #look() {
     clearTimeout(this.#timer);

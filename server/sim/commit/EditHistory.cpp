@@ -325,6 +325,14 @@ ChangeListPtr EditHistory::redoList() {
     return newest(forth_);
 }
 
+std::vector<ChangeListPtr> EditHistory::firstOf(const std::deque<Step>& steps, std::size_t most) {
+    std::vector<ChangeListPtr> first;
+    if (steps.empty()) return first;
+    const std::vector<Held>& lists = steps.back().lists;
+    for (auto held = lists.rbegin(); held != lists.rend() && first.size() < most; ++held) first.push_back(held->list);
+    return first;
+}
+
 std::vector<Blob> EditHistory::arraysToUndo() const {
     return arraysOf(back_);
 }

@@ -113,6 +113,9 @@ public:
     /// call below says that it has been applied, with the list that leads back from it.
     [[nodiscard]] ChangeListPtr undoList();
     [[nodiscard]] ChangeListPtr redoList();
+    /// Of that step the lists that are applied first, `most` at most: as they are kept, before they are made one.
+    [[nodiscard]] std::vector<ChangeListPtr> firstToUndo(std::size_t most) const { return firstOf(back_, most); }
+    [[nodiscard]] std::vector<ChangeListPtr> firstToRedo(std::size_t most) const { return firstOf(forth_, most); }
     void undone(ChangeList inverse, Overlaps overlaps = {});
     void redone(ChangeList inverse, Overlaps overlaps = {});
     /// What touched in the scene to which that list leads.
@@ -210,6 +213,7 @@ private:
     /// False where the last two of its lists cannot be one.
     bool mergeLast(Step& step);
     [[nodiscard]] ChangeListPtr newest(std::deque<Step>& steps);
+    [[nodiscard]] static std::vector<ChangeListPtr> firstOf(const std::deque<Step>& steps, std::size_t most);
     [[nodiscard]] static std::vector<Blob> arraysOf(const std::deque<Step>& steps);
     void begin(std::deque<Step>& from, bool forth, ChangeListPtr inverse);
     void arrive();

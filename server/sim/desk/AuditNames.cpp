@@ -69,7 +69,8 @@ private:
     std::vector<std::string> names_;
 };
 
-/// The name that a list gives to a node that it makes; empty: it gives none, or far behind.
+}  // namespace
+
 std::string nameIn(const ChangeList& list, ObjectId made) {
     for (const FieldColumn& column : list.columns) {
         const auto* texts = std::get_if<std::vector<std::string>>(&column.values);
@@ -80,7 +81,11 @@ std::string nameIn(const ChangeList& list, ObjectId made) {
     return {};
 }
 
-}  // namespace
+std::vector<std::string> auditNames(const Simulation& simulation, std::span<const ObjectId> objects, std::size_t most) {
+    Namer names(simulation, most);
+    for (const ObjectId object : objects) names.add(object);
+    return names.take();
+}
 
 std::vector<std::string> auditNames(const Simulation& simulation, const ChangeList& list, std::size_t most) {
     Namer names(simulation, most);

@@ -1,6 +1,7 @@
 /// How the audit log names what somebody writes.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace tessera {
 /// is named by its place to be. `most` of them, each once, whatever else the list writes.
 [[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, const ChangeList& list,
                                                   std::size_t most);
+/// The same of objects as they stand in the scene.
+[[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, std::span<const ObjectId> objects,
+                                                  std::size_t most);
+/// The name that a list gives to a node that it makes; empty: it gives none, or far behind.
+[[nodiscard]] std::string nameIn(const ChangeList& list, ObjectId made);
 /// The nodes and files that a request names itself.
 [[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, const ApplicationRequest& request);
 

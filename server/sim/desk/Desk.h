@@ -26,6 +26,7 @@ struct Desk {
         std::string name = {};  ///< as it calls itself
         Entrant who = {.role = Role::kOperator};
         std::shared_ptr<const Panel> panel = {};  ///< whose fields alone it reaches; null: all that its role does
+        TimePoint since = {};
     };
 
     Desk(const DeskSurroundings& lent, const DeskLimits& most)
@@ -48,6 +49,7 @@ struct Desk {
     const DeskSurroundings around;
     const DeskLimits limits;
     std::map<ConnectionId, Known> applications;  ///< that are there
+    std::uint64_t comings = 0;                   ///< and goings of these, so far
     std::map<std::string, std::shared_ptr<const Panel>> panels;  ///< by their names among the keys
     OpenEdits edits;
     ProposalRequests proposals;

@@ -5,6 +5,7 @@
 
 #include "common/scene/Edits.h"
 #include "server/sim/desk/DeedTable.h"
+#include "server/sim/desk/StepPlans.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera::edit_deeds {
@@ -56,6 +57,15 @@ inline ServerActions loadAsset(Desk& desk, const Asker& asker, const request::Lo
     return desk.loads.ask(asker, std::string(wish.kPrefix) + wish.name, wish.parent, wish.placing);
 }
 
-inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone, &loadFile, &loadAsset};
+inline ServerActions getSteps(Desk& desk, const Asker& asker, const request::GetSteps&, TimePoint) {
+    const Simulation& simulation = desk.around.simulation;
+    const EditHistory& history = simulation.history();
+    return desk.answer(asker, ApplicationAnswer(answer::Steps{
+                                  .sequence = simulation.sequence(),
+                                  .undo = stepPlan(simulation, history.firstToUndo(kMostStepLists)),
+                                  .redo = stepPlan(simulation, history.firstToRedo(kMostStepLists))}));
+}
+
+inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone, &loadFile, &loadAsset, &getSteps};
 
 }  // namespace tessera::edit_deeds

@@ -1,14 +1,32 @@
 #include "server/sim/desk/FrameNews.h"
 
+#include <algorithm>
+#include <type_traits>
+
 #include "server/sim/desk/CollisionAnswers.h"
 
 namespace tessera {
+namespace {
+
+/// Frames and round trips are news of each frame.
+bool sameStates(const notice::States& a, const notice::States& b) {
+    const auto same = [](const answer::HostInfo& x, const answer::HostInfo& y) {
+        return x.state == y.state && x.name == y.name;
+    };
+    return a.comings == b.comings && a.journalTrouble == b.journalTrouble && std::ranges::equal(a.hosts, b.hosts, same);
+}
+
+}  // namespace
 
 template <typename Subscribed, typename MakeNotice>
 void FrameNews::tell(ServerActions& actions, Subscribed subscribed, MakeNotice notice) {
     ByteSlice body;
     for (const auto& [connection, subscription] : subscriptions_) {
-        if (!subscribed(subscription)) continue;
+        if constexpr (std::is_invocable_v<Subscribed, const Subscription&>) {
+            if (!subscribed(subscription)) continue;
+        } else if (!subscribed(connection, subscription)) {
+            continue;
+        }
         if (body.empty()) body = encodeNotice(notice());
         append(actions, session_.notify(connection, {.body = body}));
     }
@@ -17,6 +35,8 @@ void FrameNews::tell(ServerActions& actions, Subscribed subscribed, MakeNotice n
 ServerActions FrameNews::subscribe(ConnectionId connection, const Subscription& wanted) {
     Subscription& subscription = subscriptions_[connection];
     const bool newToQuestions = wanted.questions && !subscription.questions;
+    if (wanted.states && !subscription.states) newToStates_.insert(connection);
+    if (!wanted.states) newToStates_.erase(connection);
     subscription = wanted;
     if (!newToQuestions || questions_.unanswered().empty()) return {};
     const ApplicationNotice open =
@@ -75,6 +95,27 @@ ServerActions FrameNews::poses(const notice::Poses& poses) {
     tell(
         actions, [](const Subscription& s) { return s.poses; }, [&] { return poses; });
     return actions;
+}
+
+ServerActions FrameNews::states(notice::States states, TimePoint now) {
+    statesAt_ = now;
+    const bool changed = !states_ || !sameStates(*states_, states);
+    ServerActions actions;
+    tell(
+        actions,
+        [&](ConnectionId connection, const Subscription& s) {
+            return s.states && (changed || newToStates_.contains(connection));
+        },
+        [&] { return states; });
+    newToStates_.clear();
+    states_ = std::move(states);
+    return actions;
+}
+
+TimePoint FrameNews::nextDeadline() const {
+    if (!newToStates_.empty()) return TimePoint::min();
+    const bool anybody = std::ranges::any_of(subscriptions_, [](const auto& one) { return one.second.states; });
+    return anybody ? statesAt_ + kStatesPeriod : TimePoint::max();
 }
 
 answer::Contacts FrameNews::contacts() const {

@@ -1,7 +1,10 @@
 /// What the newest frame found of collisions, and who is told of it.
 #pragma once
 
+#include <chrono>
 #include <map>
+#include <optional>
+#include <set>
 #include <span>
 
 #include "server/sim/desk/Answering.h"
@@ -22,15 +25,24 @@ public:
 
     FrameNews(ServerSession& session, const Limits& limits) : session_(session), limits_(limits) {}
 
+    static constexpr std::chrono::milliseconds kStatesPeriod{50};  ///< between two looks at how the wall is
+
     /// Replaces what this application subscribed to. One that is new to questions is told of those that are open.
     [[nodiscard]] ServerActions subscribe(ConnectionId connection, const Subscription& wanted);
-    void applicationLeft(ConnectionId connection) { subscriptions_.erase(connection); }
+    void applicationLeft(ConnectionId connection) {
+        subscriptions_.erase(connection);
+        newToStates_.erase(connection);
+    }
 
     /// `open`: ids of the questions that stand after this frame.
     [[nodiscard]] ServerActions committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open);
     [[nodiscard]] ServerActions released(const server_action::FrameReleased& release);
     [[nodiscard]] ServerActions picked(const answer::Picked& picked);
     [[nodiscard]] ServerActions poses(const notice::Poses& poses);
+    /// Told where something of it is another than it was, and to who has not been told of any.
+    [[nodiscard]] ServerActions states(notice::States states, TimePoint now);
+    /// When `states` is to be called next; never, where nobody wants to know.
+    [[nodiscard]] TimePoint nextDeadline() const;
 
     // Of the newest frame.
     [[nodiscard]] answer::Contacts contacts() const;
@@ -54,6 +66,9 @@ private:
     ServerSession& session_;
     Limits limits_;
     std::map<ConnectionId, Subscription> subscriptions_;
+    std::set<ConnectionId> newToStates_;
+    std::optional<notice::States> states_;  ///< as they were told last
+    TimePoint statesAt_{};
     OpenQuestions questions_;
     FrameNumber frame_;
     StepResult step_;

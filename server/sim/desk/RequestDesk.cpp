@@ -4,12 +4,22 @@
 
 #include "server/sim/desk/AuditNames.h"
 #include "server/sim/desk/Deeds.h"
+#include "server/sim/desk/StatusAnswers.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
 
 namespace {
 constexpr std::uint64_t kHeldTicket = ~std::uint64_t{5};  ///< of what is said of held handles; nobody waits for it
+
+notice::States statesOf(const Desk& desk) {
+    notice::States states{.hosts = hostsOf(desk.around.session),
+                          .journalTrouble = {},
+                          .applications = desk.applications.size(),
+                          .comings = desk.comings};
+    if (const std::optional<Error> why = desk.around.whyNoEdit()) states.journalTrouble = why->message;
+    return states;
+}
 }  // namespace
 
 ServerActions RequestDesk::received(const server_action::RequestReceived& received, TimePoint now) {
@@ -49,6 +59,7 @@ void RequestDesk::applicationJoined(ConnectionId connection, Desk::Known known, 
     if (AuditBook* const audit = desk_.around.audit)
         audit->came(connection, {known.who, known.name, known.who.from.empty() ? from : known.who.from});
     desk_.applications.insert_or_assign(connection, std::move(known));
+    ++desk_.comings;
 }
 
 void RequestDesk::uploading(const server_action::UploadReceived& received) {
@@ -60,17 +71,18 @@ ServerActions RequestDesk::advance(TimePoint now) {
     if (AuditBook* const audit = desk_.around.audit) audit->advance(now);
     ServerActions actions = desk_.images.advance(now);
     append(actions, desk_.previews.advance(now));
+    if (now >= desk_.news.nextDeadline()) append(actions, desk_.news.states(statesOf(desk_), now));
     return actions;
 }
 
 TimePoint RequestDesk::nextDeadline() const {
     const AuditBook* const audit = desk_.around.audit;
-    return std::min({desk_.images.nextDeadline(), desk_.previews.nextDeadline(),
+    return std::min({desk_.images.nextDeadline(), desk_.previews.nextDeadline(), desk_.news.nextDeadline(),
                      audit ? audit->nextDeadline() : TimePoint::max()});
 }
 
 void RequestDesk::applicationLeft(ConnectionId connection) {
-    desk_.applications.erase(connection);
+    desk_.comings += desk_.applications.erase(connection);
     desk_.news.applicationLeft(connection);
     if (desk_.around.steering) desk_.around.steering->applicationLeft(connection.value);
     desk_.images.applicationLeft(connection);

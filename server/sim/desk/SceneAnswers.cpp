@@ -212,6 +212,8 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
     ToldObjects content(scene);
     TreeWalk walk(scene, wanted.levels);
     bool tooLarge = false;
+    const std::size_t most =
+        wanted.pageSize == 0 ? limits.maxTold : std::min<std::size_t>(wanted.pageSize, limits.maxTold);
     const auto tell = [&](ObjectId id) {
         const Node& node = *scene.get<Node>(id);
         if (!isWanted(node)) return;
@@ -229,7 +231,7 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
         walk.goOnAfter(wanted.after);
     }
     for (std::size_t lookedAt = 1; lookedAt < limits.maxLookedAt; ++lookedAt) {
-        if (page.nodes.size() >= limits.maxTold || content.bytes() >= limits.maxBytes || tooLarge) break;
+        if (page.nodes.size() >= most || content.bytes() >= limits.maxBytes || tooLarge) break;
         const ObjectId id = walk.next();
         if (!id) break;
         tell(id);

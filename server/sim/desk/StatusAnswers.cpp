@@ -35,11 +35,7 @@ answer::Status statusOf(const DeskSurroundings& around) {
     status.frame = session.nextFrame();
     status.sequence = simulation.sequence();
     status.stateHash = simulation.scene().stateHash();
-    for (const ServerSession::HostStatus& host : session.hosts())
-        status.hosts.push_back({.name = host.name,
-                                .state = std::string(nameOf(host.state)),
-                                .lastShown = host.lastShown,
-                                .roundTripMs = toMilliseconds(host.roundTrip)});
+    status.hosts = hostsOf(session);
     status.waitingFor = session.waitingFor();
     status.objects = simulation.scene().objectCount();
     status.nodes = simulation.nodeCount();
@@ -59,6 +55,16 @@ answer::Status statusOf(const DeskSurroundings& around) {
         status.steering = around.steering->active();
     }
     return status;
+}
+
+std::vector<answer::HostInfo> hostsOf(const ServerSession& session) {
+    std::vector<answer::HostInfo> hosts;
+    for (const ServerSession::HostStatus& host : session.hosts())
+        hosts.push_back({.name = host.name,
+                         .state = std::string(nameOf(host.state)),
+                         .lastShown = host.lastShown,
+                         .roundTripMs = toMilliseconds(host.roundTrip)});
+    return hosts;
 }
 
 answer::Trackers trackersOf(const DeskSurroundings& around) {

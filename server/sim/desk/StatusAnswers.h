@@ -7,6 +7,7 @@ namespace tessera {
 
 /// All but how many applications are there.
 [[nodiscard]] answer::Status statusOf(const DeskSurroundings& around);
+[[nodiscard]] std::vector<answer::HostInfo> hostsOf(const ServerSession& session);
 [[nodiscard]] answer::Trackers trackersOf(const DeskSurroundings& around);
 
 }  // namespace tessera

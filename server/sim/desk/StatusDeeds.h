@@ -29,6 +29,21 @@ inline ServerActions whoAmI(Desk& desk, const Asker& asker, const request::WhoAm
     return desk.answer(asker, ApplicationAnswer(std::move(who)));
 }
 
-inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe, &whoAmI};
+inline ServerActions getPeople(Desk& desk, const Asker& asker, const request::GetPeople&, TimePoint now) {
+    const std::size_t most = ApplicationLimits().maxPeople;
+    answer::People people;
+    for (const auto& [connection, known] : desk.applications) {
+        if (people.people.size() == most) break;
+        people.people.push_back({.name = known.who.name,
+                                 .program = known.name,
+                                 .role = known.who.role,
+                                 .seconds = toMilliseconds(now - known.since) / 1000,
+                                 .you = connection == asker.connection});
+    }
+    people.leftOut = desk.applications.size() - people.people.size();
+    return desk.answer(asker, ApplicationAnswer(std::move(people)));
+}
+
+inline constexpr DeedTable kRows{&getStatus, &getTrackers, &subscribe, &whoAmI, &getPeople};
 
 }  // namespace tessera::status_deeds

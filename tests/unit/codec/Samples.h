@@ -165,7 +165,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
                               .levels = 4,
                               .after = {ObjectId{3}, ObjectId{9}},
                               .coreType = ObjectType{5},
-                              .cores = {ObjectId{6}, ObjectId{7}}}},
+                              .cores = {ObjectId{6}, ObjectId{7}},
+                              .pageSize = 8}},
             request::RemoveNode{ObjectId{8}},
             request::GetTrackers{},
             request::ShowPicture{Showing::kCountedTestPicture},
@@ -201,7 +202,9 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::WhoAmI{},
             request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32},
             request::GetPreview{4, 40},
-            request::GetWall{}};
+            request::GetWall{},
+            request::GetSteps{},
+            request::GetPeople{}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -272,7 +275,9 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                          .error = 0.25,
                          .node = ObjectId{38},
                          .face = 39,
-                         .normal = Vec3d(0, 1, 0)}};
+                         .normal = Vec3d(0, 1, 0)},
+        answer::People{{{"ada", "console", Role::kEditor, 2.5, true}}, 43},
+        answer::Steps{44_seq, {"sets Transform.translation of /crane", {ObjectId{45}}, 46}, {}}};
 }
 
 inline notice::Poses somePoses() {
@@ -288,7 +293,8 @@ inline std::vector<ApplicationNotice> everyNotice() {
             answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
             answer::Distances{1_frame, {aDistance()}, 2},
             answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
-            somePoses()};
+            somePoses(),
+            notice::States{{{"lower-left", "live", 47_frame, 0.25}}, "no space left", 48, 49}};
 }
 
 }  // namespace tessera::test
