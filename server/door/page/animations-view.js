@@ -13,14 +13,13 @@ const kStep = 66;             // ms between two looks at what moves
 const plays = ({ fields }) => fields.some(({ name, kind }) => name === 'playing' && kind === 'bool')
   && fields.some(({ name }) => name === 'time');
 
-/** Where in its length something is, and whether it is on its way back. */
+/** A time beyond an end stays there, or goes round; to and fro it runs to twice the length. */
 function folded(time, length, mode) {
-  if (!(length > 0)) return { at: time, isBack: false };
-  if (mode === 'once') return { at: Math.min(length, Math.max(0, time)), isBack: false };
+  if (!(length > 0)) return time;
+  if (mode === 'once') return Math.min(length, Math.max(0, time));
   const way = mode === 'ping-pong' ? 2 * length : length;
   // An end is an end, and not the beginning.
-  const at = time > 0 && time % way === 0 ? way : ((time % way) + way) % way;
-  return at > length ? { at: way - at, isBack: true } : { at, isBack: false };
+  return time > 0 && time % way === 0 ? way : ((time % way) + way) % way;
 }
 
 class AnimationRow {
@@ -67,7 +66,10 @@ class AnimationRow {
   }
 
   #begin() {
-    this.#seek.addEventListener('change', () => this.#set('time', numberIn(this.#seek)));
+    this.#seek.addEventListener('change', () => {
+      const { length, values } = this.#listed, typed = numberIn(this.#seek);
+      this.#set('time', Number.isFinite(typed) ? folded(typed, length, values.mode) : String(typed));
+    });
     this.#speed.addEventListener('change', () => this.#set('speed', numberIn(this.#speed)));
     const time = () => Number(Number(this.#slider.value).toFixed(3));
     this.#slider.addEventListener('input', () => {
@@ -86,7 +88,7 @@ class AnimationRow {
       const length = this.#listed.length;
       if (!steps || !length) return;
       event.preventDefault();
-      const to = Math.min(length, Math.max(0, this.now().at + (steps * length) / 100));
+      const to = Math.min(length, Math.max(0, this.#place().at + (steps * length) / 100));
       this.#slider.value = String(to);
       this.#set('time', Number(to.toFixed(3)));
     });
@@ -97,10 +99,15 @@ class AnimationRow {
   }
 
   /** Between two answers it goes on by itself. */
-  now() {
+  #now() {
     const { values, length, at } = this.#listed;
     const gone = values.playing ? (performance.now() - at) / 1000 : 0;
     return folded(values.time + gone * this.#pace, length, values.mode);
+  }
+  /** Where in its length that is, and whether it is on its way back. */
+  #place() {
+    const time = this.#now(), { length } = this.#listed;
+    return length > 0 && time > length ? { at: 2 * length - time, isBack: true } : { at: time, isBack: false };
   }
 
   /** @param {import('./core-list.js').Listed} listed */
@@ -116,7 +123,7 @@ class AnimationRow {
     this.#play.setAttribute('aria-label', `${values.playing ? 'Pause' : 'Play'} ${label}`);
     this.#slider.max = String(length ?? 0);
     this.#slider.hidden = length === null;
-    for (const [input, value] of [[this.#seek, this.now().at], [this.#speed, values.speed]])
+    for (const [input, value] of [[this.#seek, this.#place().at], [this.#speed, values.speed]])
       if (document.activeElement !== input) input.value = String(Number((value ?? 1).toFixed(3)));
     this.move();
   }
@@ -129,7 +136,7 @@ class AnimationRow {
   }
   move() {
     if (this.#isHeld) return;
-    const { at, isBack } = this.now();
+    const { at, isBack } = this.#place();
     if (!this.#slider.hidden) this.#slider.value = String(at);
     this.#showTime(at, isBack);
   }
@@ -146,7 +153,8 @@ class AnimationRow {
     setText(this.#said, last.error ? `✕ ${reasonOf(last.error)}` : '');
     if (last.error) return this.show(this.#listed);
     // At once, and not only when the wall is asked the next time.
-    this.show({ ...this.#listed, values: { ...this.#listed.values, [field]: value }, at: performance.now() });
+    const values = { ...this.#listed.values, time: this.#now(), [field]: value };
+    this.show({ ...this.#listed, values, at: performance.now() });
   }
 }
 

@@ -30,6 +30,7 @@ export class Chooser {
   #list = element('ul', { class: 'results choices' });
   #said = element('p', { class: 'muted', role: 'status' });
   #more = element('button', { type: 'button', text: 'Look on' });
+  #none;
   #page = async () => {};
   #asked = 0;
   #answer = undefined;
@@ -39,7 +40,8 @@ export class Chooser {
     this.#scene = scene;
     this.#schema = schema;
     const end = (text, answer) => element('button', { type: 'button', text, onclick: () => this.#end(answer) });
-    const tools = element('p', { class: 'tools' }, this.#more, end('None', null), end('Cancel', undefined));
+    this.#none = end('None', null);
+    const tools = element('p', { class: 'tools' }, this.#more, this.#none, end('Cancel', undefined));
     this.node = element('dialog', { 'aria-labelledby': 'choose-title' }, this.#title, this.#input, this.#said,
                         this.#list, tools);
     let typing = 0;
@@ -56,6 +58,7 @@ export class Chooser {
     const type = types.get(field.to);
     setText(this.#title, `Choose: ${field.to}`);
     this.#input.value = '';
+    this.#none.hidden = field.kind !== 'ref';
     this.#input.hidden = Boolean(type) && !type.core && type.name !== 'Node';
     this.#begin = this.#input.hidden ? () => this.#beginObjects(types, type) : () => this.#beginNodes(type);
     this.#answer = undefined;

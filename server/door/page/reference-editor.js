@@ -33,7 +33,7 @@ export function referencesEditor(field, label, commit, choose) {
   input.addEventListener('change', () => commit(input.value.split(',').map(referenceIn).filter((one) => one !== null)));
   const button = chooseButton('Add…', label, async () => {
     const id = await choose(field);
-    if (id !== undefined) commit(id === null ? [] : [...now, id]);
+    if (id !== undefined) commit([...now, id]);
   });
   return { nodes: [input, button],
            show: (value) => { now = value; input.value = value.map((id) => `#${id}`).join(', '); } };

@@ -6,7 +6,7 @@
  */
 
 const kRoot = 1;
-const kTreePage = 200;  // nodes of a page of the tree, where the wall lets one say so
+const kTreePage = 201;  // a node with as many children as a tree shows at once, where the wall lets one say so
 const kFindPage = 100;
 const kNamesBelow = 5;    // of what goes with a node
 const kMostNames = 256;  // that the wall is asked for at once
@@ -48,7 +48,9 @@ export class Scene {
    * @returns {Promise<{self: TreeNode | null, children: TreeNode[], next: number[]}>}
    */
   async childrenOf(node, after = []) {
-    const page = await this.#treePage({ node, levels: 1, after });
+    const size = (await this.#schema.request('GetTree'))?.fields.find((field) => field.name === 'page_size');
+    const wish = size ? { page_size: Math.min(kTreePage, size.greatest ?? kTreePage) } : {};
+    const page = await this.#treePage({ ...wish, node, levels: 1, after });
     return { self: page.nodes.find((one) => one.id === node) ?? null,
              children: page.nodes.filter((one) => one.id !== node), next: page.next };
   }
@@ -81,8 +83,6 @@ export class Scene {
   }
 
   async #treePage(wish) {
-    const size = (await this.#schema.request('GetTree'))?.fields.find((field) => field.name === 'page_size');
-    if (size) wish.page_size = Math.min(kTreePage, size.greatest ?? kTreePage);
     const page = await this.#connection.ask('GetTree', wish);
     const objects = objectsIn(page.content);
     const lengths = new Map(page.lengths.map(({ core, seconds }) => [core, seconds]));
