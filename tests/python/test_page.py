@@ -142,6 +142,8 @@ class Page(unittest.TestCase):
         self.assertEqual(self.browser.focused(), "Scene")
         self.row("floor")
         self.browser.press(Keys.TAB)
+        self.assertEqual(self.browser.focused(), "Tree")
+        self.browser.press(Keys.TAB)
         self.assertEqual(self.browser.focused(), "Search the scene")
         for _ in range(4):
             self.browser.press(Keys.TAB)

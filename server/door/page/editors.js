@@ -1,6 +1,8 @@
 // What a person edits a value with: made after the field's description, one small editor for each kind.
 import { colourOf, isColour, pickerValue } from './colours.js';
 import { element } from './elements.js';
+import { referenceEditor, referencesEditor } from './reference-editor.js';
+import { isRotation, rotationEditor } from './rotation-editor.js';
 
 /**
  * @typedef {import('./schema.js').Field} Field
@@ -8,11 +10,14 @@ import { element } from './elements.js';
  * @typedef {(value: any, isUnderWay?: boolean) => void} Commit under way: a slider that is still held
  */
 
+const kMostLines = 16;       // of a text that are seen at once
 const kWidestSlider = 1000;  // between bounds: farther apart a slider leads nowhere in particular
+
+const kEdited = ['bool', 'int', 'float', 'double', 'text', 'ref', 'reference list'];
 
 /** @param {Field} field @returns {boolean} false: the value is shown, and nobody types it */
 export function isEditable(field) {
-  return field.kind !== 'blob' && field.kind !== 'matrix';
+  return kEdited.includes(field.kind);
 }
 
 /** @param {any} value @param {Field} field */
@@ -31,16 +36,25 @@ function shortest(value) {
   return String(Number(value.toPrecision(7)));
 }
 
-/** @param {Field} field @param {string} label @param {Commit} commit @returns {Editor} */
-export function editorOf(field, label, commit) {
+/**
+ * @param {Field} field
+ * @param {string} label
+ * @param {Commit} commit
+ * @param {import('./reference-editor.js').Choose} choose
+ * @returns {Editor}
+ */
+export function editorOf(field, label, commit, choose) {
   if (field.kind === 'bool') return switchEditor(label, commit);
   if (field.kind === 'text') return textEditor(label, commit);
-  if (field.kind === 'ref') return referenceEditor(field, label, commit);
-  if (field.kind === 'reference list') return referencesEditor(label, commit);
+  if (field.kind === 'ref') return referenceEditor(field, label, commit, choose);
+  if (field.kind === 'reference list') return referencesEditor(field, label, commit, choose);
   if (field.words && field.flags) return flagsEditor(field, label, commit);
   if (field.words) return wordEditor(field, label, commit);
+  if (isRotation(field))
+    return rotationEditor(label, commit, (name) => numberInput(field, name), numberIn,
+                          vectorEditor(field, label, commit));
   if (field.width > 1) return isColour(field) ? colourEditor(field, label, commit) : vectorEditor(field, label, commit);
-  if (field.kind !== 'int' && field.greatest - field.least <= kWidestSlider) return sliderEditor(field, label, commit);
+  if (field.greatest - field.least <= kWidestSlider) return sliderEditor(field, label, commit);
   return numberEditor(field, label, commit);
 }
 
@@ -50,31 +64,29 @@ function switchEditor(label, commit) {
   return { nodes: [input], show: (value) => { input.checked = value; } };
 }
 
+/** A line, or as many as there are: Enter ends one line, and begins another where there are several already. */
 function textEditor(label, commit) {
-  const input = element('input', { type: 'text', 'aria-label': label, spellcheck: 'false', autocomplete: 'off' });
-  input.addEventListener('change', () => commit(input.value));
-  return { nodes: [input], show: (value) => { input.value = value ?? ''; } };
-}
-
-/** "#17", or a node's path; nothing: none. */
-function referenceIn(text) {
-  return text.trim() === '' ? null : text.trim();
-}
-function referenceEditor(field, label, commit) {
-  const input = element('input', { type: 'text', 'aria-label': label, placeholder: `none (${field.to}: #ID or /path)`,
-                                   spellcheck: 'false', autocomplete: 'off' });
-  input.addEventListener('change', () => commit(referenceIn(input.value)));
-  return { nodes: [input], show: (value) => { input.value = value === null ? '' : `#${value}`; } };
-}
-function referencesEditor(label, commit) {
-  const input = element('input', { type: 'text', 'aria-label': label, placeholder: 'none (#ID, #ID)',
-                                   spellcheck: 'false', autocomplete: 'off' });
-  input.addEventListener('change', () => commit(input.value.split(',').map(referenceIn).filter((one) => one !== null)));
-  return { nodes: [input], show: (value) => { input.value = value.map((id) => `#${id}`).join(', '); } };
+  const input = element('textarea', { rows: 1, 'aria-label': label, spellcheck: 'false', autocomplete: 'off' });
+  const fit = () => { input.rows = Math.min(kMostLines, input.value.split('\n').length); };
+  let told = '';
+  const say = () => {
+    if (input.value === told) return;
+    told = input.value;
+    commit(told);
+  };
+  input.addEventListener('input', fit);
+  input.addEventListener('change', say);
+  input.addEventListener('keydown', (event) => {
+    const isLine = !input.value.includes('\n') && !event.shiftKey;
+    if (event.key !== 'Enter' || !(isLine || event.ctrlKey)) return;
+    event.preventDefault();
+    say();
+  });
+  return { nodes: [input], show: (value) => { input.value = told = value ?? ''; fit(); } };
 }
 
 /** Nothing that can be read as a number goes to the wall as it is: the wall says what is wrong with it. */
-function numberIn(input) {
+export function numberIn(input) {
   return input.value.trim() === '' || Number.isNaN(Number(input.value)) ? input.value : Number(input.value);
 }
 function numberInput(field, label) {
@@ -88,9 +100,10 @@ function numberEditor(field, label, commit) {
 }
 function sliderEditor(field, label, commit) {
   const number = numberEditor(field, label, commit);
-  const slider = element('input', { type: 'range', min: field.least, max: field.greatest, step: 'any',
+  const isWhole = field.kind === 'int', way = field.greatest - field.least;
+  const slider = element('input', { type: 'range', min: field.least, max: field.greatest, step: isWhole ? 1 : 'any',
                                     'aria-label': `${label}, slider` });
-  const value = () => Number(Number(slider.value).toPrecision(3));
+  const value = () => (isWhole ? Number(slider.value) : Number(Number(slider.value).toPrecision(3)));
   slider.addEventListener('input', () => commit(value(), true));
   slider.addEventListener('change', () => commit(value()));
   // By keys a hundredth of the way, whatever `any` means to a browser.
@@ -98,7 +111,7 @@ function sliderEditor(field, label, commit) {
     const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
     if (!steps) return;
     event.preventDefault();
-    slider.value = String(Number(slider.value) + (steps * (field.greatest - field.least)) / 100);
+    slider.value = String(Number(slider.value) + steps * (isWhole ? Math.max(1, Math.round(way / 100)) : way / 100));
     commit(value());
   });
   return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
@@ -107,7 +120,7 @@ function sliderEditor(field, label, commit) {
 /** As labels say them; what stands beside a number is their first letter. */
 function partNames(field) {
   if (isColour(field)) return ['red', 'green', 'blue', 'alpha'];
-  if (field.name === 'rotation') return ['w', 'x', 'y', 'z'];
+  if (isRotation(field)) return ['w', 'x', 'y', 'z'];
   return field.width <= 4 ? ['x', 'y', 'z', 'w'] : Array.from({ length: field.width }, (_, i) => String(i));
 }
 function vectorEditor(field, label, commit) {

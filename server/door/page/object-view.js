@@ -1,6 +1,10 @@
 // An object with its fields; a node with those of its core.
+import { Chooser } from './chooser.js';
 import { FieldRow } from './field-row.js';
 import { element, setChildren, setText } from './elements.js';
+import { MaterialPreview } from './material-preview.js';
+import { NodeTools } from './node-tools.js';
+import { valuesOf } from './schema.js';
 
 export class ObjectView {
   #scene;
@@ -8,6 +12,9 @@ export class ObjectView {
   #id = 0;
   #shape = '';  // what the rows are for
   #rows = new Map();
+  #previews = new Map();  // object -> MaterialPreview
+  #chooser;
+  #tools;
   #title = element('h2', { tabindex: '-1', text: 'Nothing selected' });
   #path = element('p', { class: 'muted path' });
   #body = element('div');
@@ -17,11 +24,15 @@ export class ObjectView {
   /**
    * @param {import('./scene.js').Scene} scene
    * @param {import('./schema.js').Schema} schema
+   * @param {(node: number) => void} onMade where a node has come, or gone: what to look at now
    */
-  constructor(scene, schema) {
+  constructor(scene, schema, onMade) {
     this.#scene = scene;
     this.#schema = schema;
-    this.node = element('section', { class: 'object', 'aria-live': 'off' }, this.#title, this.#path, this.#body);
+    this.#chooser = new Chooser(scene, schema);
+    this.#tools = new NodeTools(scene, schema, onMade);
+    this.node = element('section', { class: 'object', 'aria-live': 'off' }, this.#title, this.#path, this.#tools.node,
+                        this.#body, this.#chooser.node);
   }
 
   /** @param {number} id */
@@ -42,6 +53,7 @@ export class ObjectView {
     if (!told) {
       setText(this.#title, `#${id} is gone`);
       setText(this.#path, '');
+      this.#tools.show(null);
       this.#body.replaceChildren();
       this.#shape = '';
       return;
@@ -49,28 +61,37 @@ export class ObjectView {
     const name = told.objects[0]?.fields.get('name');
     setText(this.#title, name || `${told.objects[0]?.type ?? 'Object'} #${id}`);
     setText(this.#path, told.path.startsWith('/') ? told.path : '');
+    this.#tools.show(this.mayEdit && told.objects[0]?.type === 'Node' ? { id, name: name ?? '' } : null);
     const shape = JSON.stringify([this.mayEdit, told.objects.map((object) => [object.id, object.type])]);
     if (shape !== this.#shape) this.#build(told.objects, types);
     this.#shape = shape;
-    for (const object of told.objects)
-      for (const field of types.get(object.type)?.fields ?? [])
-        this.#rows.get(`${object.id} ${field.name}`)?.show(object.fields.has(field.name) ? object.fields.get(field.name)
-                                                                                          : field.default);
+    for (const object of told.objects) {
+      const type = types.get(object.type);
+      const values = type ? valuesOf(object, type) : {};
+      for (const [field, value] of Object.entries(values)) this.#rows.get(`${object.id} ${field}`)?.show(value);
+      this.#previews.get(object.id)?.show(values, type);
+    }
   }
 
   #build(objects, types) {
     this.#rows.clear();
+    this.#previews.clear();
     setChildren(this.#body, objects.map((object) => {
       const rows = (types.get(object.type)?.fields ?? []).map((field) => {
         const row = new FieldRow(field, {
           propose: this.mayEdit ? (value, gesture) => this.#propose(object, field, value, gesture) : null,
           newGesture: () => this.#scene.newGesture(),
           onVisit: (id) => this.open(id).catch(() => {}),
+          choose: (field) => this.#chooser.choose(field),
         });
         this.#rows.set(`${object.id} ${field.name}`, row);
         return row.node;
       });
-      return element('section', {}, element('h3', { text: `${object.type} #${object.id}` }), ...rows);
+      if (object.type === 'Material') this.#previews.set(object.id, new MaterialPreview());
+      const none = element('p', { class: 'muted', text: 'It has no fields.' });
+      return element('section', {}, element('h3', { text: `${object.type} #${object.id}` }),
+                     ...(object.type === 'Material' ? [this.#previews.get(object.id).node] : []),
+                     ...(rows.length > 0 ? rows : [none]));
     }));
   }
 

@@ -1,11 +1,20 @@
-// The scene: its tree, a search, and what is selected; undo and redo for who may edit.
+// The scene: its tree, a search, and what is selected; undo and redo for who may edit; beside it what the scene has of
+// materials, animations and files.
+import { AnimationsView } from './animations-view.js';
+import { BudgetView } from './budget-view.js';
 import { element, setChildren, setText } from './elements.js';
+import { InlinesView } from './inlines-view.js';
+import { MaterialsView } from './materials-view.js';
 import { ObjectView } from './object-view.js';
 import { Scene } from './scene.js';
+import { paced, SceneWatch } from './scene-watch.js';
+import { startTabs } from './tabs.js';
 import { Tree } from './tree.js';
 
 const kTypingPause = 300;  // ms
-const kTreePeriod = 3;     // statuses between two looks at the tree
+const kTreeRest = 500;     // ms, between two looks at the tree
+const kParts = { tree: 'Tree', materials: 'Materials', animations: 'Animations', inlines: 'Inlines', budget: 'Budget' };
+const kRoles = ['viewer', 'editor', 'operator'];  // each may do what those before may
 
 export class SceneView {
   #connection;
@@ -14,8 +23,11 @@ export class SceneView {
   #object;
   #isShown = false;
   #isLoaded = false;
-  #sequence = 0;
-  #looks = 0;
+  #schema;
+  #watch;
+  #shownPart = 'tree';
+  #parts;     // by their names in kParts, but the tree
+  #showPart;
   #tools = element('div', { class: 'tools' });
   #said = element('p', { class: 'said', role: 'alert' });
   #undo;
@@ -36,8 +48,10 @@ export class SceneView {
    */
   constructor(panel, connection, status, schema) {
     this.#connection = connection;
-    this.#scene = new Scene(connection);
-    this.#object = new ObjectView(this.#scene, schema);
+    this.#schema = schema;
+    this.#scene = new Scene(connection, schema);
+    this.#watch = new SceneWatch(connection);
+    this.#object = new ObjectView(this.#scene, schema, (node) => this.#onMade(node));
     this.#tree = new Tree(this.#scene, (node) => this.#select(node));
     const stepButton = (step) => element('button', { type: 'button', 'aria-describedby': 'next-steps',
                                                      onclick: () => this.#step(step) });
@@ -53,9 +67,17 @@ export class SceneView {
     this.#browse = element('div', { class: 'browse' }, this.#count, this.#results, this.#tree.node);
     this.#object.node.append(element('button', { type: 'button', class: 'to-tree', text: '↑ Tree',
                                                  onclick: () => this.#toTree() }));
-    panel.append(element('div', { class: 'bar' }, form, this.#tools), this.#said,
-                 element('div', { class: 'columns scene' },
-                         this.#browse, this.#object.node));
+    const visit = (id) => {
+      this.#showPart('scene-tree');
+      this.#select(id);
+    };
+    this.#parts = {
+      materials: new MaterialsView(this.#scene, schema, this.#watch, visit),
+      animations: new AnimationsView(this.#scene, schema, this.#watch, status, visit),
+      inlines: new InlinesView(this.#scene, schema, this.#watch, status, visit),
+      budget: new BudgetView(connection, status),
+    };
+    this.#layOut(panel, form);
     panel.addEventListener('keydown', (event) => this.#onKey(event));
     connection.addEventListener('open', () => this.#onOpen());
     connection.addEventListener('lost', () => {
@@ -64,17 +86,57 @@ export class SceneView {
     status.addEventListener('status', ({ detail }) => this.#onStatus(detail));
   }
 
+  #layOut(panel, form) {
+    const nodes = { tree: [element('div', { class: 'bar' }, form, this.#tools), this.#said,
+                           element('div', { class: 'columns scene' }, this.#browse, this.#object.node)] };
+    for (const [name, part] of Object.entries(this.#parts)) nodes[name] = [part.node];
+    const tabs = element('div', { class: 'tabs parts', role: 'tablist', 'aria-label': 'Of the scene' });
+    panel.append(tabs);
+    for (const [name, text] of Object.entries(kParts)) {
+      const tab = `tab-scene-${name}`, shown = `panel-scene-${name}`;
+      tabs.append(element('button', { type: 'button', role: 'tab', id: tab, 'aria-controls': shown, text }));
+      panel.append(element('section', { role: 'tabpanel', id: shown, 'aria-labelledby': tab, hidden: true },
+                           ...nodes[name]));
+    }
+    this.#showPart = startTabs(tabs, (name) => {
+      this.#shownPart = name.slice('scene-'.length);
+      this.#tellParts();
+    }, false);
+    const refresh = paced(() => this.#quietly(() => this.#object.refresh()));
+    const sayNext = paced(() => this.#quietly(() => this.#sayNext()));
+    const refreshTree = paced(() => this.#quietly(() => this.#tree.refresh()), kTreeRest);
+    this.#watch.addEventListener('change', () => {
+      if (!this.#isLoaded || this.#shownPart !== 'tree') return;
+      refresh();
+      sayNext();
+      refreshTree();
+    });
+  }
+  #tellParts() {
+    for (const [name, part] of Object.entries(this.#parts))
+      part.isShown = this.#isShown && this.#isLoaded && name === this.#shownPart;
+    this.#load();
+  }
+
   set isShown(isShown) {
     this.#isShown = isShown;
-    this.#load();
+    this.#watch.isWatching = isShown;
+    this.#tellParts();
   }
 
   async #onOpen() {
     try {
       const { role } = await this.#connection.ask('WhoAmI');
-      this.#object.mayEdit = role !== 'viewer';
+      const mayEdit = role !== 'viewer';
+      this.#object.mayEdit = mayEdit;
+      for (const part of [this.#parts.animations, this.#parts.inlines]) {
+        part.mayEdit = mayEdit;
+        part.reset();
+      }
+      const budget = await this.#schema.request('SetBudget');
+      this.#parts.budget.allow(kRoles.indexOf(role) >= kRoles.indexOf(budget.role), budget.fields[0].bounds);
       // Who may not edit sees nothing to do it with.
-      setChildren(this.#tools, role === 'viewer' ? [] : [this.#undo, this.#redo, this.#next]);
+      setChildren(this.#tools, mayEdit ? [this.#undo, this.#redo, this.#next] : []);
       this.#load();
     } catch {
       // Lost again.
@@ -84,6 +146,7 @@ export class SceneView {
   async #load() {
     if (this.#isLoaded || !this.#isShown || !this.#connection.isOpen) return;
     this.#isLoaded = true;
+    this.#tellParts();
     await this.#quietly(() => this.#tree.load());
     await this.#quietly(() => this.#object.refresh());
     await this.#quietly(() => this.#sayNext());
@@ -95,11 +158,11 @@ export class SceneView {
     setText(this.#redo, redo > 0 ? `↷ Redo (${redo})` : '↷ Redo');
     this.#undo.disabled = undo === 0;
     this.#redo.disabled = redo === 0;
-    if (!this.#isShown || !this.#isLoaded || status.sequence === this.#sequence) return;
-    this.#sequence = status.sequence;
-    this.#quietly(() => this.#object.refresh());
-    this.#quietly(() => this.#sayNext());
-    if (++this.#looks % kTreePeriod === 0) this.#quietly(() => this.#tree.refresh());
+  }
+  /** A node has come, or its parent is left of it. */
+  async #onMade(node) {
+    await this.#quietly(() => this.#tree.refresh());
+    this.#select(node);
   }
 
   /** Where both stand below each other. */
@@ -131,7 +194,8 @@ export class SceneView {
   }
   #onKey(event) {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
-    if (event.target.matches('input[type=text], input[type=search]')) return;  // a text has an undo of its own
+    // A text has an undo of its own.
+    if (event.target.matches('input[type=text], input[type=search], textarea')) return;
     const key = event.key.toLowerCase();
     const button = key === 'y' || (key === 'z' && event.shiftKey) ? this.#redo : key === 'z' ? this.#undo : null;
     if (!button?.isConnected) return;

@@ -7,9 +7,24 @@ import { authorization } from './token.js';
  * @typedef {{name: string, number: number, core: boolean, fields: Field[]}} Type
  */
 
+/** "baseColor" as people read it. */
+export function spaced(name) {
+  return name.replace(/([a-z\d])([A-Z])/g, (_, end, begin) => `${end} ${begin.toLowerCase()}`);
+}
+/** @param {Field} field */
+export function isReference(field) {
+  return field.kind === 'ref' || field.kind === 'reference list';
+}
+/** All fields of an object: what the wall has not said is default. */
+export function valuesOf(object, type) {
+  return Object.fromEntries(type.fields.map((field) => (
+    [field.name, object.fields.has(field.name) ? object.fields.get(field.name) : field.default])));
+}
+
 export class Schema {
   /** @type {Promise<Map<string, Type>>} by their names */
   #types = new Promise(() => {});
+  #requests = new Map();
   #known = '';
 
   /** @param {import('./connection.js').Connection} connection */
@@ -24,6 +39,12 @@ export class Schema {
     return this.#types;
   }
 
+  /** @returns {Promise<{role: string, fields: {name: string, least?: number, greatest?: number}[]} | undefined>} */
+  async request(name) {
+    await this.#types;
+    return this.#requests.get(name);
+  }
+
   async #load() {
     const answer = await fetch('/api', { headers: authorization() });
     if (!answer.ok) throw new Error(`The types of the scene did not come: ${answer.status}`);
@@ -32,6 +53,7 @@ export class Schema {
     // Behind the same address another version answers now, and this page is one of the version before.
     if (this.#known && this.#known !== version) location.reload();
     this.#known = version;
+    this.#requests = new Map(api.requests.map((request) => [request.name, request]));
     for (const field of api.types.flatMap((type) => type.fields)) field.default = inWords(field, field.default);
     return new Map(api.types.map((type) => [type.name, type]));
   }

@@ -3,8 +3,10 @@
 /**
  * @param {HTMLElement} list with role tablist
  * @param {(id: string) => void} onShow of the tab that is shown now, "wall" of "tab-wall"
+ * @param {boolean} [isInAddress] false: of tabs within a tab
+ * @returns {(name: string) => void} shows one
  */
-export function startTabs(list, onShow) {
+export function startTabs(list, onShow, isInAddress = true) {
   const tabs = [...list.querySelectorAll('[role=tab]')];
   const show = (tab) => {
     for (const other of tabs) {
@@ -14,7 +16,7 @@ export function startTabs(list, onShow) {
       document.getElementById(other.getAttribute('aria-controls')).hidden = !isShown;
     }
     const name = tab.id.slice('tab-'.length);
-    history.replaceState(null, '', `#${name}`);
+    if (isInAddress) history.replaceState(null, '', `#${name}`);
     onShow(name);
   };
   list.addEventListener('click', (event) => {
@@ -31,4 +33,5 @@ export function startTabs(list, onShow) {
     show(tab);
   });
   show(tabs.find((tab) => `#${tab.id.slice('tab-'.length)}` === location.hash) ?? tabs[0]);
+  return (name) => show(tabs.find((tab) => tab.id === `tab-${name}`));
 }

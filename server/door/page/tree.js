@@ -2,13 +2,13 @@
 import { element, setChildren, setText } from './elements.js';
 
 const kRowsAtOnce = 200;  // of one node's children: more are shown when somebody asks
-const kMostRefreshed = 500;  // children of an open node: of more the page does not look again by itself
 
 /** A node that is open: what is known of its children. */
 class Branch {
   /** @type {import('./scene.js').TreeNode[]} */
   children = [];
   next = [];
+  count = 0;  // of all
   shown = kRowsAtOnce;
 }
 
@@ -43,10 +43,9 @@ export class Tree {
     for (const node of known) if (this.#isThere(node)) await this.#openNode(node);
   }
 
-  /** What is open is asked for again, where it is not too much. */
+  /** What is open is asked for again, as far as it is shown. */
   async refresh() {
     for (const [node, branch] of [...this.#open]) {
-      if (branch.children.length > kMostRefreshed) continue;
       if (node !== this.#scene.root && !this.#isThere(node)) this.#open.delete(node);
       else await this.#fetch(node, branch);
     }
@@ -56,6 +55,7 @@ export class Tree {
   select(node) {
     this.#selected = node;
     this.#show();
+    this.#rows.get(`${node}`)?.node.scrollIntoView({ block: 'nearest' });
   }
 
   #isThere(node) {
@@ -72,25 +72,31 @@ export class Tree {
     this.#open.delete(node);
     this.#show();
   }
-  /** The first page; or all over again. */
+  /** As many pages as are shown; or all over again. */
   async #fetch(node, branch) {
     const asked = ++this.#timesAsked;
     const page = await this.#scene.childrenOf(node);
+    const { self } = page;
+    await this.#fill(node, page, branch.shown);
     if (asked < branch.asked) return;  // a later question was answered before
     branch.asked = asked;
     branch.children = page.children;
     branch.next = page.next;
-    if (node === this.#scene.root) this.#root = page.self;
+    branch.count = self?.children ?? 0;
+    if (node === this.#scene.root) this.#root = self;
+  }
+  async #fill(node, page, many) {
+    while (page.children.length < many && page.next.length > 0) {
+      const { children, next } = await this.#scene.childrenOf(node, page.next);
+      page.children.push(...children);
+      page.next = next;
+    }
   }
   async #more(node) {
     const branch = this.#open.get(node);
     const first = branch.shown;
     branch.shown += kRowsAtOnce;
-    if (branch.shown > branch.children.length && branch.next.length > 0) {
-      const page = await this.#scene.childrenOf(node, branch.next);
-      branch.children.push(...page.children);
-      branch.next = page.next;
-    }
+    await this.#fill(node, branch, branch.shown);
     this.#show();
     if (branch.children[first]) this.#focus(`${branch.children[first].id}`);
   }
@@ -112,7 +118,7 @@ export class Tree {
     if (!branch) return;
     for (const child of branch.children.slice(0, branch.shown)) this.#lay(child, level + 1);
     if (branch.shown < branch.children.length || branch.next.length > 0) {
-      const left = Math.max(0, node.children - Math.min(branch.shown, branch.children.length));
+      const left = Math.max(0, branch.count - Math.min(branch.shown, branch.children.length));
       const name = `Show more of ${left.toLocaleString('en')}`;
       this.#flat.push({ key: `more ${node.id}`, moreOf: node.id, name, level: level + 1 });
     }

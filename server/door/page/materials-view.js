@@ -1,0 +1,95 @@
+// Materials of the scene, each as a ball: those that something refers to.
+import { objectLabel, swatchOf } from './chooser.js';
+import { element, setText } from './elements.js';
+import { ObjectFinder } from './object-finder.js';
+import { paced } from './scene-watch.js';
+
+const kAtOnce = 60;
+const kRest = 900;  // ms
+
+export class MaterialsView {
+  #scene;
+  #schema;
+  #onSelect;
+  #finder = null;
+  #isShown = false;
+  #buttons = new Map();  // id -> {button, drawn}
+  #list = element('ul', { class: 'materials' });
+  #count = element('p', { class: 'muted', role: 'status' });
+  #more = element('button', { type: 'button', text: 'Look on', hidden: true,
+                              onclick: () => this.#tryTo(() => this.#look()) });
+
+  /**
+   * @param {import('./scene.js').Scene} scene
+   * @param {import('./schema.js').Schema} schema
+   * @param {import('./scene-watch.js').SceneWatch} watch
+   * @param {(id: number) => void} onSelect
+   */
+  constructor(scene, schema, watch, onSelect) {
+    this.#scene = scene;
+    this.#schema = schema;
+    this.#onSelect = onSelect;
+    const refresh = paced(() => this.#tryTo(() => this.#refresh()), kRest);
+    watch.addEventListener('change', () => {
+      if (this.#isShown) refresh();
+    });
+    this.node = element('div', {}, this.#count, this.#list, this.#more);
+  }
+
+  set isShown(isShown) {
+    this.#isShown = isShown;
+    if (isShown) this.#tryTo(() => this.#begin());
+  }
+
+  async #tryTo(ask) {
+    try {
+      await ask();
+    } catch (error) {
+      if (error.code !== 'network') setText(this.#count, `✕ ${error.message}`);
+    }
+  }
+
+  async #begin() {
+    const types = await this.#schema.types;
+    const finder = this.#finder = new ObjectFinder(this.#scene, types, 'Material');
+    const found = await finder.next(kAtOnce);
+    if (finder !== this.#finder) return;
+    this.#buttons.clear();
+    this.#list.replaceChildren();
+    this.#add(found, types);
+  }
+  async #look() {
+    this.#add(await this.#finder.next(kAtOnce), await this.#schema.types);
+  }
+  #add(found, types) {
+    for (const object of found) {
+      const button = element('button', { type: 'button', onclick: () => this.#onSelect(object.id) });
+      this.#buttons.set(object.id, { button, drawn: '' });
+      this.#list.append(element('li', {}, button));
+      this.#draw(object, types.get('Material'));
+    }
+    const many = this.#buttons.size, { isDone } = this.#finder;
+    setText(this.#count, many === 0 && isDone ? 'Nothing in this scene has a material.'
+                                              : `${many} material${many === 1 ? '' : 's'}${isDone ? '' : ' so far'}`);
+    this.#more.hidden = isDone;
+  }
+  async #refresh() {
+    const types = await this.#schema.types;
+    const { objects } = await this.#scene.objects([...this.#buttons.keys()]);
+    for (const [id, { button }] of this.#buttons) {
+      if (objects.has(id)) {
+        this.#draw(objects.get(id), types.get('Material'));
+      } else {
+        button.parentElement.remove();
+        this.#buttons.delete(id);
+      }
+    }
+  }
+  #draw(object, type) {
+    const known = this.#buttons.get(object.id), drawn = JSON.stringify([...object.fields]);
+    if (!known || known.drawn === drawn) return;
+    known.drawn = drawn;
+    const label = element('span', { class: 'name', text: objectLabel(object) });
+    known.button.replaceChildren(...swatchOf(object, type, 96), label);
+  }
+}

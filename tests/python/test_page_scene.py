@@ -1,0 +1,457 @@
+"""The tab Scene in a real browser, before a real wall: fields of all types, materials, animations, files, budget, and whole nodes."""
+import json
+import os
+import pathlib
+import unittest
+import urllib.request
+
+import numpy
+import page_browser
+import test_page
+from live import Live, run_folder
+
+MANY = 620  # children of one node, and animations in another scene
+
+# Of each field of what is selected: its object's type, its name as the wall says it, what it is edited with, what is said of it.
+FIELDS = """
+return [...document.querySelectorAll('.object section')].map((section) => [section.querySelector('h3').textContent,
+  [...section.querySelectorAll('.field')].map((field) => [field.querySelector('.field-name').firstChild.textContent,
+    field.querySelectorAll('input, select, textarea').length, field.querySelector('.field-name .muted')?.textContent ?? '',
+    field.querySelector('.value').textContent])]);
+"""
+# Of the ball of a material: the mean of red, green, blue where it is, and how much its brightest parts are brighter than that.
+BALL = """
+const canvas = document.querySelector('.preview canvas'), data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+const sum = [0, 0, 0], lights = [];
+for (let at = 0; at < data.length; at += 4) {
+  if (data[at + 3] < 255) continue;
+  for (let i = 0; i < 3; ++i) sum[i] += data[at + i];
+  lights.push(data[at] + data[at + 1] + data[at + 2]);
+}
+lights.sort((a, b) => a - b);
+const many = lights.length, mean = sum.map((part) => part / many);
+return { mean, many, corner: data[3], spot: lights[Math.floor(0.998 * many)] / (mean[0] + mean[1] + mean[2]) };
+"""
+
+
+def spaced(name):
+    return "".join(f" {letter.lower()}" if letter.isupper() and before.islower() or before.isdigit() and letter.isupper() else letter
+                   for before, letter in zip(" " + name, name))
+
+
+@unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
+class PageScene(unittest.TestCase):
+    setUp, come_in, assert_nothing_logged = test_page.Page.setUp, test_page.Page.come_in, test_page.Page.assert_nothing_logged
+
+    @classmethod
+    def setUpClass(cls):
+        cls.enterClassContext(run_folder())
+        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48", options=["--assets", str(pathlib.Path(__file__).parent)]))
+        cls.browser = cls.enterClassContext(page_browser.Browser())
+        cls.wall = cls.enterClassContext(cls.live.connect())
+        link = cls.live.link()
+        request = urllib.request.Request(link.partition("/?")[0] + "/api", headers={"Authorization": f"Bearer {cls.live.token()}"})
+        with urllib.request.urlopen(request) as answer:
+            cls.types = {one["name"]: one for one in json.load(answer)["types"]}
+        with cls.wall.edit() as edit:
+            edit.create("/lamp", "PointLight", intensity=2.0)
+            red = edit.object("Material", baseColor=(1, 0.02, 0.02, 1))
+            cls.ball = edit.create("/ball", "Geometry", material=red)
+            edit.create("/turned", "Transform", rotation=(1, 0, 0, 0))
+            track = edit.object("KeyFrames", target=edit.create("/led", "Transform").core, field="translation",
+                                times=numpy.array([0.0, 8.0]), values=numpy.array([[0.0, 0, 0], [1, 0, 0]]))
+            edit.create("/led/swing", "Animation", channels=[track], playing=False, time=1.0)
+            edit.create("/goner", None)
+            for i in range(8):
+                edit.create(f"/goner/part {i}", None)
+
+    def part(self, name):
+        self.browser.run("document.getElementById(arguments[0]).click()", f"tab-scene-{name}")
+
+    def shown(self, selector, text=""):
+        """The first that is shown and says that; among very many it is asked for at once, and not one by one."""
+        return self.browser.until(f"{selector} with {text}", lambda: self.browser.run(
+            "return [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && one.textContent.includes(arguments[1]))", selector, text))
+
+    def press(self, selector, text):
+        self.shown(selector, text).click()
+
+    def row(self, name):
+        return self.shown("[role=treeitem]", name)
+
+    def select(self, name):
+        self.browser.run("arguments[0].click()", self.row(name))
+        self.browser.until(f"the fields of {name}", lambda: name in self.browser.text(".object h2"))
+
+    def field(self, label):
+        return self.shown(f".object [aria-label='{label}']")
+
+    def type(self, field, text):
+        from selenium.webdriver.common.keys import Keys
+
+        self.browser.run("arguments[0].focus(); arguments[0].select()", field)
+        field.send_keys(text, Keys.ENTER)
+
+    def texts(self, selector):
+        return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => one.checkVisibility()).map((one) => one.textContent)", selector)
+
+    def ctl(self, *arguments):
+        said = self.live.run("tessera-ctl", "--server", self.live.address, "--json", *arguments)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        return json.loads(said.stdout)
+
+    def animation(self, node="/led/swing"):
+        return next(one for one in self.ctl("animations")["animations"] if one["node"] == node)
+
+    # ---- fields
+
+    def test_all_fields_of_all_types_are_shown_with_something_to_edit_them_or_say_why_not(self):
+        lonely = [name for name, one in self.types.items() if not one["core"] and name != "Node"]  # at no node
+        with self.wall.edit() as edit:
+            edit.create("/types", None)
+            edit.create("/shower", "Animation", channels=[edit.object("KeyFrames", target=edit.object(name)) for name in lonely])
+            for name, one in self.types.items():
+                if one["core"]:
+                    edit.create(f"/types/{name} here", name)
+        self.come_in(tab="scene")
+        seen = set()
+
+        def look(expected):
+            shown = self.browser.until(f"the fields of {expected}", lambda: next((one for one in self.browser.run(FIELDS) if one[0].startswith(expected + " #")), None))
+            fields = self.types[expected]["fields"]
+            self.assertEqual([name for name, *_ in shown[1]], [spaced(field["name"]) for field in fields], expected)
+            for field, (name, editors, note, value) in zip(fields, shown[1]):
+                with self.subTest(type=expected, field=name):
+                    if field["kind"] == "blob":
+                        self.assertEqual((editors, "programs write it" in note), (0, True))
+                        self.assertTrue(value)
+                    else:
+                        self.assertGreaterEqual(editors, max(1, field["width"] if "words" not in field else 1))
+                        self.assertIn(field["unit"], note)
+                        if "least" in field and "words" not in field:
+                            self.assertRegex(note, r"at least [-\d]|[-\d] to [-\d]")
+            seen.add(expected)
+
+        self.select("types")
+        look("Node")
+        self.browser.run("arguments[0].querySelector('.toggle').click()", self.row("types"))
+        for name, one in self.types.items():
+            if one["core"]:
+                self.select(f"{name} here")
+                look(name)
+        for at, name in enumerate(lonely):
+            self.select("shower")
+            self.browser.until("its tracks", lambda: len(self.texts(".object section:last-child .visit")) == len(lonely))
+            self.browser.run("document.querySelectorAll('.object section:last-child .visit')[arguments[0]].click()", at)
+            look("KeyFrames")
+            self.press(".object .visit", "Show")
+            look(name)
+        self.assertEqual(seen, set(self.types))
+        self.wall.remove("/types")
+        self.wall.remove("/shower")
+        self.assert_nothing_logged()
+
+    def test_a_rotation_is_typed_in_degrees_and_what_nobody_types_stays_exact(self):
+        exact = (0.1825741858350554, 0.3651483716701107, 0.5477225575051661, 0.7302967433402214)
+        self.wall["/turned"].rotation = exact
+        self.come_in(tab="scene")
+        self.select("turned")
+        self.browser.until("its angles", lambda: self.field("rotation, degrees about y").get_property("value") not in ("", "0"))
+        self.type(self.field("translation, x"), "3")
+        self.browser.until("it has moved", lambda: tuple(self.wall["/turned"].translation) == (3, 0, 0))
+        self.assertEqual(tuple(self.wall["/turned"].rotation), exact)
+        for axis, angle in (("x", "0"), ("z", "0"), ("y", "90")):
+            self.type(self.field(f"rotation, degrees about {axis}"), angle)
+        self.browser.until("a quarter of a turn", lambda: numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
+        self.type(self.field("rotation, degrees about x"), "steep")
+        self.browser.until("a refusal", lambda: any("number" in one for one in self.texts(".field .said")))
+        self.assertTrue(numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
+        self.browser.until("the old angle", lambda: self.field("rotation, degrees about x").get_property("value") == "0")
+        self.assert_nothing_logged()
+
+    def test_a_text_of_several_lines_stays_one(self):
+        from selenium.webdriver.common.keys import Keys
+
+        self.wall.create("/sign", "Text", text="first\nsecond")
+        self.come_in(tab="scene")
+        self.select("sign")
+        field = self.field("text")
+        self.assertEqual((field.get_property("value"), field.get_property("rows")), ("first\nsecond", 2))
+        field.send_keys(Keys.CONTROL, Keys.END, Keys.NULL, Keys.ENTER, "third", Keys.CONTROL, Keys.ENTER, Keys.NULL)
+        self.browser.until("three lines", lambda: self.wall["/sign"].text == "first\nsecond\nthird")
+        self.type(self.field("name"), "board")  # Enter ends a single line
+        self.browser.until("another name", lambda: "/board" in self.wall)
+        self.wall.remove("/board")
+        self.assert_nothing_logged()
+
+    def test_what_a_field_means_is_chosen_from_a_list(self):
+        self.come_in(tab="scene")
+        self.select("lamp")
+        self.field("beacon, Choose…").click()
+        self.browser.until("nodes", lambda: len(self.texts(".choices button")) > 4)
+        self.browser.all("dialog input[type=search]")[0].send_keys("turned")
+        self.browser.until("one alone", lambda: self.texts(".choices .name") == ["/turned"])
+        self.press(".choices button", "/turned")
+        self.browser.until("it is the beacon", lambda: self.wall["/lamp"].beacon == self.wall["/turned"])
+        self.type(self.field("beacon"), "/nowhere")
+        self.browser.until("a refusal", lambda: any("/nowhere" in one for one in self.texts(".field .said")))
+        self.browser.until("the old one", lambda: self.field("beacon").get_property("value") == f"#{self.wall['/turned'].id}")
+        self.press(".field .visit", f"#{self.wall['/turned'].id}")
+        self.browser.until("a link to it", lambda: self.browser.text(".object h2") == "turned")
+        self.select("ball")
+        self.field("material, Choose…").click()
+        found = self.browser.until("materials with a picture", lambda: len(self.texts(".choices canvas")) >= 4 and self.browser.all(".choices button"))
+        other = next(one for one in found if f"#{self.wall['/ball'].material.id}" not in one.text)
+        number = other.text.partition("#")[2].strip()
+        other.click()
+        self.browser.until("another material", lambda: str(self.wall["/ball"].material.id) == number)
+        self.field("material, Choose…").click()
+        self.press("dialog[open] button", "Cancel")
+        self.assertEqual(str(self.wall["/ball"].material.id), number)
+        self.wall.undo()
+        self.assert_nothing_logged()
+
+    # ---- materials
+
+    def test_a_ball_shows_a_material_and_follows_its_fields(self):
+        material = self.wall["/ball"].material
+        self.come_in(tab="scene")
+        self.part("materials")
+        self.press(".materials button", f"#{material.id}")
+
+        def ball(what, is_so):
+            return self.browser.until(what, lambda: (lambda told: told if told and is_so(told) else None)(self.browser.run(f"if (!document.querySelector('.preview')) return null; {BALL}")))
+
+        red = ball("a red ball", lambda told: told["mean"][0] > 2 * told["mean"][1] and told["mean"][0] > 2 * told["mean"][2])
+        self.assertEqual(red["corner"], 0, "around it is nothing")
+        self.assertGreater(red["many"], 20000)
+        self.type(self.field("base color, green"), "1")
+        self.type(self.field("base color, red"), "0.02")
+        ball("a green one", lambda told: told["mean"][1] > 2 * told["mean"][0] and told["mean"][1] > 2 * told["mean"][2])
+        self.type(self.field("roughness"), "0.15")
+        glossy = ball("a small bright spot", lambda told: told["spot"] > 1.5)
+        self.type(self.field("roughness"), "1")
+        ball("no spot any more", lambda told: told["spot"] < 0.9 * glossy["spot"])
+        self.type(self.field("metallic"), "1")
+        dark = ball("metal", lambda told: told["mean"][1] > 1.5 * told["mean"][0])
+        material.emissive = (0, 0, 3)  # by somebody else
+        ball("it shines", lambda told: told["mean"][2] > dark["mean"][2] + 80)
+        material.set(emissive=(0, 0, 0), metallic=0, baseColor=(0, 0, 0, 0), alphaMode="blend")
+        ball("the pattern behind it", lambda told: 150 < min(told["mean"]) and max(told["mean"]) < 205)
+        self.wall["/ball"].material.set(baseColor=(1, 0.02, 0.02, 1), roughness=0.6, alphaMode="auto", program=self.wall.object("SurfaceProgram"))
+        self.browser.until("what is not drawn", lambda: "without program" in self.browser.text(".preview"))
+        self.assert_nothing_logged()
+
+    # ---- what plays
+
+    def test_animations_play_stop_and_are_sought(self):
+        self.come_in(tab="scene")
+        self.part("animations")
+        row = self.shown(".animation", "/led/swing")
+        self.browser.until("where it stands", lambda: "1.00 of 8.00 s" in row.text)
+        self.assertIn("stands", row.text)
+        self.press("[aria-label='Play /led/swing']", "Play")
+        self.browser.until("the wall plays it", lambda: self.animation()["playing"])
+        told = self.browser.run("return new Promise((done) => { const seen = new Set(), at = document.querySelector(\"[aria-label='/led/swing, time']\");"
+                                "const look = () => { seen.add(at.value); seen.size > 8 ? done(seen.size) : requestAnimationFrame(look); }; look(); })")
+        self.assertGreater(told, 8, "it moves by itself")
+        self.press("[aria-label='Pause /led/swing']", "Pause")
+        self.browser.until("the wall stops it", lambda: not self.animation()["playing"])
+        shown = self.browser.until("both say the same", lambda: (lambda time: time if f"{time:.2f} of" in row.text else None)(self.animation()["time"]))
+        self.assertGreater(shown, 1.0)
+        slider = self.browser.all("[aria-label='/led/swing, time']")[0]
+        self.browser.run("arguments[0].value = '4'; for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind))", slider)
+        self.browser.until("it is in the middle", lambda: self.animation()["time"] == 4)
+        self.type(self.browser.all("[aria-label='/led/swing, time in s']")[0], "2.5")
+        self.browser.until("it is sought", lambda: self.animation()["time"] == 2.5)
+        self.type(self.shown("[aria-label='/led/swing, time in s']"), "11")  # beyond its end, as tessera-ctl seeks
+        self.browser.until("it goes round", lambda: self.animation()["time"] == 3)
+        speed = self.browser.all("[aria-label='/led/swing, speed']")[0]
+        self.type(speed, "-2")
+        self.browser.until("it is fast", lambda: self.animation()["speed"] == -2)
+        self.type(speed, "1e9")
+        self.browser.until("a refusal", lambda: "1000000" in row.text.replace(",", "").replace("1e+06", "1000000"))
+        self.assertEqual(self.animation()["speed"], -2)
+        self.ctl("speed", "/led/swing", "3")  # by somebody else
+        self.browser.run("document.activeElement.blur()")
+        self.browser.until("what another has set", lambda: speed.get_property("value") == "3")
+        self.assert_nothing_logged()
+
+    def test_many_animations_come_in_pages(self):
+        with self.wall.edit() as edit:
+            edit.create("/crowd", None)
+            for i in range(MANY):
+                edit.create(f"/crowd/{i:04}", "Animation", playing=False)
+        self.come_in(tab="scene")
+        self.part("animations")
+        self.browser.until("a page", lambda: len(self.texts(".animation")) == 50)
+        first = self.texts(".animation .name")[0]
+        self.press("button", "On ›")
+        self.browser.until("the next one", lambda: "51 to 100" in self.browser.text("#panel-scene-animations [role=status]") and self.texts(".animation .name")[0] != first)
+        self.press("button", "‹ Back")
+        self.browser.until("the first again", lambda: self.texts(".animation .name")[0] == first)
+        self.wall.remove("/crowd")
+        self.browser.until("few are left", lambda: len(self.texts(".animation")) < 10)
+        self.assert_nothing_logged()
+
+    # ---- budget and files
+
+    def test_who_operates_sets_the_budget(self):
+        self.come_in(tab="scene")
+        self.part("budget")
+        self.browser.until("none", lambda: "no limit" in self.browser.text("#panel-scene-budget"))
+        field = self.browser.all("[aria-label='Budget in ms']")[0]
+        self.type(field, "40")
+        self.browser.until("it is set", lambda: self.wall.status().budget_ms == 40)
+        self.browser.until("it stands there", lambda: "40 ms" in self.browser.text("#panel-scene-budget dd"))
+        self.assertRegex(self.browser.text("#panel-scene-budget"), r"Frames take\d+\.\d ms at most")
+        self.type(field, "70000")
+        self.browser.until("a refusal", lambda: "60000" in self.browser.text("#panel-scene-budget .said"))
+        self.assertEqual(self.wall.status().budget_ms, 40)
+        self.press("#panel-scene-budget button", "No limit")
+        self.browser.until("there is none", lambda: self.wall.status().budget_ms == 0)
+        self.assert_nothing_logged()
+
+    def test_a_file_that_cannot_be_loaded_says_why(self):
+        self.come_in(tab="scene")
+        self.part("inlines")
+        self.browser.until("none yet", lambda: "holds another file" in self.browser.text("#panel-scene-inlines"))
+        self.wall.create("/broken", "Inline", file="asset://no-such.glb", load="by-hand")
+        row = self.shown(".inline", "waiting")
+        self.browser.run("arguments[0].querySelector('input').click()", row)
+        self.browser.until("it has failed", lambda: "failed" in self.texts(".inline")[0])
+        told = self.ctl("inlines")["inlines"][0]
+        self.assertTrue(told["wanted"] and told["problem"])
+        self.browser.until("and why", lambda: told["problem"] in self.texts(".inline")[0])
+        self.press(".inline .link", "/broken")
+        self.browser.until("its node", lambda: self.browser.text(".object h2") == "broken" and self.browser.all("#panel-scene-tree"))
+        self.wall.remove("/broken")
+        self.assert_nothing_logged()
+
+    # ---- whole nodes
+
+    def test_removing_asks_once_and_says_what_goes(self):
+        from selenium.webdriver.common.keys import Keys
+
+        self.come_in(tab="scene")
+        self.select("goner")
+        self.press(".node-tools button", "Remove")
+        asked = self.shown("dialog[open]")
+        self.assertIn("8 nodes below go with it: part 0, part 1", asked.text)
+        self.assertEqual(self.browser.focused(), "Cancel")
+        self.browser.press(Keys.ESCAPE)
+        self.browser.until("it is closed", lambda: not self.browser.all("dialog[open]"))
+        self.assertIn("/goner/part 7", self.wall)
+        self.press(".node-tools button", "Remove")
+        self.press("dialog[open] button.danger", "Remove")
+        self.browser.until("it is gone", lambda: "/goner" not in self.wall)
+        self.browser.until("and not in the tree", lambda: not any("goner" in one for one in self.texts("[role=treeitem]")))
+        self.browser.until("what was above it", lambda: self.browser.text(".object h2") == "Node #1")
+        self.browser.until("of which there is no other", lambda: self.texts(".node-tools button") == ["+ New child…"])
+        self.wall.undo()
+        self.row("goner")
+        self.assert_nothing_logged()
+
+    def test_a_copy_moves_by_itself_and_a_child_is_made(self):
+        self.come_in(tab="scene")
+        self.select("turned")
+        self.press(".node-tools button", "Clone")
+        self.browser.until("the copy is shown", lambda: self.browser.text(".object h2") == "turned 2")
+        self.assertNotEqual(self.wall["/turned 2"].core, self.wall["/turned"].core)
+        self.press(".node-tools button", "New child")
+        self.shown("dialog[open] input[name=name]")
+        self.browser.press("torch")
+        self.browser.run("document.querySelector('dialog[open] select').value = 'SpotLight'")
+        self.press("dialog[open] button", "Create")
+        self.browser.until("the child is shown", lambda: self.browser.text(".object h2") == "torch")
+        self.assertEqual(self.wall["/turned 2/torch"].core.type, "SpotLight")
+        self.wall.remove("/turned 2")
+        self.browser.until("what another removed", lambda: "is gone" in self.browser.text(".object h2"))
+        self.assertEqual(self.browser.all(".node-tools button"), [])
+        self.assert_nothing_logged()
+
+    def test_what_others_do_is_seen_in_large_branches_too(self):
+        with self.wall.edit() as edit:
+            edit.create("/many", None)
+            for i in range(MANY):
+                edit.create(f"/many/child {i:04}", None)
+        self.come_in(tab="scene")
+        self.browser.run("arguments[0].querySelector('.toggle').click()", self.row("many"))
+        self.row("child 0001")
+        self.select("child 0000")
+        self.wall["/many/child 0000"].name = "renamed"
+        self.browser.until("another name", lambda: self.browser.text(".object h2") == "renamed")
+        self.row("renamed")
+        self.wall.remove("/many/child 0001")
+        self.browser.until("one less", lambda: not any("child 0001" in one for one in self.texts("[role=treeitem]")))
+        self.wall.remove("/many")
+        self.assert_nothing_logged()
+
+    # ---- for everybody
+
+    def test_who_only_looks_sees_nothing_to_change(self):
+        self.come_in("viewer", "scene")
+        self.part("animations")
+        self.browser.until("an animation", lambda: any("/led/swing" in one for one in self.texts(".animation")))
+        self.part("budget")
+        self.browser.until("the budget", lambda: "Budget for a frame" in self.browser.text("#panel-scene-budget"))
+        self.part("materials")
+        self.browser.until("materials", lambda: len(self.texts(".materials canvas")) > 2)
+        self.press(".materials button", "Material")
+        self.browser.until("its ball", lambda: self.browser.all(".preview canvas"))
+        self.part("tree")
+        self.select("ball")
+        self.browser.until("a link", lambda: self.browser.all(".object .visit"))
+        for name in ("tree", "materials", "animations", "inlines", "budget"):
+            self.part(name)
+            panel = f"#panel-scene-{name}"
+            self.assertEqual(self.browser.all(f"{panel} .object input, {panel} .listed input, {panel} select, {panel} textarea, {panel} .choose, {panel} .node-tools, {panel} form.budget"), [])
+        self.assert_nothing_logged()
+
+    def test_who_edits_does_not_set_the_budget(self):
+        self.come_in("editor", "scene")
+        self.select("lamp")
+        self.browser.until("tools", lambda: self.browser.all(".node-tools button"))
+        self.part("budget")
+        self.browser.until("the budget", lambda: "Budget for a frame" in self.browser.text("#panel-scene-budget"))
+        self.assertEqual(self.browser.all("#panel-scene-budget input, #panel-scene-budget button"), [])
+        self.assert_nothing_logged()
+
+    def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
+        self.come_in(tab="scene")
+        self.wall.create("/broken", "ProxyGroup", file="asset://no-such-file-of-a-rather-long-name.glb", load="at-once")
+        for width, height in test_page.SIZES:
+            self.browser.size(width, height)
+            for theme in ("dark", "light"):
+                if self.browser.run("return document.documentElement.dataset.theme") != theme:
+                    self.browser.run("document.getElementById('theme').click()")
+                for name in ("tree", "materials", "animations", "inlines", "budget", "question", "choice"):
+                    self.browser.run("scrollTo(0, 0)")
+                    self.part("tree" if name in ("question", "choice") else name)
+                    if name == "tree":
+                        self.select("turned")
+                        self.field("rotation, degrees about x")
+                    elif name == "question":
+                        self.select("goner")
+                        self.press(".node-tools button", "Remove")
+                        self.shown("dialog[open]")
+                    elif name == "choice":
+                        self.select("ball")
+                        self.browser.run("arguments[0].click()", self.field("material, Choose…"))
+                    awaited = {"materials": ".materials canvas", "animations": ".animation", "inlines": ".inline .said", "choice": ".choices canvas"}.get(name)
+                    if awaited:
+                        self.shown(awaited)
+                    with self.subTest(width=width, theme=theme, part=name):
+                        self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+                        self.assertEqual(self.browser.run(test_page.FAINT), [])
+                        self.assertEqual(self.browser.run(test_page.SMALL), [])
+                    if test_page.SHOTS:
+                        pathlib.Path(test_page.SHOTS).mkdir(parents=True, exist_ok=True)
+                        self.browser.driver.save_screenshot(os.path.join(test_page.SHOTS, f"scene-{name}-{width}-{theme}.png"))
+                    self.browser.run("for (const one of document.querySelectorAll('dialog[open]')) one.close()")
+        self.wall.remove("/broken")
+        self.assert_nothing_logged()
+
+
+if __name__ == "__main__":
+    unittest.main()
