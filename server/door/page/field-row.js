@@ -17,18 +17,19 @@ export class FieldRow {
   /**
    * @param {import('./schema.js').Field} field
    * @param {{propose: ((value: any, gesture: number) => Promise<any>) | null, newGesture: () => number,
-   *     onVisit: (id: number) => void}} options propose: null for who only looks
+   *     onVisit?: (id: number) => void, label?: string, makeEditor?: typeof editorOf}} options propose: null for who
+   *     only looks; label: what people call it
    */
-  constructor(field, { propose, newGesture, onVisit }) {
+  constructor(field, { propose, newGesture, onVisit, label = spaced(field.name), makeEditor = editorOf }) {
     this.#field = field;
     this.#propose = propose;
     this.#onVisit = onVisit;
-    const name = element('span', { class: 'field-name', text: spaced(field.name) });
+    const name = element('span', { class: 'field-name', text: label, dir: 'auto' });
     const limits = [field.unit, boundsText(field)].filter(Boolean).join(', ');
     if (limits) name.append(element('span', { class: 'muted', text: limits }));
     this.node = element('div', { class: 'field' }, name, this.#reading, this.#said);
     if (!propose || !isEditable(field)) return;
-    this.#editor = editorOf(field, spaced(field.name), (value, isHeld) => {
+    this.#editor = makeEditor(field, label, (value, isHeld) => {
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
       this.#send(value, this.#gesture);
       if (!isHeld) this.#gesture = 0;

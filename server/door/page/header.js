@@ -1,6 +1,7 @@
 // What stands above all tabs: which wall this is, how it is, who looks; and the banner while nothing comes.
+import { startBanner } from './banner.js';
 import { element, setChildren, setText } from './elements.js';
-import { keepToken, keptToken } from './token.js';
+import { authorization, keptToken } from './token.js';
 
 /**
  * @param {import('./connection.js').Connection} connection
@@ -8,7 +9,6 @@ import { keepToken, keptToken } from './token.js';
  */
 export function startHeader(connection, status) {
   const part = (id) => document.getElementById(id);
-  const banner = part('banner');
 
   const show = () => {
     const { word, sign, tone } = status.describe();
@@ -23,35 +23,26 @@ export function startHeader(connection, status) {
   status.addEventListener('status', show);
 
   connection.addEventListener('open', async () => {
-    banner.hidden = true;
     part('api-link').href = keptToken() ? `/api.html?token=${encodeURIComponent(keptToken())}` : '/api.html';
     try {
       const { name, role } = await connection.ask('WhoAmI');
       // Without a key or a token of one's own the name is this page's.
       setText(part('identity'), name === 'console' ? `You: ${role}` : `You: ${name}, ${role}`);
+      setChildren(part('panel-links'), role === 'viewer' ? [] : await panelLinks());
     } catch {
       // Lost again: the banner says so.
     }
   });
-  connection.addEventListener('lost', () => {
-    show();
-    if (!banner.hidden) return;
-    const again = element('button', { type: 'button', text: 'Try now', onclick: () => connection.dial() });
-    setChildren(banner, [element('p', { text: '◌ Connection lost. Trying again…' }), again]);
-    banner.hidden = false;
-  });
-  connection.addEventListener('refused', ({ detail }) => {
-    const input = element('input', { name: 'token', autocomplete: 'off', spellcheck: 'false', required: true });
-    const form = element('form', {
-      onsubmit: (event) => {
-        event.preventDefault();
-        keepToken(input.value.trim());
-        connection.dial();
-      },
-    }, element('label', { text: 'Token ' }, input), element('button', { text: 'Come in' }));
-    setChildren(banner, [element('p', { text: `✕ Not let in: ${detail}` }), form]);
-    banner.hidden = false;
-    input.focus();
-  });
+  connection.addEventListener('lost', show);
+  startBanner(part('banner'), connection);
   show();
+}
+
+/** The panels that the server itself serves, each in a window of its own: their words are others than this page's. */
+async function panelLinks() {
+  const answer = await fetch('/panels', { headers: authorization() });
+  return (await answer.json()).panels.map(({ title, token }) => element('a', {
+    class: 'button panel-link', href: `/?token=${encodeURIComponent(token)}`, target: '_blank',
+    rel: 'noopener noreferrer',
+  }, element('span', { class: 'name', text: `▦ ${title || 'Panel'}` })));
 }

@@ -201,7 +201,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::WhoAmI{},
             request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32},
             request::GetPreview{4, 40},
-            request::GetWall{}};
+            request::GetWall{},
+            request::GetPanel{"b.2a"}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -272,7 +273,23 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                          .error = 0.25,
                          .node = ObjectId{38},
                          .face = 39,
-                         .normal = Vec3d(0, 1, 0)}};
+                         .normal = Vec3d(0, 1, 0)},
+        answer::PanelState{"b.2b",
+                           true,
+                           "hall",
+                           {{.kind = PanelKind::kPress,
+                             .label = "evening",
+                             .fault = "gone",
+                             .now = {ObjectId{40}, ObjectType{6}, "intensity", {0.5, 1.5}, false, "words"},
+                             .unit = "s",
+                             .least = -1,
+                             .greatest = 2,
+                             .step = 0.25,
+                             .bytes = 41,
+                             .options = {{"near", {ObjectId{42}, ObjectType{7}, "on", {}, true, {}}}},
+                             .sets = {{ObjectId{43}, ObjectType{8}, "name", {}, {}, "x"}},
+                             .bookmark = 3,
+                             .home = true}}}};
 }
 
 inline notice::Poses somePoses() {
