@@ -3,6 +3,7 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -21,6 +22,7 @@
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
 #include "server/door/Door.h"
+#include "server/panel/Panel.h"
 #include "server/sim/FrameLoop.h"
 #include "server/sim/audit/AuditLog.h"
 
@@ -39,7 +41,7 @@ struct Arguments {
     std::string console = "127.0.0.1:0";
     bool noConsole = false;
     std::string tokenFile, group, keys;
-    std::vector<std::string> assets, allowed;
+    std::vector<std::string> assets, allowed, panels;
     std::uint64_t frames = 0;
     double rate = -1;
     std::string size;
@@ -83,12 +85,39 @@ std::string nameOfUser() {
     return fmt::format("user {}", geteuid());
 }
 
+/// A panel of --panel.
+struct ServedPanel {
+    std::string file;
+    DoorPanel door;
+    std::shared_ptr<const std::string> text;
+};
+
+Expected<std::vector<ServedPanel>> readPanels(const std::vector<std::string>& files) {
+    constexpr std::size_t kMost = 16;
+    if (files.size() > kMost) return fail(ErrorCode::kUsage, fmt::format("--panel: at most {} may be", kMost));
+    std::vector<ServedPanel> panels;
+    for (const std::string& file : files) {
+        Expected<std::string> text = readPanelFile(file);
+        if (!text) return failWith("--panel", text.error());
+        const Expected<Panel> panel = parsePanel(*text, file);
+        if (!panel) return failWith("--panel", panel.error());
+        panels.push_back({file, {freshToken(), KeyFolder::panelName(*text), panel->title},
+                          std::make_shared<const std::string>(std::move(*text))});
+    }
+    return panels;
+}
+
 /// Who comes in on this machine: the words for it, where this user's programs find them, and the console.
 class Entrance {
 public:
     /// `console`: none is wanted.
-    Entrance(std::optional<Address> console, DoorReach reach, std::string wall, Log& log)
-        : console_(std::move(console)), reach_(std::move(reach)), wall_(std::move(wall)), log_(log) {}
+    Entrance(std::optional<Address> console, DoorReach reach, std::vector<ServedPanel> panels, std::string wall,
+             Log& log)
+        : console_(std::move(console)),
+          reach_(std::move(reach)),
+          panels_(std::move(panels)),
+          wall_(std::move(wall)),
+          log_(log) {}
 
     /// Without a place for the words nobody could come in, but by a file that both sides are told.
     Expected<void> take(const std::string& listen, const std::string& tokenFile, const std::string& group) {
@@ -127,6 +156,8 @@ public:
     }
     void describe() const {
         if (door_) fmt::print("console: {}\n", door_->link());
+        for (const ServedPanel& panel : panels_)
+            if (door_) fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
         if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
     }
 
@@ -145,6 +176,7 @@ private:
                             .owner = nameOfUser(),
                             .reach = reach_,
                             .tell = [this](const std::string& words) { log_.warning(words); }};
+        for (const ServedPanel& panel : panels_) options.panels.push_back(panel.door);
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
         if (!door && options.listen.port != console_->port) {
@@ -157,6 +189,7 @@ private:
 
     std::optional<Address> console_;
     DoorReach reach_;
+    std::vector<ServedPanel> panels_;
     std::string wall_, group_;
     Log& log_;
     AccessTokens tokens_;
@@ -236,8 +269,16 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     if (const Expected<void> good = takeKeys(arguments, options); !good) return good;
     DoorReach reach{.keys = {}, .open = options.insecure};
     if (options.keys) reach.keys = [keys = options.keys] { return keys->current(); };
-    Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach), options.wall.name,
-                      log);
+    if (arguments.noConsole && !arguments.panels.empty())
+        return fail(ErrorCode::kUsage, "--panel: its page is the console's, and --no-console leaves that away");
+    Expected<std::vector<ServedPanel>> panels = readPanels(arguments.panels);
+    if (!panels) return tl::unexpected(panels.error());
+    options.panelOf = [served = *panels](const std::string& name) {
+        const auto known = std::ranges::find(served, name, [](const ServedPanel& panel) { return panel.door.name; });
+        return known == served.end() ? nullptr : known->text;
+    };
+    Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach),
+                      std::move(*panels), options.wall.name, log);
     if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
         return taken;
     options.access = entrance.tokens();
@@ -307,6 +348,11 @@ int main(int argc, char** argv) {
                 "Where browsers and programs of other languages\ncome in (127.0.0.1:0); with --keys by https")
         .typeName("ADDR:PORT");
     options.flag("--no-console", arguments.noConsole, "They do not");
+    options
+        .option("--panel", arguments.panels,
+                "A page of controls for visitors (server/panel);\nits link is printed. May be repeated")
+        .typeName("FILE")
+        .check(named);
     options
         .option("--token-file", arguments.tokenFile,
                 "Its first line lets programs of this machine in\n(a word that this user's programs find)")

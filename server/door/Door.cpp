@@ -231,9 +231,12 @@ const Address& Door::address() const {
 }
 
 std::string Door::link() const {
+    return linkWith(impl_->context.options.tokens.of(Role::kOperator));
+}
+
+std::string Door::linkWith(const std::string& token) const {
     const DoorOptions& options = impl_->context.options;
     const std::string place = toString(addressInLink(impl_->bound, options.reach));
-    const std::string& token = options.tokens.of(Role::kOperator);
     if (!options.reach.keys) return fmt::format("http://{}/?token={}", place, token);
     return fmt::format("https://{}/?token={}&authority={}", place, token,
                        options.reach.keys()->authorityFingerprint());

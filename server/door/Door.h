@@ -18,6 +18,7 @@ struct DoorOptions {
     AccessTokens tokens;  ///< whoever has one may come in
     std::string owner = {};  ///< whose tokens they are, for people
     DoorReach reach = {};
+    std::vector<DoorPanel> panels = {};
     std::function<void(const std::string&)> tell = {};  ///< what people should know, on the door's thread; may be empty
 };
 
@@ -36,6 +37,8 @@ public:
     /// With an operator's token: `http://127.0.0.1:7001/?token=…`; with keys `https://…/?token=…&authority=SHA256`, by
     /// which a program knows the wall's authority.
     [[nodiscard]] std::string link() const;
+    /// The same with another word.
+    [[nodiscard]] std::string linkWith(const std::string& token) const;
 
 private:
     struct Impl;

@@ -86,7 +86,7 @@ private:
 
 struct DoorContext {
     DoorContext(DoorOptions o, std::uint16_t port)
-        : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner) {}
+        : options(std::move(o)), gate(options.tokens, port, options.reach, options.owner, options.panels) {}
 
     // What is left in `io` holds of these.
     std::size_t brought = 0;  ///< bytes, of all sockets: `DoorLimits::maxBroughtBytes`

@@ -73,6 +73,7 @@ std::vector<std::string_view> Gatekeeper::wordsIn(const HttpRequest& request, co
 
 std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
     if (const std::optional<Role> role = tokens_.roleOf(word)) return Entrant{*role, Entrant::By::kWord, owner_};
+    if (std::optional<Entrant> visitor = visitorBy(word)) return visitor;
     const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
     const std::optional<AccessPass> pass =
         keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
@@ -80,10 +81,17 @@ std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
                 : std::nullopt;
 }
 
+/// By a word of a panel that the server itself serves.
+std::optional<Entrant> Gatekeeper::visitorBy(std::string_view word) const {
+    for (const DoorPanel& panel : panels_)
+        if (sameToken(panel.word, word)) return Entrant{Role::kEditor, Entrant::By::kPass, "visitor", {}, panel.name};
+    return std::nullopt;
+}
+
 std::string Gatekeeper::passIn(const HttpRequest& request, const HttpTarget& target) const {
     if (request.key) return {};
     for (const std::string_view word : wordsIn(request, target)) {
-        if (tokens_.roleOf(word)) return {};
+        if (tokens_.roleOf(word) || visitorBy(word)) return {};
         if (entrantBy(word)) return std::string(word);
     }
     return {};

@@ -25,6 +25,11 @@ struct DoorReach {
     std::chrono::milliseconds look{250};  ///< between two looks at whether the keys are others
 };
 
+/// A panel that the server itself serves, and the word that lets in to it alone while the server runs.
+struct DoorPanel {
+    std::string word, name, title;  ///< name: `Entrant::panel`
+};
+
 /// Of one door.
 ///
 /// A page from elsewhere that a browser shows could call a door on its machine: the browser then says where the page is
@@ -34,8 +39,13 @@ struct DoorReach {
 class Gatekeeper {
 public:
     /// `owner`: whose tokens they are.
-    Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {}, std::string owner = {})
-        : tokens_(std::move(tokens)), port_(port), reach_(std::move(reach)), owner_(std::move(owner)) {}
+    Gatekeeper(AccessTokens tokens, std::uint16_t port, DoorReach reach = {}, std::string owner = {},
+               std::vector<DoorPanel> panels = {})
+        : tokens_(std::move(tokens)),
+          port_(port),
+          reach_(std::move(reach)),
+          owner_(std::move(owner)),
+          panels_(std::move(panels)) {}
 
     /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a
     /// strange Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
@@ -54,6 +64,7 @@ public:
 private:
     [[nodiscard]] static std::vector<std::string_view> wordsIn(const HttpRequest& request, const HttpTarget& target);
     [[nodiscard]] std::optional<Entrant> entrantBy(std::string_view word) const;
+    [[nodiscard]] std::optional<Entrant> visitorBy(std::string_view word) const;
     [[nodiscard]] bool isHere(std::string_view authority) const;
     [[nodiscard]] bool isOurs(const std::string& host) const;
 
@@ -61,6 +72,7 @@ private:
     std::uint16_t port_;
     DoorReach reach_;
     std::string owner_;
+    std::vector<DoorPanel> panels_;
 };
 
 /// So many at once, and so many in a second.

@@ -45,6 +45,12 @@ std::string membersTable(const std::vector<MemberText>& members) {
            "</table>\n";
 }
 
+HttpAnswer documentOf(std::string_view name) {
+    for (const PageFile& file : pageFiles())
+        if (file.name == name) return {.type = "text/html; charset=utf-8", .body = std::string(file.text)};
+    return {.status = 404, .body = {}};
+}
+
 }  // namespace
 
 std::string escaped(std::string_view text) {
@@ -71,10 +77,11 @@ std::string escaped(std::string_view text) {
 }
 
 HttpAnswer consolePage() {
-    for (const PageFile& file : pageFiles())
-        if (file.name == "index.html")
-            return {.type = "text/html; charset=utf-8", .body = std::string(file.text)};
-    return {.status = 404, .body = {}};
+    return documentOf("index.html");
+}
+
+HttpAnswer panelPage() {
+    return documentOf("panel.html");
 }
 
 std::optional<HttpAnswer> consoleFile(std::string_view name) {

@@ -9,7 +9,9 @@ namespace tessera {
 
 /// The console (server/door/page).
 [[nodiscard]] HttpAnswer consolePage();
-/// A script or a style sheet of it. Nothing: there is none of that name.
+/// What whose token is of a panel sees instead.
+[[nodiscard]] HttpAnswer panelPage();
+/// A script or a style sheet of these. Nothing: there is none of that name.
 [[nodiscard]] std::optional<HttpAnswer> consoleFile(std::string_view name);
 /// Asks for a token: status 401. Whoever has shown one in this window, and loads the page again, is let in by a script.
 [[nodiscard]] HttpAnswer tokenPage();

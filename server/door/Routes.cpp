@@ -22,7 +22,8 @@ constexpr std::string_view kAuthorityPath = "/authority.crt";  // of who knows i
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
-    for (const std::string_view known : {"/", "/api", "/api.html", "/metrics", "/style.css", "/socket", "/link", "/wall.jpg"})
+    for (const std::string_view known :
+         {"/", "/api", "/api.html", "/metrics", "/panels", "/style.css", "/socket", "/link", "/wall.jpg"})
         if (path == known) return "GET";
     if (path == kAuthorityPath) return "GET";
     if (path.starts_with(kFilePrefix)) return consoleFile(path.substr(kFilePrefix.size())) ? "GET" : "";
@@ -116,7 +117,7 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         return answer(std::move(tooMany));
     }
     const std::optional<HttpTarget> target = readTarget(request.target);
-    if (target->path == "/") return answer(consolePage());
+    if (target->path == "/") return answer(who_.panel.empty() ? consolePage() : panelPage());
     if (target->path == "/api.html") return answer(apiPage(context_.options.wall));
     if (target->path.starts_with(kFilePrefix))
         return answer(*consoleFile(std::string_view(target->path).substr(kFilePrefix.size())));
@@ -127,6 +128,7 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         if (pem.empty()) return answer(errorAnswer(404, "not_found", "this door has no keys, and so no authority"));
         return answer({.type = "application/x-x509-ca-cert", .body = pem});
     }
+    if (target->path == "/panels") return answer(panels());
     if (target->path == "/api") {
         static const std::string kApi = jsonText(apiJson()) + "\n";
         return answer({.body = kApi});
@@ -151,6 +153,16 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         answer({.type = "application/openmetrics-text; version=1.0.0; charset=utf-8",
                 .body = metricsText(std::get<answer::Status>(*status))});
     });
+}
+
+/// Who may edit may let others edit less.
+HttpAnswer Routes::panels() const {
+    if (who_.role < Role::kEditor || !who_.panel.empty())
+        return errorAnswer(403, "refused", "words of panels are told to editors");
+    Json list = Json::array();
+    for (const DoorPanel& panel : context_.options.panels)
+        list.push_back({{"title", panel.title}, {"token", panel.word}});
+    return jsonAnswer({{"panels", std::move(list)}});
 }
 
 DoorLink* Routes::link(const AnswerHttp& answer) {

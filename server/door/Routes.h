@@ -21,6 +21,7 @@ public:
     [[nodiscard]] bool wrongLogin() const { return wrongLogin_; }
 
 private:
+    [[nodiscard]] HttpAnswer panels() const;
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
     /// Null: it has answered that too many ask at once.
     [[nodiscard]] DoorLink* link(const AnswerHttp& answer);

@@ -55,6 +55,7 @@ struct PanelControl {
 struct Panel {
     static constexpr std::size_t kMostBytes = std::size_t{64} << 10;  ///< of a file
     static constexpr std::size_t kMostControls = 64, kMostOptions = 64, kMostSets = 16, kMostLabelBytes = 256;
+    static constexpr std::size_t kMostValueBytes = 4096;  ///< of values, and names of nodes and fields
 
     std::string title;
     std::vector<PanelControl> controls;

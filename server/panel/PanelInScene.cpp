@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "common/cores/Node.h"
-#include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
@@ -125,6 +124,7 @@ bool gives(const PanelControl& control, const FieldValue& value) {
 PanelInScene::PanelInScene(const Panel& panel, const Aspect& scene) : panel_(panel), scene_(scene) {
     NodeFinder finder(scene, kLooks);
     for (const PanelControl& control : panel.controls) {
+        controls_.emplace_back();
         if (const auto* press = std::get_if<PanelPress>(&control.as)) {
             for (const PanelPress::Set& set : press->sets) allow(set.of, control, &set.value, finder);
         } else if (const auto* choice = std::get_if<PanelChoice>(&control.as)) {
@@ -135,30 +135,43 @@ PanelInScene::PanelInScene(const Panel& panel, const Aspect& scene) : panel_(pan
     }
 }
 
-void PanelInScene::allow(const PanelField& of, const PanelControl& control, const std::string* value,
-                         NodeFinder& finder) {
-    const auto fault = [&](std::string_view why) {
-        std::string line = fmt::format("\"{}\": {}", control.label, why);
-        if (std::ranges::find(faults_, line) == faults_.end()) faults_.push_back(std::move(line));
-    };
+Expected<PanelInScene::Target> PanelInScene::look(const PanelField& of, const PanelControl& control,
+                                                  const std::string* value, NodeFinder& finder) const {
+    const auto fault = [](std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); };
     const Expected<ObjectId> node = finder.find(of.node);
     if (finder.exhausted()) return fault(fmt::format("{} stands among too many others to be looked for", of.node));
-    if (!node) return fault(node.error().message);
+    if (!node) return fail(ErrorCode::kNotFound, node.error().message);
     const std::optional<FieldOfObject> found = fieldOf(scene_, *node, of.field);
     if (!found) return fault(fmt::format("{} has no field \"{}\"", of.node, of.field));
     if (const std::string why = misfit(control, *found->field); !why.empty())
         return fault(fmt::format("{} of {} {}", of.field, of.node, why));
-    Allowed allowed{&control};
+    Target target{*node, found->object, found->field};
     if (value) {
-        allowed.exactly = valueIn(*found->field, *value);
-        if (!allowed.exactly)
+        target.value = valueIn(*found->field, *value);
+        if (!target.value)
             return fault(fmt::format("\"{}\" is no value that {} of {} may have here", *value, of.field, of.node));
-        if (const Expected<void> good = checkValue(*found->field, *allowed.exactly); !good)
+        if (const Expected<void> good = checkValue(*found->field, *target.value); !good)
             return fault(good.error().message);
     }
-    allowed_[{found->object, found->field->id}].push_back(std::move(allowed));
-    objects_.insert(*node);
-    objects_.insert(found->object);
+    return target;
+}
+
+void PanelInScene::allow(const PanelField& of, const PanelControl& control, const std::string* value,
+                         NodeFinder& finder) {
+    Expected<Target> target = look(of, control, value, finder);
+    Found& found = controls_.back();
+    found.targets.push_back(target.value_or(Target()));
+    if (!target) {
+        std::string line = fmt::format("\"{}\": {}", control.label, target.error().message);
+        if (std::ranges::find(faults_, line) == faults_.end()) faults_.push_back(std::move(line));
+        const bool isThere = target.error().code != ErrorCode::kNotFound;
+        if (found.fault.empty())
+            found.fault = isThere ? std::move(target.error().message) : fmt::format("there is no {} now", of.node);
+        return;
+    }
+    allowed_[{target->object, target->field->id}].push_back({&control, target->value});
+    objects_.insert(target->node);
+    objects_.insert(target->object);
 }
 
 std::optional<Error> PanelInScene::whyNot(const ChangeList& list) const {

@@ -24,6 +24,14 @@ std::string tooMany(std::string_view what, std::size_t there, std::size_t most) 
     return there <= most ? std::string() : fmt::format("{} {}, at most {} may be", there, what, most);
 }
 
+/// Of texts that are told as they are; empty: none is too long.
+std::string tooLong(std::initializer_list<const std::string*> texts) {
+    for (const std::string* text : texts)
+        if (text->size() > Panel::kMostValueBytes)
+            return tooMany("bytes of a value or name", text->size(), Panel::kMostValueBytes);
+    return {};
+}
+
 /// What is wrong with one control, by itself; empty: nothing.
 std::string faultOf(const PanelControl& control) {
     if (control.label.size() > Panel::kMostLabelBytes)
@@ -33,6 +41,7 @@ std::string faultOf(const PanelControl& control) {
         return "which field of which node it shows is not said";
     if (presses && (!control.of.node.empty() || !control.of.field.empty()))
         return "a press shows no field: its sets name theirs";
+    if (std::string fault = tooLong({&control.of.node, &control.of.field}); !fault.empty()) return fault;
     if (const auto* slider = std::get_if<PanelSlider>(&control.as)) {
         if (!std::isfinite(slider->least) || !std::isfinite(slider->greatest) || slider->least >= slider->greatest)
             return fmt::format("a slider from {} to {} goes nowhere", slider->least, slider->greatest);
@@ -41,14 +50,21 @@ std::string faultOf(const PanelControl& control) {
                                slider->greatest);
     } else if (const auto* choice = std::get_if<PanelChoice>(&control.as)) {
         if (choice->options.empty()) return "a choice of nothing";
+        for (const PanelChoice::Option& option : choice->options) {
+            if (std::string fault = tooLong({&option.value}); !fault.empty()) return fault;
+            if (option.label.size() > Panel::kMostLabelBytes)
+                return tooMany("bytes of a label", option.label.size(), Panel::kMostLabelBytes);
+        }
         return tooMany("options", choice->options.size(), Panel::kMostOptions);
     } else if (const auto* press = std::get_if<PanelPress>(&control.as)) {
         if (press->sets.empty() && press->bookmark == 0 && !press->home) return "a press that does nothing";
         if (press->bookmark > kBookmarks)
             return fmt::format("bookmarks are 1 to {}, and not {}", kBookmarks, press->bookmark);
         if (press->home && press->bookmark != 0) return "the view goes home or to a bookmark, and not to both";
-        for (const PanelPress::Set& set : press->sets)
+        for (const PanelPress::Set& set : press->sets) {
             if (set.of.node.empty() || set.of.field.empty()) return "which field of which node it sets is not said";
+            if (std::string fault = tooLong({&set.of.node, &set.of.field, &set.value}); !fault.empty()) return fault;
+        }
         return tooMany("sets", press->sets.size(), Panel::kMostSets);
     }
     return {};

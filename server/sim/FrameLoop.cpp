@@ -293,6 +293,7 @@ ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
     config.access = options.access;
     config.owner = options.owner;
     config.insecure = options.insecure;
+    config.panelOf = options.panelOf;
     if (journal()) config.firstFrame = opened->state.nextFrame;
     return config;
 }

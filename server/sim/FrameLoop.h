@@ -25,6 +25,8 @@ struct ServerOptions {
     AccessTokens access = {};  ///< empty: nobody is asked for any
     std::string owner = {};    ///< whose programs may come in, for people
     std::shared_ptr<KeyRing> keys = {};  ///< the server's; null: no link is sealed
+    /// The text of a panel that the door lets visitors in to, beside those of the keys; null: none. May be empty.
+    std::function<std::shared_ptr<const std::string>(const std::string& name)> panelOf = {};
     bool insecure = false;     ///< whoever comes from another machine needs no key
     ImportOptions import;
     std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets

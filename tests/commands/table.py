@@ -204,6 +204,8 @@ ROWS = {
     "tessera-keys revoke NAME": keys("tessera-keys host left && tessera-keys revoke left && tessera-keys list", says="revoked"),
     "tessera-keys token ci --role editor --hours 8": keys("tessera-keys token ci --role editor --hours 8 && tessera-keys list", says="token"),
     "tessera-keys token visitor --panel FILE": keys("tessera-keys token visitor --panel $OLDPWD/deploy/scenes/engine-hall.panel && tessera-keys list", says="panel"),
+    "tessera-server --panel FILE": Row("ByHand", "by_hand --panel $ROOT/deploy/scenes/engine-hall.panel", says="hall.panel: http://"),
+    "tessera-server --panel hall.panel ...": Row("", elsewhere="the line above"),
     "tessera-keys token visitor --panel hall.panel": Row("", elsewhere="deploy/security.md has the same line"),
     "tessera-keys token NAME --panel FILE": Row("", elsewhere="deploy/security.md has the same line"),
     "tessera-check --scene hall.tsct hall.panel": Row(

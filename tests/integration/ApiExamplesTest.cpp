@@ -70,6 +70,11 @@ TEST_F(ApiWall, EachExampleOfThePageIsGranted) {
         if (name == "RedoStep") EXPECT_EQ(socket.ask(++id, "UndoStep")["answer"], "Committed");
         const json answer = socket.ask(++id, name, json::parse(text));
         ASSERT_TRUE(answer.is_object()) << name << wall_.logs();
+        // An operator's token is of no panel: whose is, python.panel asks.
+        if (name == "GetPanel") {
+            EXPECT_NE(answer.dump().find("this link is of no panel"), std::string::npos) << answer;
+            continue;
+        }
         EXPECT_FALSE(answer.contains("error")) << name << " " << text << ": " << answer;
         EXPECT_EQ(answer["answer"], request["answer"]) << name;
         // Those that pick have something to find.

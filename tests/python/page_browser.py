@@ -24,6 +24,7 @@ class Browser:
             arguments.append("--no-sandbox")  # there is none for root
         for argument in arguments:
             options.add_argument(argument)
+        options.accept_insecure_certs = True  # a wall with keys has an authority of its own
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
 

@@ -151,7 +151,8 @@ export class Connection extends EventTarget {
   }
 }
 
-function gone() {
+/** What is told to whoever asks while there is no connection. */
+export function gone() {
   return new RequestError({ code: 'network', message: 'The connection to the wall is lost.' });
 }
 

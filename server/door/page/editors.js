@@ -32,7 +32,7 @@ export function asText(value, field) {
 }
 
 /** Floats come as doubles: 0.1 is told as 0.10000000149011612. */
-function shortest(value) {
+export function shortest(value) {
   return String(Number(value.toPrecision(7)));
 }
 
@@ -100,10 +100,17 @@ function numberEditor(field, label, commit) {
 }
 function sliderEditor(field, label, commit) {
   const number = numberEditor(field, label, commit);
-  const isWhole = field.kind === 'int', way = field.greatest - field.least;
-  const slider = element('input', { type: 'range', min: field.least, max: field.greatest, step: isWhole ? 1 : 'any',
-                                    'aria-label': `${label}, slider` });
-  const value = () => (isWhole ? Number(slider.value) : Number(Number(slider.value).toPrecision(3)));
+  const slider = rangeInput(field, `${label}, slider`, commit);
+  return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
+}
+/** @param {{least: number, greatest: number, kind?: string, step?: number}} field step: none or 0, as fine as the screen */
+export function rangeInput(field, label, commit) {
+  const whole = field.kind === 'int' ? 1 : 0, way = field.greatest - field.least;
+  const least = field.step || whole;  // of its steps
+  const slider = element('input', { type: 'range', min: field.least, max: field.greatest, step: least || 'any',
+                                    'aria-label': label });
+  const rounded = () => (least ? Number(slider.value) : Number(Number(slider.value).toPrecision(3)));
+  const value = () => Math.min(field.greatest, Math.max(field.least, rounded()));
   slider.addEventListener('input', () => commit(value(), true));
   slider.addEventListener('change', () => commit(value()));
   // By keys a hundredth of the way, whatever `any` means to a browser.
@@ -111,10 +118,11 @@ function sliderEditor(field, label, commit) {
     const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
     if (!steps) return;
     event.preventDefault();
-    slider.value = String(Number(slider.value) + steps * (isWhole ? Math.max(1, Math.round(way / 100)) : way / 100));
+    const step = Math.max(least, whole ? Math.round(way / 100) : way / 100);
+    slider.value = String(Number(slider.value) + steps * step);
     commit(value());
   });
-  return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
+  return slider;
 }
 
 /** As labels say them; what stands beside a number is their first letter. */

@@ -20,14 +20,14 @@ export class FieldRow {
   /**
    * @param {import('./schema.js').Field} field
    * @param {{propose: ((value: any, gesture: number) => Promise<any>) | null, newGesture: () => number,
-   *     onVisit: (id: number) => void, choose: import('./reference-editor.js').Choose}} options propose: null for who
-   *     only looks
+   *     onVisit?: (id: number) => void, choose?: import('./reference-editor.js').Choose, label?: string,
+   *     makeEditor?: typeof editorOf}} options propose: null for who only looks; label: what people call it
    */
-  constructor(field, { propose, newGesture, onVisit, choose }) {
+  constructor(field, { propose, newGesture, onVisit, choose, label = spaced(field.name), makeEditor = editorOf }) {
     this.#field = field;
     this.#proposals = new Newest(propose);
     this.#onVisit = onVisit;
-    const name = element('span', { class: 'field-name', text: spaced(field.name) });
+    const name = element('span', { class: 'field-name', text: label, dir: 'auto' });
     const limits = [field.unit, boundsText(field)].filter(Boolean).join(', ');
     if (limits) name.append(element('span', { class: 'muted', text: limits }));
     this.node = element('div', { class: 'field' }, name, this.#reading, this.#said);
@@ -35,7 +35,7 @@ export class FieldRow {
       name.append(element('span', { class: 'muted', text: field.kind === 'blob' ? 'an array: programs write it'
                                                                                 : `${field.kind}: not edited here` }));
     if (!propose || !isEditable(field)) return;
-    this.#editor = editorOf(field, spaced(field.name), (value, isHeld) => {
+    this.#editor = makeEditor(field, label, (value, isHeld) => {
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
       this.#send(value, this.#gesture);
       if (!isHeld) this.#gesture = 0;

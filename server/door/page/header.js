@@ -1,7 +1,8 @@
 // What stands above all tabs: which wall this is, how it is, who looks; and the banner while nothing comes.
+import { startBanner } from './banner.js';
 import { element, setChildren, setText } from './elements.js';
 import { People } from './people.js';
-import { keepToken, keptToken } from './token.js';
+import { authorization, keptToken } from './token.js';
 
 /**
  * @param {import('./connection.js').Connection} connection
@@ -9,7 +10,6 @@ import { keepToken, keptToken } from './token.js';
  */
 export function startHeader(connection, status) {
   const part = (id) => document.getElementById(id);
-  const banner = part('banner');
 
   const show = () => {
     const { word, sign, tone } = status.describe();
@@ -25,29 +25,25 @@ export function startHeader(connection, status) {
 
   part('identity').replaceWith(new People(connection, status).button);
 
-  connection.addEventListener('open', () => {
-    banner.hidden = true;
+  connection.addEventListener('open', async () => {
     part('api-link').href = keptToken() ? `/api.html?token=${encodeURIComponent(keptToken())}` : '/api.html';
+    try {
+      const { role } = await connection.ask('WhoAmI');
+      setChildren(part('panel-links'), role === 'viewer' ? [] : await panelLinks());
+    } catch {
+      // Lost again: the banner says so.
+    }
   });
-  connection.addEventListener('lost', () => {
-    show();
-    if (!banner.hidden) return;
-    const again = element('button', { type: 'button', text: 'Try now', onclick: () => connection.dial() });
-    setChildren(banner, [element('p', { text: '◌ Connection lost. Trying again…' }), again]);
-    banner.hidden = false;
-  });
-  connection.addEventListener('refused', ({ detail }) => {
-    const input = element('input', { name: 'token', autocomplete: 'off', spellcheck: 'false', required: true });
-    const form = element('form', {
-      onsubmit: (event) => {
-        event.preventDefault();
-        keepToken(input.value.trim());
-        connection.dial();
-      },
-    }, element('label', { text: 'Token ' }, input), element('button', { text: 'Come in' }));
-    setChildren(banner, [element('p', { text: `✕ Not let in: ${detail}` }), form]);
-    banner.hidden = false;
-    input.focus();
-  });
+  connection.addEventListener('lost', show);
+  startBanner(part('banner'), connection);
   show();
+}
+
+/** The panels that the server itself serves, each in a window of its own: their words are others than this page's. */
+async function panelLinks() {
+  const answer = await fetch('/panels', { headers: authorization() });
+  return (await answer.json()).panels.map(({ title, token }) => element('a', {
+    class: 'button panel-link', href: `/?token=${encodeURIComponent(token)}`, target: '_blank',
+    rel: 'noopener noreferrer',
+  }, element('span', { class: 'name', text: `▦ ${title || 'Panel'}` })));
 }

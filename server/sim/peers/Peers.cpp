@@ -43,7 +43,10 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
                   return keys->current()->passOf(word, std::chrono::system_clock::now());
               };
           if (keys_)
-              config.panelOf = [keys = keys_](const std::string& panel) { return keys->current()->panelOf(panel); };
+              config.panelOf = [keys = keys_, own = config.panelOf](const std::string& panel) {
+                  std::shared_ptr<const std::string> text = own ? own(panel) : nullptr;
+                  return text ? text : keys->current()->panelOf(panel);
+              };
           config.unsentBytes = [this](ConnectionId connection) {
               return transport_.queuedBytes(LinkId{connection.value});
           };

@@ -204,7 +204,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::GetPreview{4, 40},
             request::GetWall{},
             request::GetSteps{},
-            request::GetPeople{}};
+            request::GetPeople{},
+            request::GetPanel{"b.2a"}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -277,7 +278,23 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                          .face = 39,
                          .normal = Vec3d(0, 1, 0)},
         answer::People{{{"ada", "console", Role::kEditor, 2.5, true}}, 43},
-        answer::Steps{44_seq, {"sets Transform.translation of /crane", {ObjectId{45}}, 46}, {}}};
+        answer::Steps{44_seq, {"sets Transform.translation of /crane", {ObjectId{45}}, 46}, {}},
+        answer::PanelState{"b.2b",
+                           true,
+                           "hall",
+                           {{.kind = PanelKind::kPress,
+                             .label = "evening",
+                             .fault = "gone",
+                             .now = {ObjectId{40}, ObjectType{6}, "intensity", {0.5, 1.5}, false, "words"},
+                             .unit = "s",
+                             .least = -1,
+                             .greatest = 2,
+                             .step = 0.25,
+                             .bytes = 41,
+                             .options = {{"near", {ObjectId{42}, ObjectType{7}, "on", {}, true, {}}}},
+                             .sets = {{ObjectId{43}, ObjectType{8}, "name", {}, {}, "x"}},
+                             .bookmark = 3,
+                             .home = true}}}};
 }
 
 inline notice::Poses somePoses() {

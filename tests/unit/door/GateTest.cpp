@@ -51,6 +51,21 @@ TEST(Gatekeeper, TellsRolesByTheirTokens) {
     EXPECT_EQ(roleOf("secret"), Role::kOperator);
 }
 
+TEST(Gatekeeper, LetsVisitorsInToAPanelOfTheServersAlone) {
+    const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001, {}, "me", {{"word", "0123", "Hall"}, {"other", "4567", "Yard"}});
+    const auto entrant = [&](const std::string& token) {
+        const HttpRequest request{.target = "/", .host = "localhost:7001", .authorization = "Bearer " + token};
+        EXPECT_EQ(gate.passIn(request, *readTarget("/")), "") << "it ends with the server, and is no pass of its keys";
+        return gate.entrantOf(request, *readTarget("/"));
+    };
+    ASSERT_TRUE(entrant("word"));
+    EXPECT_EQ(entrant("word")->panel, "0123");
+    EXPECT_EQ(entrant("word")->role, Role::kEditor);
+    EXPECT_EQ(entrant("other")->panel, "4567");
+    EXPECT_EQ(entrant("secret")->panel, "");
+    EXPECT_FALSE(entrant("wor"));
+}
+
 TEST(Gatekeeper, KeepsOutEverybodyElse) {
     const std::string bearer = "Bearer secret";
     // A name that was pointed at this machine; another port; none.

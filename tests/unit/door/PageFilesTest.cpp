@@ -23,10 +23,13 @@ TEST(PageFiles, AreTheFolderByteForByte) {
 TEST(PageFiles, AreSentAsWhatTheyAre) {
     EXPECT_EQ(consolePage().type, "text/html; charset=utf-8");
     EXPECT_TRUE(consolePage().body.starts_with("<!doctype html>"));
+    EXPECT_NE(panelPage().body.find("/page/panel.js"), std::string::npos);
+    EXPECT_NE(panelPage().body, consolePage().body);
     ASSERT_TRUE(consoleFile("main.js"));
     EXPECT_EQ(consoleFile("main.js")->type, "text/javascript; charset=utf-8");
     EXPECT_EQ(consoleFile("style.css")->type, "text/css; charset=utf-8");
-    for (const char* none : {"index.html", "", "../Door.h", "main.js/", "Main.js"}) EXPECT_FALSE(consoleFile(none)) << none;
+    for (const char* none : {"index.html", "panel.html", "", "../Door.h", "main.js/", "Main.js"})
+        EXPECT_FALSE(consoleFile(none)) << none;
     EXPECT_NE(tokenPage().body.find("/page/return.js"), std::string::npos);
 }
 

@@ -101,6 +101,32 @@ TEST_F(PanelReaches, NothingElse) {
     EXPECT_TRUE(PanelInScene(panel, scene).whyNot(list)) << "nothing";
 }
 
+TEST_F(PanelReaches, EachControlIsToldWhereItLeads) {
+    const PanelInScene there(panel, scene);
+    ASSERT_EQ(there.controls().size(), panel.controls.size());
+    const PanelInScene::Target& bright = there.controls()[0].targets.at(0);
+    EXPECT_EQ(bright.object, kLight);
+    EXPECT_EQ(bright.node, kLamp);
+    EXPECT_EQ(bright.field->name, "intensity");
+    EXPECT_FALSE(bright.value);
+    EXPECT_EQ(there.controls()[3].targets.at(0).object, kCart) << "a field of the node itself";
+    const std::vector<PanelInScene::Target>& places = there.controls()[4].targets;
+    ASSERT_EQ(places.size(), 2u);
+    EXPECT_EQ(std::get<Doubles>(*places[1].value).values[0], 0.1);
+
+    // Of two options one is none: the other one is still there, at its place.
+    const Panel half = read(R"(controls {
+  label: "x" node: "/lamp" field: "on" choice { options { value: "maybe" } options { value: "false" } }
+}
+controls { label: "y" node: "/gone" field: "on" toggle {} })");
+    const PanelInScene in(half, scene);
+    EXPECT_EQ(in.controls()[0].targets.at(0).field, nullptr);
+    EXPECT_EQ(in.controls()[0].targets.at(1).value, std::optional<FieldValue>(false));
+    EXPECT_NE(in.controls()[0].fault.find("\"maybe\" is no value"), std::string::npos);
+    EXPECT_EQ(in.controls()[1].fault, "there is no /gone now") << "and no word about other nodes";
+    EXPECT_NE(in.faults().back().find("lamp"), std::string::npos) << "whoever checks a file is told what there is";
+}
+
 TEST_F(PanelReaches, WhatHasComeToStandAtItsPath) {
     ChangeListBuilder list;
     setField<&Node::name>(list, kLamp, std::string("old"));

@@ -55,6 +55,10 @@ TEST(PanelText, SaysWhatIsWrongAndWhere) {
         {"controls { " + of + "toggle {} slider {} }", "x.panel:1:"},
         {"not a panel at all", "x.panel:1:"},
         {std::string(Panel::kMostBytes + 1, ' '), "at most 65536 may be"},
+        {"controls { " + of + "choice { options { label: \"" + std::string(300, 'x') + "\" } } }", "bytes of a label"},
+        {"controls { " + of + "choice { options { value: \"" + std::string(5000, '1') + "\" } } }", "at most 4096"},
+        {"controls { press { sets { " + of + "value: \"" + std::string(5000, '1') + "\" } } }", "at most 4096 may be"},
+        {"controls { node: \"/" + std::string(5000, 'n') + "\" field: \"f\" toggle {} }", "bytes of a value or name"},
         {"controls { label: \"" + std::string(300, 'x') + "\" " + of + "toggle {} }", "bytes of a label"},
     };
     for (const auto& [text, words] : wrong) EXPECT_NE(faultIn(text).find(words), std::string::npos) << faultIn(text);

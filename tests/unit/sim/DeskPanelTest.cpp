@@ -3,7 +3,9 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/request/Catalogue.h"
+#include "common/cores/Switch.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/desk/PanelStates.h"
 #include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
@@ -53,7 +55,7 @@ controls { label: "there" press { bookmark: 3 } })";
 
 TEST_F(DeskPanel, OfAllRequestsItSaysThoseThatAPanelNeeds) {
     eachOf(static_cast<ApplicationRequest*>(nullptr));
-    EXPECT_LE(sayable, 4u);
+    EXPECT_LE(sayable, 5u);
     EXPECT_GT(sayable, 0u);
 }
 
@@ -90,6 +92,64 @@ TEST_F(DeskPanel, TheViewGoesWhereItSaysAlone) {
     EXPECT_NE(flies({.deed = Deed::kFit}).find(no), std::string::npos);
     EXPECT_NE(flies({.mode = NavigationMode::kWalk, .deed = Deed::kHome}).find(no), std::string::npos);
     EXPECT_NE(flies({.deed = Deed::kHome, .input = InputState()}).find(no), std::string::npos);
+}
+
+TEST_F(DeskPanel, ItIsToldAsItStandsAndOnceAlone) {
+    const auto asks = [&](const std::string& since) {
+        EXPECT_EQ(said(request::GetPanel{since}), "");
+        const auto replies = server.sent<message::Reply>(visitor);
+        const Expected<ApplicationAnswer> answer = decodeAnswer(replies.at(0).body);
+        return answer ? std::get<answer::PanelState>(*answer) : answer::PanelState();
+    };
+    const answer::PanelState state = asks("");
+    EXPECT_FALSE(state.same);
+    EXPECT_EQ(state.title, "Crane");
+    ASSERT_EQ(state.controls.size(), 3u);
+    const PanelControlState& near = state.controls[0];
+    EXPECT_EQ(near.kind, PanelKind::kChoice);
+    EXPECT_EQ(near.fault, "");
+    EXPECT_EQ(near.now.object, coreOf("/crane"));
+    EXPECT_EQ(near.now.numbers, (std::vector<double>{0, 0, 0}));
+    EXPECT_EQ(near.options.at(0).label, "0 0 0") << "an option without a label is called by its value";
+    EXPECT_EQ(near.options.at(0).gives.numbers, near.now.numbers);
+    EXPECT_EQ(state.controls[1].kind, PanelKind::kPress);
+    EXPECT_TRUE(state.controls[1].home);
+    EXPECT_EQ(state.controls[2].bookmark, 3u);
+
+    const answer::PanelState again = asks(state.stamp);
+    EXPECT_TRUE(again.same);
+    EXPECT_TRUE(again.controls.empty());
+    std::vector<Edit> edits{{.ticket = 1, .list = test::moveTo(coreOf("/crane"), Vec3d(1, 2, 3))}};
+    (void)simulation.step(true, std::move(edits));
+    const Vec3d place = test::placeOf(simulation.scene(), "/crane");
+    const answer::PanelState other = asks(state.stamp);
+    EXPECT_FALSE(other.same);
+    EXPECT_NE(other.stamp, state.stamp);
+    EXPECT_EQ(other.controls.at(0).now.numbers, (std::vector<double>{place.x(), place.y(), place.z()}));
+    EXPECT_NE(place, Vec3d(Vec3d::Zero()));
+    EXPECT_FALSE(asks("nonsense").same);
+}
+
+TEST_F(DeskPanel, WhoseTokenIsOfNoneHasNoneToAskFor) {
+    const ConnectionId other = server.hello("other", PeerRole::kApplication);
+    desk.applicationJoined(other, {.name = "o", .who = {.role = Role::kOperator}}, "");
+    visitor = other;
+    EXPECT_NE(said(request::GetPanel{}).find("of no panel"), std::string::npos);
+}
+
+TEST(PanelStates, SlidersOfWholeNumbersHaveWholeSteps) {
+    test::ListMaker make;
+    const ObjectId choice = make.create<Switch>();
+    make.node("stage", kRootNode, choice);
+    Simulation simulation;
+    std::vector<ChangeList> lists{make.builder.take()};
+    ASSERT_TRUE(simulation.load(std::move(lists)));
+    const Expected<Panel> panel = parsePanel(
+        R"(controls { node: "/stage" field: "choice" slider { least: 0.5 greatest: 7.5 } })", "x.panel");
+    ASSERT_TRUE(panel);
+    const PanelControlState told = stateOf(*panel, simulation.scene()).controls.at(0);
+    EXPECT_EQ(told.fault, "");
+    EXPECT_EQ(std::vector({told.least, told.greatest, told.step}), (std::vector<double>{1, 7, 1}));
 }
 
 TEST_F(DeskPanel, APanelThatIsNoneReachesNothing) {
