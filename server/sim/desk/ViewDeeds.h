@@ -47,7 +47,8 @@ inline ServerActions getPreview(Desk& desk, const Asker& asker, const request::G
 }
 
 inline ServerActions getWall(Desk& desk, const Asker& asker, const request::GetWall&, TimePoint) {
-    return desk.answer(asker, planOf(desk.around.wall));
+    const Expected<View> view = desk.around.view.view(desk.around.simulation.scene());
+    return desk.answer(asker, planOf(desk.around.wall, view ? &*view : nullptr));
 }
 
 inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages, &getPreview, &getWall};
