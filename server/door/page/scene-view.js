@@ -98,6 +98,10 @@ export class SceneView {
     if (++this.#looks % kTreePeriod === 0) this.#quietly(() => this.#tree.refresh());
   }
 
+  /** Somebody wants to see a node, from elsewhere on the page. */
+  show(node) {
+    this.#select(node);
+  }
   /** Where both stand below each other. */
   #toTree() {
     this.#browse.scrollIntoView();

@@ -29,10 +29,11 @@ export class WallStatus extends EventTarget {
   #timer = 0;
   #frames = [];  // [ms, number] of statuses, for the rate
 
-  /** @param {import('./connection.js').Connection} connection */
-  constructor(connection) {
+  /** @param {import('./connection.js').Connection} connection @param {import('./news.js').News} news */
+  constructor(connection, news) {
     super();
     this.#connection = connection;
+    news.want('frames');
     connection.addEventListener('open', () => this.#begin());
     connection.addEventListener('lost', () => this.#end());
     connection.addEventListener('notice', ({ detail }) => {
@@ -64,7 +65,6 @@ export class WallStatus extends EventTarget {
   }
 
   #begin() {
-    this.#connection.ask('SubscribeNews', { frames: true }).catch(() => {});
     this.#frames = [];
     this.#look();
   }
