@@ -356,8 +356,8 @@ class Picture(OnAPicture):
         def turned_by():
             w, _, up, _ = self.wall.ask("GetWall").orientation
             return 2 * math.atan2(up, w)
-        # A drag over the height turns by 60 degrees: to the left, the view goes right.
-        self.browser.until("it has turned", lambda: abs(turned_by() + 100 / height * math.pi / 3) < 1e-4 or abs(turned_by() - 100 / height * math.pi / 3) < 1e-4)
+        # A drag over the height turns by 60 degrees, the way that the hand goes.
+        self.browser.until("it has turned", lambda: abs(turned_by() - 100 / height * math.pi / 3) < 1e-4)
         self.click("Keep")
         self.browser.until("kept", lambda: "Kept as bookmark 1" in self.said())
         forward = next(b for b in self.browser.all(".ways button") if b.get_attribute("aria-label") == "Forward")
@@ -440,6 +440,50 @@ class Picture(OnAPicture):
             numbers = d.split()
             return len(numbers) > 2 and math.hypot(float(numbers[1]) / 3.2 - u, float(numbers[2]) / 1.8 - v) < 0.01
         self.browser.until("the mark has moved", near)
+
+    def test_what_is_picked_or_below_the_mouse_is_fitted_and_turned_around(self):
+        def in_the_room(point):
+            told = self.wall.ask("GetWall")
+            w, x, y, z = told.orientation
+            return times(turned(minus(point, told.position), (w, -x, -y, -z)), 1 / told.world_units_per_metre)
+        middle = (0, 1.5, 0)  # of the screen
+        self.come_in()
+        self.choose("Pick")
+        self.press(*self.place_of((-2, 0.5, 0.5)))
+        self.browser.until("the carriage", lambda: "/carriage/body" in self.said())
+        self.choose("Fly")
+        self.click("Fit what was picked")
+        self.browser.until("it is in the middle", lambda: math.dist(in_the_room((-2, 0.5, 0)), middle) < 1e-6)
+        self.wall.ask("SetView", **STAND)
+        x, y, *_ = self.surface_at(*self.place_of((2, 0.75, 1)))
+        chain = self.chain()
+        chain.w3c_actions.pointer_action.move_to_location(x, y)
+        chain.perform()
+        self.browser.run("document.querySelector('.surface').focus()")
+        self.browser.press("f")
+        self.browser.until("the post is in the middle", lambda: math.dist(in_the_room((2, 0.75, 0)), middle) < 1e-6)
+        # An orbit goes around what was pressed: that stays as far away.
+        self.wall.ask("SetView", **STAND)
+        self.wall.ask("NavigateView", mode="orbit")
+        pressed = (2, 0.75, 1)
+        before = math.dist(in_the_room(pressed), VIEWER)
+        self.drag(self.place_of(pressed), plus(self.place_of(pressed), (0.1, 0.05)))
+        self.browser.until("it has turned", lambda: abs(self.wall.ask("GetWall").orientation[2]) > 0.1)
+        self.still()
+        self.assertAlmostEqual(math.dist(in_the_room(pressed), VIEWER), before, delta=0.01)
+        self.wall.ask("NavigateView", mode="fly")
+        self.assert_nothing_logged()
+
+    def test_a_finger_drags_a_thing(self):
+        self.browser.size(360, 740)
+        self.come_in()
+        self.choose("Drag")
+        x, y, *_ = self.surface_at(*self.place_of((-2, 0.5, 0.5)))
+        self.touch("touchStart", (x, y))
+        self.browser.until("it is held", lambda: "/carriage" in self.said())
+        self.touch("touchMove", (x, y - 30))
+        self.touch("touchEnd")
+        self.browser.until("it has risen", lambda: self.wall["/carriage"].translation[1] > 0.9)
 
     def click(self, text):
         next(b for b in self.browser.all(".tool-side button") if b.text == text).click()

@@ -6,6 +6,8 @@ const kMargin = 40;        // px around all of it: labels
 const kHeadMetres = 0.11;  // half a head
 const kLeastHead = 7;      // px
 const kNoseMetres = 0.3, kWandMetres = 0.35;
+const kAbove = 8, kBelow = 20;  // px, from an edge to the line that its label stands on
+const kCorner = 8;         // px
 const kFlat = 1e-3;        // metres: a screen that is seen from its edge
 
 /** @typedef {{name: string, caption: string, flatten: (place: number[]) => [number, number]}} Side */
@@ -77,17 +79,12 @@ export class PlanDrawing {
         add('polygon', { class: 'frustum', points: path(hull([head.position, ...cornersOf(screen)].map(flatten))) });
     }
     for (const { points } of outlines) add('polygon', { class: 'screen', points: path(points) });
-    for (const { points, names, isEdge } of outlines) {
-      const corners = points.map(at), [x, y] = labelPlace(corners, isEdge);
-      // Outside of the room: along an edge that is upright, above or below one that lies.
-      const [[x0, y0], [x1, y1]] = [corners[0], corners.at(-1)];
-      const isUpright = isEdge && Math.abs(y1 - y0) > Math.abs(x1 - x0);
-      const beside = x < this.#svg.clientWidth / 2 ? x - 10 : x + 20;
-      const isBelow = isEdge && y > this.#height / 2;
-      const turn = isUpright ? { x: beside, y, transform: `rotate(-90 ${beside} ${y})` }
-                             : { x, y: isBelow ? y + 20 : y - 8 };
-      add('text', { ...turn, 'text-anchor': 'middle' }, names.join(', '));
-    }
+    const middle = [this.#svg.clientWidth / 2, this.#height / 2];
+    const labels = outlines.map(({ points, names, isEdge }) => {
+      const place = isEdge ? besideEdge(points.map(at), middle) : onFace(points.map(at));
+      return drawn('text', { ...place, 'text-anchor': 'middle' }, names.join(', '));
+    });
+    parts.push(...labels);
     const arrow = (kind, { position, orientation, tracked }, metres) => {
       const ahead = plus(position, times(turned([0, 0, -1], orientation), metres));
       add('polyline', { class: tracked ? kind : `${kind} lost`, points: path([flatten(position), flatten(ahead)]) });
@@ -106,6 +103,7 @@ export class PlanDrawing {
     }
     this.#addRuler(add, unit);
     this.#svg.replaceChildren(...parts);
+    leaveFree(this.#svg, labels);
     const label = `${this.#side.caption}: ${plan.screens.length} screens, ${heads.length} heads, ${wands.length} wands`;
     if (label !== this.#label) this.#svg.setAttribute('aria-label', label);
     this.#label = label;
@@ -157,8 +155,37 @@ function areaOf(points) {
   }, 0)) / 2;
 }
 
-/** On the page: in the middle of an edge; at the lower side of what is seen as a face. */
-function labelPlace(points, isEdge) {
-  const middle = points.reduce((sum, [x, y]) => [sum[0] + x / points.length, sum[1] + y / points.length], [0, 0]);
-  return isEdge ? middle : [middle[0], Math.max(...points.map(([, y]) => y))];
+// ---- labels, on the page
+
+const middleOf = (corners) => [0, 1].map((i) => corners.reduce((sum, corner) => sum + corner[i] / corners.length, 0));
+
+/** Along an edge, on the side that is farther from the middle of all. */
+function besideEdge(corners, middle) {
+  const [x, y] = middleOf(corners), [[x0, y0], [x1, y1]] = [corners[0], corners.at(-1)];
+  let angle = Math.atan2(y1 - y0, x1 - x0);
+  if (angle >= Math.PI / 2) angle -= Math.PI;  // nothing stands on its head
+  if (angle < -Math.PI / 2) angle += Math.PI;
+  const up = [Math.sin(angle), -Math.cos(angle)];
+  const isAbove = up[0] * (x - middle[0]) + up[1] * (y - middle[1]) > 0;
+  const away = isAbove ? kAbove : -kBelow;
+  const at = { x: x + away * up[0], y: y + away * up[1] };
+  return { ...at, transform: `rotate(${(180 / Math.PI) * angle} ${at.x} ${at.y})` };
+}
+
+/** At the lower side of what is seen as a face. */
+function onFace(corners) {
+  return { x: middleOf(corners)[0], y: Math.max(...corners.map(([, y]) => y)) - kAbove };
+}
+
+/** A label that would lie on another one, or be cut off, goes: the list says all. */
+function leaveFree(svg, labels) {
+  const whole = svg.getBoundingClientRect(), kept = [];
+  for (const label of labels) {
+    const box = label.getBoundingClientRect();
+    // Of one that stands aslant the corners of its box are empty.
+    const meets = (other) => Math.min(box.right, other.right) - Math.max(box.left, other.left) > kCorner &&
+                             Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top) > kCorner;
+    if (box.left < whole.left || box.right > whole.right || kept.some(meets)) label.remove();
+    else kept.push(box);
+  }
 }
