@@ -7,7 +7,7 @@ const kHeadMetres = 0.11;  // half a head
 const kLeastHead = 7;      // px
 const kNoseMetres = 0.3, kWandMetres = 0.35;
 const kAbove = 8, kBelow = 20;  // px, from an edge to the line that its label stands on
-const kCorner = 8;         // px
+const kCorner = 8, kApart = 4;  // px: the corners of a box are empty where its label stands aslant; between others
 const kFlat = 1e-3;        // metres: a screen that is seen from its edge
 
 /** @typedef {{name: string, caption: string, flatten: (place: number[]) => [number, number]}} Side */
@@ -182,9 +182,9 @@ function leaveFree(svg, labels) {
   const whole = svg.getBoundingClientRect(), kept = [];
   for (const label of labels) {
     const box = label.getBoundingClientRect();
-    // Of one that stands aslant the corners of its box are empty.
-    const meets = (other) => Math.min(box.right, other.right) - Math.max(box.left, other.left) > kCorner &&
-                             Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top) > kCorner;
+    const spare = label.hasAttribute('transform') ? kCorner : -kApart;
+    const meets = (other) => Math.min(box.right, other.right) - Math.max(box.left, other.left) > spare &&
+                             Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top) > spare;
     if (box.left < whole.left || box.right > whole.right || kept.some(meets)) label.remove();
     else kept.push(box);
   }
