@@ -119,6 +119,7 @@ struct Member {
     std::string_view whenText = {};
     std::string_view second = {}, flag = {};  ///< kNumbers: the other names
     Holds holds = Holds::kBytes;
+    bool around = false;  ///< a count that has no end: what is below 0 stands for the way back from 0
 
     [[nodiscard]] static constexpr const Type& of(const Owner& owner) { return owner.*Pointer; }
     [[nodiscard]] static constexpr Type& of(Owner& owner) { return owner.*Pointer; }
@@ -158,6 +159,11 @@ struct Member {
     [[nodiscard]] constexpr Member holding(Holds what) const {
         Member member = *this;
         member.holds = what;
+        return member;
+    }
+    [[nodiscard]] constexpr Member countedAround() const {
+        Member member = *this;
+        member.around = true;
         return member;
     }
     [[nodiscard]] constexpr Member ofBytes(std::size_t ApplicationLimits::*bytes) const {

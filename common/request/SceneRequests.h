@@ -30,6 +30,19 @@ struct ObjectInfo {
     }
 };
 
+/// Where a node stands in the world: a point (x, y, z) of its own lies at origin + x · x_axis + y · y_axis + z · z_axis.
+struct PlaceValue {
+    Vec3d xAxis = Vec3d::UnitX(), yAxis = Vec3d::UnitY(), zAxis = Vec3d::UnitZ(), origin = Vec3d::Zero();
+    bool operator==(const PlaceValue&) const = default;
+
+    static constexpr std::string_view kName = "Place";
+    static constexpr auto members() {
+        return std::tuple(member<&PlaceValue::xAxis>(1, "x_axis").said("where a unit of the node's leads in the world"),
+                          member<&PlaceValue::yAxis>(2, "y_axis"), member<&PlaceValue::zAxis>(3, "z_axis"),
+                          member<&PlaceValue::origin>(4, "origin").in("world units"));
+    }
+};
+
 /// A node of a page.
 struct TreeNode {
     ObjectId node, parent;
@@ -60,6 +73,7 @@ struct ObjectsWish {
     std::vector<std::string> names;
     bool paths = true;     ///< false: for who knows them
     bool content = false;  ///< their fields, and those of the nodes' cores, too
+    bool places = false;   ///< where nodes stand in the world, too
 
     static constexpr std::string_view kName = "ObjectsWish";
     static constexpr auto members() {
@@ -68,7 +82,8 @@ struct ObjectsWish {
                 .atMost(&ApplicationLimits::maxNames)
                 .said("paths of nodes, or \"#17\" of any object"),
             member<&ObjectsWish::content>(2, "content").said("their fields, and those of the nodes' cores, too"),
-            member<&ObjectsWish::paths>(3, "paths").said("the paths of nodes, too"));
+            member<&ObjectsWish::paths>(3, "paths").said("the paths of nodes, too"),
+            member<&ObjectsWish::places>(4, "places").said("where nodes stand in the world, too"));
     }
 };
 
@@ -131,10 +146,14 @@ struct Objects {
     /// An encoded ChangeList that creates these objects, and the cores of those that are nodes, and sets their fields.
     /// Empty where it was not asked for. It is for reading: what its references name is not in it.
     ByteSlice content;
+    std::vector<PlaceValue> places;  ///< of each object, where they were asked for; of what is no node the world's own
 
     static constexpr ToldInfo kInfo{.name = "Objects", .answer = 11, .help = "What stands at names"};
     static constexpr auto members() {
         return std::tuple(member<&Objects::sequence>(1, "sequence").said("as of this list"),
+                          member<&Objects::places>(2, "places")
+                              .atMost(&ApplicationLimits::maxNames)
+                              .said("of each object, where they were asked for"),
                           partMember<&Objects::objects>("objects")
                               .atMost(&ApplicationLimits::maxNames)
                               .ofBytes(&ApplicationLimits::maxSceneBytes)

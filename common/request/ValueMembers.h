@@ -88,21 +88,28 @@ struct MembersOf<InputState> {
             member<&InputState::held>("held").said("bit 0: faster"),
             member<&InputState::lookRight>("look_right")
                 .in("1/65536 of a window's height")
-                .said("turned so far, counted around"),
-            member<&InputState::lookDown>("look_down").in("1/65536 of a window's height"),
+                .said("turned so far, counted around; in JSON also below 0")
+                .countedAround(),
+            member<&InputState::lookDown>("look_down").in("1/65536 of a window's height").countedAround(),
             member<&InputState::panRight>("pan_right")
                 .in("1/65536 of a window's height")
-                .said("shifted so far, counted around"),
-            member<&InputState::panDown>("pan_down").in("1/65536 of a window's height"),
-            member<&InputState::wheel>("wheel").in("1/65536 of a click").said("turned away so far, counted around"),
+                .said("shifted so far, counted around")
+                .countedAround(),
+            member<&InputState::panDown>("pan_down").in("1/65536 of a window's height").countedAround(),
+            member<&InputState::wheel>("wheel")
+                .in("1/65536 of a click")
+                .said("turned away so far, counted around")
+                .countedAround(),
             member<&InputState::right>("right").in("1/32767 of all the way"),
             member<&InputState::up>("up").in("1/32767 of all the way"),
             member<&InputState::back>("back").in("1/32767 of all the way"),
             member<&InputState::turnRight>("turn_right").in("1/32767 of all the way"),
             member<&InputState::turnUp>("turn_up").in("1/32767 of all the way"),
             member<&InputState::rollRight>("roll_right").in("1/32767 of all the way"),
-            member<&InputState::cursorX>("cursor_x").in("1/65535 of the tile"),
-            member<&InputState::cursorY>("cursor_y").in("1/65535 of the tile"),
+            member<&InputState::cursorX>("cursor_x")
+                .in("1/65535 of the tile")
+                .said("of an application of the first screen's mosaic"),
+            member<&InputState::cursorY>("cursor_y").in("1/65535 of the tile").said("from above"),
             member<&InputState::asked>("asked").said("how often each action has been asked for, counted around"));
     }
 };

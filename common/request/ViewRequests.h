@@ -129,7 +129,7 @@ struct Preview {
 struct ScreenPlan {
     std::string name;
     Vec3d lowerLeft = Vec3d::Zero(), lowerRight = Vec3d::Zero(), upperLeft = Vec3d::Zero();
-    std::uint32_t width = 0, height = 0;
+    std::uint32_t width = 0, height = 0, mosaicWidth = 0, mosaicHeight = 0;
 
     static constexpr std::string_view kName = "ScreenPlan";
     static constexpr auto members() {
@@ -138,7 +138,11 @@ struct ScreenPlan {
                           member<&ScreenPlan::lowerRight>(3, "lower_right").in("m"),
                           member<&ScreenPlan::upperLeft>(4, "upper_left").in("m"),
                           member<&ScreenPlan::width>(5, "width").in("px").said("those behind bezels, too"),
-                          member<&ScreenPlan::height>(6, "height").in("px"));
+                          member<&ScreenPlan::height>(6, "height").in("px"),
+                          member<&ScreenPlan::mosaicWidth>(7, "mosaic_width")
+                              .in("px")
+                              .said("of what tiles show, put together without gaps"),
+                          member<&ScreenPlan::mosaicHeight>(8, "mosaic_height").in("px"));
     }
 };
 struct TilePlan {
@@ -146,6 +150,8 @@ struct TilePlan {
     Eye eye = Eye::kCenter;
     std::uint32_t x = 0, y = 0, width = 0, height = 0;
     Vec3d lowerLeft = Vec3d::Zero(), lowerRight = Vec3d::Zero(), upperLeft = Vec3d::Zero();
+    Vec3d seenFrom = Vec3d::Zero();
+    std::uint32_t mosaicX = 0, mosaicY = 0;
 
     static constexpr std::string_view kName = "TilePlan";
     static constexpr auto members() {
@@ -158,7 +164,12 @@ struct TilePlan {
                           member<&TilePlan::height>(9, "height").in("px"),
                           member<&TilePlan::lowerLeft>(10, "lower_left").in("m").said("in the wall's frame"),
                           member<&TilePlan::lowerRight>(11, "lower_right").in("m"),
-                          member<&TilePlan::upperLeft>(12, "upper_left").in("m"));
+                          member<&TilePlan::upperLeft>(12, "upper_left").in("m"),
+                          member<&TilePlan::seenFrom>(13, "seen_from")
+                              .in("m")
+                              .said("the eye that it is drawn for now, in the wall's frame"),
+                          member<&TilePlan::mosaicX>(14, "mosaic_x").in("px").said("in its screen's mosaic"),
+                          member<&TilePlan::mosaicY>(15, "mosaic_y").in("px").said("from above"));
     }
 };
 struct UserPlan {
@@ -178,13 +189,22 @@ struct WallPlan {
     std::vector<ScreenPlan> screens;
     std::vector<TilePlan> tiles;
     std::vector<UserPlan> users;
+    // Where it stands in the world now; nothing: the camera that it is to stand at is not there.
+    std::optional<Vec3d> position;
+    std::optional<Quatd> orientation;
+    std::optional<double> worldUnitsPerMetre;
 
     static constexpr ToldInfo kInfo{.name = "WallPlan", .answer = 22, .help = "Where screens, tiles and users are"};
     static constexpr auto members() {
         return std::tuple(member<&WallPlan::name>(1, "name"),
                           member<&WallPlan::screens>(2, "screens").atMost(&ApplicationLimits::maxScreens),
                           member<&WallPlan::tiles>(3, "tiles").atMost(&ApplicationLimits::maxTiles),
-                          member<&WallPlan::users>(4, "users").atMost(&ApplicationLimits::maxScreens));
+                          member<&WallPlan::users>(4, "users").atMost(&ApplicationLimits::maxScreens),
+                          member<&WallPlan::position>(5, "position")
+                              .in("world units")
+                              .said("of the wall now; with the next two absent where no camera is there to stand at"),
+                          member<&WallPlan::orientation>(6, "orientation"),
+                          member<&WallPlan::worldUnitsPerMetre>(7, "world_units_per_metre"));
     }
 };
 
@@ -289,7 +309,7 @@ struct GetPreview {
 struct GetWall {
     using Answer = answer::WallPlan;
     static constexpr RequestInfo kInfo{
-        .number = 34, .name = "GetWall", .help = "Where the wall's screens, tiles and users are"};
+        .number = 34, .name = "GetWall", .help = "Where the wall's screens, tiles and users are, and the wall itself"};
     static constexpr auto members() { return std::tuple(); }
 };
 

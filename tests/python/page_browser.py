@@ -1,6 +1,7 @@
 """A browser without a screen for tests of the console's page: Debian's chromium, led by its driver."""
 import importlib.util
 import os
+import pathlib
 import shutil
 import time
 
@@ -8,6 +9,41 @@ WHY_NOT = next((f"{what} is not installed (./deploy/set-up installs it)" for wha
     ("python3-selenium", importlib.util.find_spec("selenium")), ("chromium", shutil.which("chromium")),
     ("chromium-driver", shutil.which("chromedriver"))) if not is_there), "")
 PATIENCE = 30.0  # s
+SHOTS = os.environ.get("TESSERA_PAGE_SHOTS")  # a folder for pictures of the page; without it none are made
+SIZES = ((360, 740), (1280, 800))
+
+# Of all texts that are shown: those whose contrast with what is behind them is less than 4.5 (WCAG 2.1, 1.4.3).
+FAINT = """
+const numbers = (colour) => colour.match(/[\\d.]+/g).map(Number);
+const light = (colour) => {
+  const [r, g, b] = colour.slice(0, 3).map((part) => part / 255).map((part) => part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+};
+const behind = (node) => {
+  for (; node; node = node.parentElement) {
+    const colour = numbers(getComputedStyle(node).backgroundColor);
+    if (colour.length < 4 || colour[3] > 0.99) return colour;
+  }
+  return [255, 255, 255];
+};
+const faint = [];
+for (const node of document.querySelectorAll('body *')) {
+  const says = [...node.childNodes].some((child) => child.nodeType === 3 && child.data.trim() !== '');
+  if (!says || !node.checkVisibility() || node.closest('.skip')) continue;
+  const [a, b] = [light(numbers(getComputedStyle(node).color)), light(behind(node))];
+  const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  if (contrast < 4.5) faint.push(`${node.textContent.trim().slice(0, 40)}: ${contrast.toFixed(1)}`);
+}
+return faint;
+"""
+# What a finger cannot hit: less than 44 pixels wide or high. A tile has a row below the picture that does the same.
+SMALL = """
+return [...document.querySelectorAll('a, button, input, select, [role=treeitem]')]
+  .filter((node) => node.checkVisibility() && !node.matches('.tile, .skip, input[type=range]'))
+  .map((node) => [node.getBoundingClientRect(), node])
+  .filter(([box]) => box.width < 43.9 || box.height < 43.9)
+  .map(([box, node]) => `${node.tagName} ${node.textContent}: ${box.width} x ${box.height}`);
+"""
 
 
 class Browser:
@@ -36,7 +72,12 @@ class Browser:
 
     def size(self, width, height):
         """As a window, or below 600 pixels as a phone that is touched."""
+        self.width = width
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+
+    def reduce_motion(self, is_wanted):
+        feature = {"name": "prefers-reduced-motion", "value": "reduce" if is_wanted else "no-preference"}
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
 
     def open(self, url):
         self.driver.get(url)
@@ -79,6 +120,25 @@ class Browser:
             if time.monotonic() > deadline:
                 raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
             time.sleep(0.05)
+
+    def sizes_and_themes(self):
+        """Goes through both sizes in both themes; the width and the theme that it is now."""
+        for width, height in SIZES:
+            self.size(width, height)
+            for theme in ("dark", "light"):
+                if self.run("return document.documentElement.dataset.theme") != theme:
+                    self.run("document.getElementById('theme').click()")
+                yield width, theme
+
+    def faults(self):
+        """What nobody can read, hit or see as a whole."""
+        wide = self.run("return document.documentElement.scrollWidth") - self.width
+        return ([f"{wide} pixels are cut off"] if wide > 0 else []) + self.run(FAINT) + self.run(SMALL)
+
+    def shoot(self, name):
+        if SHOTS:
+            pathlib.Path(SHOTS).mkdir(parents=True, exist_ok=True)
+            self.driver.save_screenshot(os.path.join(SHOTS, f"{name}.png"))
 
     def logged(self):
         return [f"{entry['source']}: {entry['message']}" for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE" or entry["source"] == "security"]

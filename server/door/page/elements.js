@@ -19,6 +19,14 @@ export function element(tag, properties = {}, ...children) {
   return made;
 }
 
+/** The same of a drawing; all properties are attributes. */
+export function drawn(tag, attributes = {}, text = '') {
+  const made = document.createElementNS('http://www.w3.org/2000/svg', tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.textContent = text;
+  return made;
+}
+
 /** Leaves alone what is right already: who reads the page aloud would say it again. */
 export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;

@@ -1,6 +1,8 @@
 // Where the page begins: what it holds is made here, once, and connected.
 import { Connection } from './connection.js';
 import { startHeader } from './header.js';
+import { News } from './news.js';
+import { PlanView } from './plan-view.js';
 import { Schema } from './schema.js';
 import { SceneView } from './scene-view.js';
 import { startTabs } from './tabs.js';
@@ -13,11 +15,17 @@ import { WallView } from './wall-view.js';
 takeToken();
 startTheme(document.getElementById('theme'));
 const connection = new Connection();
-const status = new WallStatus(connection);
+const news = new News(connection);
+const status = new WallStatus(connection, news);
 const schema = new Schema(connection);
 startHeader(connection, status);
+const showInScene = (node) => {
+  document.getElementById('tab-scene').click();
+  views.scene.show(node);
+};
 const views = {
-  wall: new WallView(document.getElementById('panel-wall'), connection, status),
+  wall: new WallView(document.getElementById('panel-wall'), connection, status, showInScene),
+  plan: new PlanView(document.getElementById('panel-plan'), connection, status, news),
   time: new TimeView(document.getElementById('panel-time'), connection, status),
   scene: new SceneView(document.getElementById('panel-scene'), connection, status, schema),
 };

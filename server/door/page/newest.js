@@ -1,17 +1,23 @@
-// What somebody leads by hand changes faster than a wall answers.
+// What somebody leads by hand changes faster than a wall answers: one thing at a time, and of what comes meanwhile the
+// newest alone.
 
 export class Newest {
   #say;
   #waiting = null;
   #isUnderWay = false;
 
-  /** @param {(...said: any[]) => Promise<any>} say */
-  constructor(say) {
+  /** @param {(...said: any[]) => Promise<any>} [say] without it what is sent is a task, which is called */
+  constructor(say = (task) => task()) {
     this.#say = say;
   }
 
   get isUnderWay() {
     return this.#isUnderWay;
+  }
+
+  /** What waits is not wanted any more. */
+  drop() {
+    this.#waiting = null;
   }
 
   /**

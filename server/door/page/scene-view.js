@@ -165,6 +165,10 @@ export class SceneView {
     this.#select(node);
   }
 
+  /** Somebody wants to see a node, from elsewhere on the page. */
+  show(node) {
+    this.#select(node);
+  }
   /** Where both stand below each other. */
   #toTree() {
     this.#browse.scrollIntoView();

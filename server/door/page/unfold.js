@@ -1,4 +1,5 @@
 // Where the tiles of a wall stand on a flat page: in metres, x to the right, y down.
+import { apart, cross, dot, minus, unit } from './vectors.js';
 
 /**
  * @typedef {{name: string, x: number, y: number, width: number, height: number, tile: object}} PlacedTile
@@ -8,12 +9,6 @@
 
 const kSameDirection = 1e-3, kSamePlane = 1e-2;  // of unit vectors; metres
 const kHinge = 0.05;  // of an edge's length: two screens' edges that are no farther apart are one
-
-const minus = (a, b) => a.map((value, i) => value - b[i]);
-const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const unit = (a) => a.map((value) => value / Math.hypot(...a));
-const apart = (a, b) => Math.hypot(...minus(a, b));
 
 /** The directions of a screen, and its plane. */
 function frameOf(screen) {

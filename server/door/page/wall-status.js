@@ -30,10 +30,12 @@ export class WallStatus extends EventTarget {
   #timer = 0;
   #frames = [];  // [ms, number] of statuses, for the rate
 
-  /** @param {import('./connection.js').Connection} connection */
-  constructor(connection) {
+  /** @param {import('./connection.js').Connection} connection @param {import('./news.js').News} news */
+  constructor(connection, news) {
     super();
     this.#connection = connection;
+    news.want('frames');
+    news.want('states');
     connection.addEventListener('open', () => this.#begin());
     connection.addEventListener('lost', () => this.#end());
     connection.addEventListener('notice', ({ detail }) => {
@@ -66,7 +68,6 @@ export class WallStatus extends EventTarget {
   }
 
   #begin() {
-    this.#connection.ask('SubscribeNews', { frames: true, states: true }).catch(() => {});
     this.#frames = [];
     this.#look();
   }

@@ -1,5 +1,6 @@
 // The wall as it hangs: each tile in its place with what it shows now and how its host is.
 import { element, freshId, setChildren, setText } from './elements.js';
+import { PictureTools } from './picture-tools.js';
 import { Preview } from './preview.js';
 import { TileButton, TileDialog } from './tile-view.js';
 import { unfold } from './unfold.js';
@@ -19,18 +20,22 @@ export class WallView {
   #sheets = element('div', { class: 'sheets' });
   #list = element('ul', { class: 'tile-list' });
   #dialog = new TileDialog();
+  #tools;
 
   /**
    * @param {HTMLElement} panel
    * @param {import('./connection.js').Connection} connection
    * @param {import('./wall-status.js').WallStatus} status
+   * @param {(node: number) => void} showInScene
    */
-  constructor(panel, connection, status) {
+  constructor(panel, connection, status, showInScene) {
     this.#connection = connection;
     this.#status = status;
     this.#preview = new Preview(connection);
     const heading = freshId('tiles');
-    panel.append(this.#sheets, element('h2', { id: heading, text: 'Tiles' }), this.#list, this.#dialog.node);
+    this.#tools = new PictureTools(connection, status, showInScene);
+    panel.append(this.#tools.node, element('div', { class: 'stage' }, this.#sheets, this.#tools.side),
+                 element('h2', { id: heading, text: 'Tiles' }), this.#list, this.#dialog.node);
     this.#list.setAttribute('aria-labelledby', heading);
 
     this.#preview.addEventListener('tile', ({ detail }) => {
@@ -51,6 +56,7 @@ export class WallView {
 
   set isShown(isShown) {
     this.#isShown = isShown;
+    this.#tools.isShown = isShown;
     this.#restart();
   }
 
@@ -76,12 +82,16 @@ export class WallView {
     this.#buttons.clear();
     this.#rows.clear();
     this.#pictures.clear();
+    this.#tools.uncover();
+    this.#tools.node.hidden = !this.#plan;
+    this.#tools.side.hidden ||= !this.#plan;
     if (!this.#plan) {
       setChildren(this.#sheets, [this.#whole]);
       return;
     }
     const sheets = unfold(this.#plan);
     setChildren(this.#sheets, sheets.map((sheet) => this.#sheetNode(sheet, sheets.length)));
+    this.#tools.begin();
     const widest = Math.max(...this.#plan.tiles.map((tile) => tile.width));
     // As many pixels as a page is wide are enough for the whole wall.
     const across = sheets.reduce((sum, sheet) => sum + pixelsAcross(sheet), 0);
@@ -98,6 +108,7 @@ export class WallView {
       this.#buttons.set(place.name, button);
       area.append(button.node);
     }
+    this.#tools.cover(area, sheet);
     const figure = element('figure', {}, area);
     figure.style.setProperty('--share', sheet.width);
     figure.style.setProperty('--shape', sheet.width / sheet.height);

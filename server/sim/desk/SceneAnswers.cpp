@@ -11,6 +11,7 @@
 #include "common/codec/ChangeCodec.h"
 #include "common/cores/Animation.h"
 #include "common/cores/Motion.h"
+#include "common/scene/Action.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/Search.h"
 
@@ -161,11 +162,18 @@ private:
     ObjectId last_;
 };
 
+PlaceValue placeOf(const Affine3d& world_T_node) {
+    const Mat3d axes = world_T_node.linear();
+    return {axes.col(0), axes.col(1), axes.col(2), world_T_node.translation()};
+}
+
 }  // namespace
 
 Expected<answer::Objects> describe(const Aspect& scene, const ObjectsWish& wanted, const DescribeLimits& limits) {
     answer::Objects out;
     ToldObjects content(scene);
+    std::optional<WorldTransforms> worlds;
+    if (wanted.places) worlds.emplace(scene);
     std::vector<ObjectId> nodes;
     std::vector<std::size_t> places;
     NodeFinder finder(scene, limits.maxLooks);
@@ -177,6 +185,7 @@ Expected<answer::Objects> describe(const Aspect& scene, const ObjectsWish& wante
             return fail(ErrorCode::kLimit,
                         fmt::format("their fields have more than {} MiB; ask for fewer", limits.maxBytes >> 20));
         out.objects.push_back(id ? infoOf(scene, *id) : ObjectInfo{.path = id.error().message});
+        if (worlds) out.places.push_back(placeOf(worlds->of(id.value_or(ObjectId()))));
         if (!id) continue;
         if (wanted.paths && scene.get<Node>(*id)) {
             nodes.push_back(*id);

@@ -6,6 +6,9 @@
 
 namespace tessera::view_deeds {
 
+/// Of more the plan is made and encoded beside the frames: 256 take less than half a millisecond, 4,096 seven.
+inline constexpr std::size_t kTilesAtOnce = 256;
+
 inline ServerActions setView(Desk& desk, const Asker& asker, const request::SetView& wish, TimePoint) {
     if (const std::optional<Error> why = desk.around.whyNoEdit()) return desk.refuse(asker, *why);
     return desk.views.ask(asker, wish.wish);
@@ -47,7 +50,14 @@ inline ServerActions getPreview(Desk& desk, const Asker& asker, const request::G
 }
 
 inline ServerActions getWall(Desk& desk, const Asker& asker, const request::GetWall&, TimePoint) {
-    return desk.answer(asker, planOf(desk.around.wall));
+    const Wall& wall = desk.around.wall;
+    const Expected<View> view = desk.around.view.view(desk.around.simulation.scene());
+    const std::optional<View> stand = view ? std::optional(*view) : std::nullopt;
+    const auto plan = [&wall, stand] { return ApplicationAnswer(planOf(wall, stand ? &*stand : nullptr)); };
+    std::size_t tiles = 0;
+    for (const WallHost& host : wall.hosts) tiles += host.tiles.size();
+    if (tiles <= kTilesAtOnce || !desk.around.lookBeside) return desk.answer(asker, plan());
+    return desk.answerBeside(asker, 0, [plan](const Aspect&, Sequence) { return plan(); });
 }
 
 inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages, &getPreview, &getWall};

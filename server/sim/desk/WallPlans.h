@@ -6,7 +6,8 @@
 
 namespace tessera {
 
-/// Tiles in the order in which hosts and tiles are written; positions in the wall's frame, metres.
-[[nodiscard]] answer::WallPlan planOf(const Wall& wall);
+/// Tiles in the order in which hosts and tiles are written; positions in the wall's frame, metres. `view`: where the
+/// wall stands and where heads are now; null: nobody knows, and heads are where the wall's file has them.
+[[nodiscard]] answer::WallPlan planOf(const Wall& wall, const View* view);
 
 }  // namespace tessera

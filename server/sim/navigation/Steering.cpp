@@ -107,19 +107,22 @@ std::vector<std::string> Steering::active() const {
     return names;
 }
 
-/// The cursor of a window on its tile, as the tile's user sees it.
+/// The cursor of a window on its tile, of an application on the first screen, as the tile's user sees it.
 std::optional<InputSources::Place> Steering::placeOf(const View& view, const std::string& who, std::uint32_t source, double x,
                                                      double y) const {
     const auto host = tiles_.find(who);
-    if (host == tiles_.end() || source >= host->second.size()) return std::nullopt;
-    const Tile& tile = host->second[source];
+    if (host != tiles_.end() && source >= host->second.size()) return std::nullopt;
+    const std::optional<TilePlace> place =
+        host == tiles_.end() ? onFirstScreen(x, y) : TilePlace{.tile = &host->second[source], .x = x, .y = y};
+    if (!place) return std::nullopt;
+    const Tile& tile = *place->tile;
     const Screen* screen = around_.wall.findScreen(tile.screen);
     const User* user = view.findUser(tile.user);
     if (!screen || !user) return std::nullopt;
     const ScreenPixels whole = screenPixels(*screen);
     const Vec3d right = screen->lowerRight - screen->lowerLeft, up = screen->upperLeft - screen->lowerLeft;
-    const Vec3d at = screen->lowerLeft + (tile.rect.x + x * tile.rect.width) / whole.width * right +
-                     (tile.rect.y + (1 - y) * tile.rect.height) / whole.height * up;
+    const Vec3d at = screen->lowerLeft + (tile.rect.x + place->x * tile.rect.width) / whole.width * right +
+                     (tile.rect.y + (1 - place->y) * tile.rect.height) / whole.height * up;
     const Vec3d eye = user->eye(Eye::kCenter), towards = at - eye;
     const double away = std::abs(right.cross(up).normalized().dot(towards));
     if (!(away > 1e-3)) return std::nullopt;
@@ -149,27 +152,35 @@ HandleInput::Aim Steering::aimOf(const std::string& host, std::uint32_t source) 
             .heightPerWidth = static_cast<double>(tile.rect.height) / tile.rect.width};
 }
 
-HandleInput::Aim Steering::aimOfApplication() const {
-    if (around_.wall.screens.empty()) return {.rayAt = [](double, double) { return std::nullopt; }};
+std::optional<Steering::TilePlace> Steering::onFirstScreen(double x, double y) const {
+    if (around_.wall.screens.empty()) return std::nullopt;
     const ScreenPixels mosaic = mosaicPixels(around_.wall.screens.front());
-    const auto rayAt = [this, mosaic](double x, double y) -> std::optional<Ray> {
-        // From below, as tiles lie; the nearest tile's picture goes on beyond its edges.
-        const double column = x * mosaic.width, row = (1 - y) * mosaic.height;
-        const Tile* nearest = nullptr;
-        double least = 0;
-        for (const auto& [host, tiles] : tiles_)
-            for (const Tile& tile : tiles) {
-                const PixelRect& r = tile.mosaicRect;
-                if (tile.screen != around_.wall.screens.front().name) continue;
-                const double away = std::hypot(std::max({r.x - column, 0.0, column - r.x - r.width}), std::max({r.y - row, 0.0, row - r.y - r.height}));
-                if (nearest && away >= least) continue;
-                nearest = &tile;
-                least = away;
-            }
-        if (!nearest) return std::nullopt;
-        const PixelRect& r = nearest->mosaicRect;
-        return rayThrough(*nearest, (column - r.x) / r.width, 1 - (row - r.y) / r.height);
+    // From below, as tiles lie; the nearest tile's picture goes on beyond its edges.
+    const double column = x * mosaic.width, row = (1 - y) * mosaic.height;
+    const Tile* nearest = nullptr;
+    double least = 0;
+    for (const auto& [host, tiles] : tiles_)
+        for (const Tile& tile : tiles) {
+            const PixelRect& r = tile.mosaicRect;
+            if (tile.screen != around_.wall.screens.front().name) continue;
+            const double away = std::hypot(std::max({r.x - column, 0.0, column - r.x - r.width}),
+                                           std::max({r.y - row, 0.0, row - r.y - r.height}));
+            if (nearest && away >= least) continue;
+            nearest = &tile;
+            least = away;
+        }
+    if (!nearest) return std::nullopt;
+    const PixelRect& r = nearest->mosaicRect;
+    return TilePlace{.tile = nearest, .x = (column - r.x) / r.width, .y = 1 - (row - r.y) / r.height};
+}
+
+HandleInput::Aim Steering::aimOfApplication() const {
+    const auto rayAt = [this](double x, double y) -> std::optional<Ray> {
+        const std::optional<TilePlace> place = onFirstScreen(x, y);
+        return place ? rayThrough(*place->tile, place->x, place->y) : std::nullopt;
     };
+    if (around_.wall.screens.empty()) return {.rayAt = rayAt};
+    const ScreenPixels mosaic = mosaicPixels(around_.wall.screens.front());
     return {.rayAt = rayAt, .heightPerWidth = static_cast<double>(mosaic.height) / mosaic.width};
 }
 

@@ -78,6 +78,12 @@ private:
                                                              double x, double y) const;
     /// Through a place of a tile's picture, 0 to 1 from the upper left and beyond, as its user sees it: the world's.
     [[nodiscard]] std::optional<Ray> rayThrough(Tile tile, double x, double y) const;
+    struct TilePlace {
+        const Tile* tile;
+        double x, y;  ///< of its picture, 0 to 1 from the upper left and beyond
+    };
+    /// Of the first screen's mosaic, 0 to 1 from the upper left.
+    [[nodiscard]] std::optional<TilePlace> onFirstScreen(double x, double y) const;
     /// Where a window points; where an application does, on all of the first screen.
     [[nodiscard]] HandleInput::Aim aimOf(const std::string& host, std::uint32_t source) const;
     [[nodiscard]] HandleInput::Aim aimOfApplication() const;

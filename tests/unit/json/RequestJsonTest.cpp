@@ -134,6 +134,17 @@ TEST(RequestJson, WhatIsWrongIsToldWithItsField) {
     }
 }
 
+TEST(RequestJson, SumsThatAreCountedAroundMayBeBelowZero) {
+    const ApiExpected<ReadRequest> request = read("NavigateView", R"({"input":{"look_right":-3,"wheel":-65536,"pan_down":5}})");
+    ASSERT_TRUE(request) << request.error().message;
+    const InputState& input = *std::get<request::NavigateView>(request->request).wish.input;
+    EXPECT_EQ(input.lookRight, std::uint64_t{0} - 3);
+    EXPECT_EQ(input.wheel, std::uint64_t{0} - 65536);
+    EXPECT_EQ(input.panDown, 5u);
+    EXPECT_EQ(read("NavigateView", R"({"input":{"look_right":-1.5}})").error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(read("NavigateView", R"({"input":{"held":-1}})").error().code, ErrorCode::kBadInput) << "that is no sum";
+}
+
 TEST(RequestJson, PathsAreWantedAndThenKnown) {
     ObjectNames names;
     const Json fields = *parseJson(R"({"node":"/hall/crane"})");

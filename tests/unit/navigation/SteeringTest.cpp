@@ -145,6 +145,26 @@ TEST(Steering, ApplicationsAskForModesPlacesAndKeys) {
     EXPECT_FALSE(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 0}));
 }
 
+TEST(Steering, AnApplicationPointsAtTheFirstScreen) {
+    // From the eye through the middle of the screen lies the thing's nearest face: an orbit turns around that.
+    Yard yard(3);
+    const Vec3d grabbed(0, 1, -4.5);
+    yard.stand(Vec3d(0, 1.5, -2.5));
+    EXPECT_TRUE(yard.steering.asked(7, {.mode = NavigationMode::kOrbit}));
+    yard.frames(1);
+    const double before = (yard.eye() - grabbed).norm();
+    InputState input;
+    input.cursorX = input.cursorY = 32768;
+    input.ask(InputAction::kGrab);
+    EXPECT_TRUE(yard.steering.asked(7, {.input = input}));
+    yard.frames(1);
+    input.lookRight += InputState::kUnit / 4;
+    EXPECT_TRUE(yard.steering.asked(7, {.input = input}));
+    yard.frames(2);
+    EXPECT_GT(std::abs(yard.eye().x()), 0.1) << "it has turned";
+    EXPECT_NEAR((yard.eye() - grabbed).norm(), before, 1e-3) << "a cursor is told to 1/65535";
+}
+
 TEST(Steering, WhereNoInputIsTakenNobodySteers) {
     Yard yard(3, false);
     const View begun = yard.now();

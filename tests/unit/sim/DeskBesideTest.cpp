@@ -94,6 +94,23 @@ TEST_F(DeskBeside, NamesAmongManySiblingsAreLookedForElsewhere) {
     EXPECT_EQ(found.nodes[1].path, "/hall/n990");
 }
 
+TEST_F(DeskBeside, PlansOfManyTilesAreMadeElsewhere) {
+    const ConnectionId one = join("one");
+    ask(one, request::GetWall{});
+    EXPECT_EQ(answers<answer::WallPlan>(one).size(), 1u) << "little is answered at once";
+    wall.screens[0].grid.columns = 32;
+    wall.screens[0].grid.rows = 16;
+    wall.hosts[0].tiles.clear();
+    for (int column = 0; column < 32; ++column)
+        for (int row = 0; row < 16; ++row)
+            wall.hosts[0].tiles.push_back({.screen = "front", .column = column, .row = row, .user = "viewer"});
+    ask(one, request::GetWall{});
+    EXPECT_EQ(answers<answer::WallPlan>(one).size(), 1u);
+    EXPECT_EQ(work(), 1u);
+    ASSERT_EQ(answers<answer::WallPlan>(one).size(), 2u);
+    EXPECT_EQ(answers<answer::WallPlan>(one)[1].tiles.size(), 512u);
+}
+
 TEST_F(DeskBeside, WhatHasMuchToTellIsToldByAnotherThread) {
     test::ListMaker make;
     std::vector<ObjectId> bones;

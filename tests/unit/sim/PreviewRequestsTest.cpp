@@ -186,16 +186,50 @@ TEST(WallPlans, TilesLieWhereTheyAreOnTheirScreens) {
     screen.grid.bezelXPx = 40;
     screen.grid.bezelYPx = 20;
     wall.hosts[1].tiles[0].row = 1;
-    const answer::WallPlan plan = planOf(wall);
+    const answer::WallPlan plan = planOf(wall, nullptr);
+    EXPECT_FALSE(plan.position || plan.orientation || plan.worldUnitsPerMetre);
     ASSERT_EQ(plan.tiles.size(), 2u);
     const answer::TilePlan &lower = plan.tiles[0], &upper = plan.tiles[1];
     EXPECT_EQ(lower.x, 0u);
     EXPECT_EQ(lower.y, lower.height + 20);
     EXPECT_EQ(upper.x, lower.width + 40);
     EXPECT_EQ(upper.y, 0u);
+    EXPECT_EQ(plan.screens[0].mosaicWidth, lower.width + upper.width);
+    EXPECT_EQ(plan.screens[0].mosaicHeight, lower.height + upper.height);
+    EXPECT_EQ((std::array{lower.mosaicX, lower.mosaicY, upper.mosaicX, upper.mosaicY}),
+              (std::array{0u, lower.height, lower.width, 0u}));
     EXPECT_TRUE(lower.lowerLeft.isApprox(screen.lowerLeft));
     const Vec3d upperRight = upper.lowerRight + (upper.upperLeft - upper.lowerLeft);
     EXPECT_TRUE(upperRight.isApprox(screen.lowerRight + (screen.upperLeft - screen.lowerLeft)));
+}
+
+TEST(WallPlans, RaysMadeOfAPlanAreThoseOfPicks) {
+    Wall wall = wallOfTwo();
+    wall.hosts[0].tiles[0].eye = Eye::kLeft;
+    View view;
+    view.position = Vec3d(3, -4, 5);
+    view.orientation = Quatd(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()));
+    view.worldUnitsPerMetre = 2.5;
+    view.users = wall.users;
+    view.users[0].position += Vec3d(0.3, -0.2, 0.4);  // where a tracker sees the head
+    const answer::WallPlan plan = planOf(wall, &view);
+    ASSERT_TRUE(plan.position && plan.orientation && plan.worldUnitsPerMetre);
+    View told;
+    told.position = *plan.position;
+    told.orientation = *plan.orientation;
+    told.worldUnitsPerMetre = *plan.worldUnitsPerMetre;
+    const std::vector<Tile> tiles = layoutTiles(wall);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const answer::TilePlan& tile = plan.tiles[i];
+        const Expected<Ray> ray = pickRay(wall, view, tiles[i].mosaicRect.x + 5, 7);
+        ASSERT_TRUE(ray);
+        const Vec3d onScreen = tile.upperLeft + 5.5 / tile.width * (tile.lowerRight - tile.lowerLeft) +
+                               7.5 / tile.height * (tile.lowerLeft - tile.upperLeft);
+        const Vec3d eye = told.world_T_wall() * tile.seenFrom;
+        EXPECT_TRUE(eye.isApprox(ray->origin, 1e-12));
+        EXPECT_TRUE((told.world_T_wall() * onScreen - eye).normalized().isApprox(ray->direction, 1e-12));
+    }
+    EXPECT_FALSE(plan.tiles[0].seenFrom.isApprox(plan.tiles[1].seenFrom)) << "one is drawn for the left eye";
 }
 
 }  // namespace

@@ -92,6 +92,29 @@ TEST(SceneAnswers, ObjectsAreToldByPathAndByNumber) {
     EXPECT_TRUE(describe(scene, {.names = {"/hall"}, .paths = false})->objects[0].path.empty());
 }
 
+TEST(SceneAnswers, PlacesAreThoseInTheWorld) {
+    test::ListMaker make;
+    const ObjectId turned = make.transform(Vec3d::Zero());
+    const double half = std::sqrt(0.5);  // a quarter of a turn about y: x leads to -z
+    make.builder.set(turned, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(Quatd(half, 0, half, 0)));
+    make.builder.set(turned, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(2, 1, 1)));
+    const ObjectId above = make.node("above", kRootNode, turned);
+    (void)make.node("below", above, make.transform(Vec3d(3, 0, 0)));
+    Simulation simulation;
+    std::vector<ChangeList> lists;
+    lists.push_back(make.builder.take());
+    ASSERT_TRUE(simulation.load(std::move(lists)));
+    const ObjectsWish wish{.names = {"/above/below", "/nowhere", "/above"}, .places = true};
+    const answer::Objects told = describe(simulation.scene(), wish).value();
+    ASSERT_EQ(told.places.size(), 3u);
+    EXPECT_TRUE(told.places[0].xAxis.isApprox(Vec3d(0, 0, -2)));
+    EXPECT_TRUE(told.places[0].origin.isApprox(Vec3d(0, 0, -6)));
+    EXPECT_EQ(told.places[1], PlaceValue());
+    EXPECT_TRUE(told.places[2].zAxis.isApprox(Vec3d(1, 0, 0)));
+    EXPECT_TRUE(describe(simulation.scene(), {.names = {"/above"}})->places.empty());
+    EXPECT_FALSE(describe(simulation.scene(), wish, {.maxLooks = 2})) << "the way up is looked at, too";
+}
+
 TEST(SceneAnswers, WhatWouldBeTooMuchToLookAtIsRefused) {
     test::ListMaker make;
     const ObjectId hall = make.node("hall", kRootNode);
