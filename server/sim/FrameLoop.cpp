@@ -137,7 +137,7 @@ struct FrameLoop::Impl {
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
-    Workbench workbench;
+    Workbench workbench, listings;
     Uploads uploads;
     Snapshots snapshots;
     MarkArrays marks;
@@ -198,6 +198,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             options.keys, [this](const std::string& words) { log.warning(words); }),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
+      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
       snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
       marks(blobs, peers.session()),
@@ -233,6 +234,11 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             },
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
+            .listBeside = [this](const FolderWish& wish, DeskSurroundings::Listed then) {
+                listings.add([this, wish, then = std::move(then)]() -> WorkedOut {
+                    return [then, page = files->list(wish)](TimePoint) { return then(page); };
+                });
+            },
             .budget = &actors.budget,
             .audit = options.audit}),
       actions({.peers = peers,

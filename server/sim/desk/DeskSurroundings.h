@@ -80,6 +80,10 @@ struct DeskSurroundings {
     using Look = std::function<WorkedOut(const Aspect& scene)>;
     std::function<void(Look look)> lookBeside = {};
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
+    /// Has what lies in a folder looked through elsewhere, and then `then` called on the frame thread. Empty: nobody is
+    /// told what lies there.
+    using Listed = std::function<ServerActions(const Expected<answer::FolderPage>& page)>;
+    std::function<void(const FolderWish& wish, Listed then)> listBeside = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
     AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it

@@ -201,7 +201,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::WhoAmI{},
             request::GetArray{.blob = "8fbc75bd6f0e8d5b6d33266de7325ff5", .offset = 31, .length = 32},
             request::GetPreview{4, 40},
-            request::GetWall{}};
+            request::GetWall{},
+            request::GetFiles{{.folder = "/srv/models", .after = "hall.glb", .pageSize = 43}}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -272,7 +273,10 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                          .error = 0.25,
                          .node = ObjectId{38},
                          .face = 39,
-                         .normal = Vec3d(0, 1, 0)}};
+                         .normal = Vec3d(0, 1, 0)},
+        answer::FolderPage{{{"hall.glb", "/srv/models/hall.glb", false, 44, true},
+                            {"parts", "/srv/models/parts", true, 0, false}},
+                           "parts"}};
 }
 
 inline notice::Poses somePoses() {
