@@ -1,5 +1,6 @@
 #include "server/door/FileBodies.h"
 
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/error.hpp>
 
@@ -26,7 +27,7 @@ public:
     using Then = std::function<void(std::optional<HttpAnswer>)>;
     Receiving(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,
               std::shared_ptr<UploadFolder::Incoming> file, std::uint64_t length, Then then)
-        : guest_(std::move(guest)), stream_(stream), context_(context), disk_(context.disk), file_(std::move(file)), left_(length), then_(std::move(then)) {}
+        : guest_(std::move(guest)), stream_(stream), context_(context), disk_(context.disk), file_(std::move(file)), patience_(context.io), left_(length), then_(std::move(then)) {}
     /// Files are closed, and removed, where nobody waits.
     ~Receiving() {
         letGo(disk_, std::move(file_));
@@ -41,20 +42,32 @@ public:
 
 private:
     void beginPiece() {
-        stream_.expiresAfter(context_.limits.pieceWait);
+        // The stream's own clock would close it before its sender can be told.
+        stream_.neverExpires();
+        patience_.expires_after(context_.limits.pieceWait);
+        patience_.async_wait([weak = weak_from_this()](beast::error_code stopped) {
+            const std::shared_ptr<Receiving> self = weak.lock();
+            if (stopped || !self) return;
+            self->tooSlow_ = true;
+            self->stream_.cancel();
+        });
         fill();
     }
+    static HttpAnswer stopped() { return errorAnswer(408, "network", "the file has stopped coming"); }
     void fill() {
         if (filled_ == piece_.size()) return write();
         stream_.async_read_some(boost::asio::buffer(piece_.data() + filled_, piece_.size() - filled_),
                                 [self = shared_from_this()](beast::error_code error, std::size_t count) {
                                     self->filled_ += count;
                                     if (!error) return self->fill();
-                                    if (error == beast::error::timeout)
-                                        self->end(errorAnswer(408, "network", "the file has stopped coming"));
+                                    self->patience_.cancel();
+                                    if (self->tooSlow_)
+                                        self->end(stopped());
                                 });
     }
     void write() {
+        patience_.cancel();
+        if (tooSlow_) return end(stopped());
         left_ -= filled_;
         const auto work = [self = shared_from_this()] {
             return self->file_->write(ByteSpan(reinterpret_cast<const std::byte*>(self->piece_.data()), self->filled_));
@@ -74,6 +87,8 @@ private:
     DoorContext& context_;
     const std::weak_ptr<Beside> disk_;
     std::shared_ptr<UploadFolder::Incoming> file_;
+    boost::asio::steady_timer patience_;
+    bool tooSlow_ = false;
     std::vector<char> piece_;
     std::size_t filled_ = 0;
     std::uint64_t left_;

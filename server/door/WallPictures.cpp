@@ -29,13 +29,14 @@ void WallPictures::images(DoorLink& link, Waiting waiting) {
     if (newest_ && std::chrono::steady_clock::now() - newestAt_ < kFresh) return waiting(newest_);
     waiting_.push_back(std::move(waiting));
     if (waiting_.size() > 1) return;
-    link.ask(ImagesQuestion{}, {}, [this](const Expected<ApplicationAnswer>& answer) {
+    link.ask(ImagesQuestion{}, {}, [this, &link](const Expected<ApplicationAnswer>& answer) {
         const auto* images = answer ? std::get_if<answer::Images>(&*answer) : nullptr;
         const Expected<Images> all = images != nullptr
                                          ? Expected<Images>(std::make_shared<const answer::Images>(*images))
                                      : answer ? Expected<Images>(fail(ErrorCode::kFailed, "no pictures came"))
                                               : Expected<Images>(tl::unexpected(answer.error()));
         if (all) newest_ = *all, newestAt_ = std::chrono::steady_clock::now();
+        if (all) wall_ = link.wall();  // a link that is younger than the pictures may know none yet
         for (const Waiting& each : std::exchange(waiting_, {})) each(all);
     });
 }
@@ -56,11 +57,10 @@ void WallPictures::tile(DoorLink& link, const std::string& name, AnswerHttp answ
 }
 
 void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
-    const std::shared_ptr<DoorLink> held = link.shared_from_this();
-    images(link, [this, held, answer = std::move(answer)](const Expected<Images>& images) {
+    images(link, [this, answer = std::move(answer)](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
         if (jpegOf_ == *images) return answer({.type = "image/jpeg", .body = *jpeg_});
-        const auto make = [images = *images, wall = held->wall()]() -> Expected<std::string> {
+        const auto make = [images = *images, wall = wall_]() -> Expected<std::string> {
             const Expected<Wall> read = decodeWall(wall);
             if (!read) return tl::unexpected(read.error());
             const Expected<Mosaic> mosaic = stitch(*read, *images);
@@ -80,7 +80,7 @@ void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp a
     images(link, [this, held, folder, answer = std::move(answer), attempts](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
         using Made = Expected<std::shared_ptr<const AnswerFile>>;
-        const auto make = [images = *images, wall = held->wall(), folder]() -> Made {
+        const auto make = [images = *images, wall = wall_, folder]() -> Made {
             const Expected<Wall> read = decodeWall(wall);
             if (!read) return tl::unexpected(read.error());
             Expected<FileHandle> file = namelessFile(folder);

@@ -42,6 +42,7 @@ private:
 
     Images newest_;
     std::chrono::steady_clock::time_point newestAt_{};
+    ByteSlice wall_;  ///< of `newest_`
     std::vector<Waiting> waiting_;
     std::shared_ptr<const std::string> jpeg_;  ///< of `jpegOf_`
     Images jpegOf_;

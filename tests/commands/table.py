@@ -118,6 +118,7 @@ ROWS = {
     "tessera-ctl set": asked("ctl set /carriage translation -2 0.5 1"),
     "tessera-ctl load": asked("ctl load $PWD/tests/data/outside/crane.tsct", options="--allow $PWD/tests/data", says="loaded"),
     "tessera-ctl load --at --scale --fit --up": asked("ctl load $PWD/tests/data/outside/crane.tsct --at 1 0 2 --scale 2 --up y && ctl load $PWD/tests/data/outside/crane.tsct --fit 2", options="--allow $PWD/tests/data", says="loaded"),
+    "tessera-ctl files": asked("ctl files && ctl files $PWD/tests/data/outside", options="--allow $PWD/tests/data", says="crane.tsct"),
     "tessera-ctl save": asked("ctl save $T/now.tsc && tessera-check $T/now.tsc", leaves=("$T/now.tsc",)),
     "tessera-ctl --server ADDR:PORT save FILE.tsc": asked("ctl save $T/now.tsc && ctl save $T/now.tsct && tessera-check $T/now.tsc $T/now.tsct", leaves=("$T/now.tsc", "$T/now.tsct")),
     "tessera-ctl snapshot": asked("ctl snapshot $T/now.png", leaves=("$T/now.png",)),

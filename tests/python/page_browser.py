@@ -10,6 +10,18 @@ WHY_NOT = next((f"{what} is not installed (./deploy/set-up installs it)" for wha
 PATIENCE = 30.0  # s
 
 
+def until(what, condition):
+    """Waits for it, and says what it was waiting for."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        found = condition()
+        if found:
+            return found
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
+        time.sleep(0.05)
+
+
 class Browser:
     """`with Browser() as browser:`; what it logs is kept until `logged` is called."""
 
@@ -69,15 +81,7 @@ class Browser:
         return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || at.id")
 
     def until(self, what, condition):
-        """Waits for it, and says what it was waiting for."""
-        deadline = time.monotonic() + PATIENCE
-        while True:
-            found = condition()
-            if found:
-                return found
-            if time.monotonic() > deadline:
-                raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
-            time.sleep(0.05)
+        return until(what, condition)
 
     def logged(self):
         return [f"{entry['source']}: {entry['message']}" for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE" or entry["source"] == "security"]
