@@ -15,11 +15,10 @@ struct FolderWish {
 
     static constexpr std::string_view kName = "FolderWish";
     static constexpr auto members() {
-        return std::tuple(member<&FolderWish::folder>(1, "folder").said("empty: those that may be looked into"),
-                          member<&FolderWish::after>(2, "after").said("`next` of the page before; empty: the first"),
-                          member<&FolderWish::pageSize>(3, "page_size")
-                              .between(1, kMostFolderEntries)
-                              .said("entries told at most"));
+        return std::tuple(
+            member<&FolderWish::folder>(1, "folder").said("empty: those that may be looked into"),
+            member<&FolderWish::after>(2, "after").said("`next` of the page before; empty: the first"),
+            member<&FolderWish::pageSize>(3, "page_size").between(1, kMostFolderEntries).said("entries told at most"));
     }
 };
 
@@ -32,11 +31,10 @@ struct FolderEntry {
 
     static constexpr std::string_view kName = "FolderEntry";
     static constexpr auto members() {
-        return std::tuple(member<&FolderEntry::name>(1, "name"),
-                          member<&FolderEntry::path>(2, "path").said("as a load names it"),
-                          member<&FolderEntry::isFolder>(3, "is_folder"),
-                          member<&FolderEntry::bytes>(4, "bytes").in("bytes"),
-                          member<&FolderEntry::loads>(5, "loads").said("by its ending it can be loaded"));
+        return std::tuple(
+            member<&FolderEntry::name>(1, "name"), member<&FolderEntry::path>(2, "path").said("as a load names it"),
+            member<&FolderEntry::isFolder>(3, "is_folder"), member<&FolderEntry::bytes>(4, "bytes").in("bytes"),
+            member<&FolderEntry::loads>(5, "loads").said("by its ending it can be loaded"));
     }
 };
 

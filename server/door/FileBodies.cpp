@@ -24,14 +24,20 @@ void letGo(const std::weak_ptr<Beside>& disk, std::shared_ptr<File> file) {
 
 class Receiving : public std::enable_shared_from_this<Receiving> {
 public:
-    using Then = std::function<void(std::optional<HttpAnswer>)>;
+    using Outcome = tl::expected<std::string, HttpAnswer>;
+    using Then = std::function<void(const Outcome&)>;
     Receiving(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,
               std::shared_ptr<UploadFolder::Incoming> file, std::uint64_t length, Then then)
-        : guest_(std::move(guest)), stream_(stream), context_(context), disk_(context.disk), file_(std::move(file)), patience_(context.io), left_(length), then_(std::move(then)) {}
+        : guest_(std::move(guest)),
+          stream_(stream),
+          context_(context),
+          disk_(context.disk),
+          file_(std::move(file)),
+          patience_(context.io),
+          left_(length),
+          then_(std::move(then)) {}
     /// Files are closed, and removed, where nobody waits.
-    ~Receiving() {
-        letGo(disk_, std::move(file_));
-    }
+    ~Receiving() { letGo(disk_, std::move(file_)); }
 
     void begin(std::string came) {
         filled_ = static_cast<std::size_t>(std::min<std::uint64_t>({came.size(), left_, kPiece}));
@@ -61,26 +67,32 @@ private:
                                     self->filled_ += count;
                                     if (!error) return self->fill();
                                     self->patience_.cancel();
-                                    if (self->tooSlow_)
-                                        self->end(stopped());
+                                    if (self->tooSlow_) self->end(tl::unexpected(stopped()));
                                 });
     }
     void write() {
         patience_.cancel();
-        if (tooSlow_) return end(stopped());
+        if (tooSlow_) return end(tl::unexpected(stopped()));
         left_ -= filled_;
         const auto work = [self = shared_from_this()] {
             return self->file_->write(ByteSpan(reinterpret_cast<const std::byte*>(self->piece_.data()), self->filled_));
         };
         context_.disk->run(work, [self = shared_from_this()](const Expected<void>& written) {
-            if (!written) return self->end(apiErrorAnswer({written.error().code, written.error().message}));
-            if (self->left_ == 0) return self->end(std::nullopt);
+            if (!written) return self->end(tl::unexpected(wrong(written.error())));
+            if (self->left_ == 0) return self->finish();
             self->filled_ = 0;
             self->piece_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(self->left_, kPiece)));
             self->beginPiece();
         });
     }
-    void end(std::optional<HttpAnswer> wrong) { std::exchange(then_, nullptr)(std::move(wrong)); }
+    void finish() {
+        context_.disk->run([self = shared_from_this()] { return self->file_->finish(); },
+                           [self = shared_from_this()](const Expected<std::string>& path) {
+                               self->end(path ? Outcome(*path) : tl::unexpected(wrong(path.error())));
+                           });
+    }
+    static HttpAnswer wrong(const Error& error) { return apiErrorAnswer({error.code, error.message}); }
+    void end(const Outcome& outcome) { std::exchange(then_, nullptr)(outcome); }
 
     std::shared_ptr<Guest> guest_;
     DoorStream& stream_;
@@ -97,12 +109,15 @@ private:
 
 class Sending : public std::enable_shared_from_this<Sending> {
 public:
-    Sending(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context, std::shared_ptr<const AnswerFile> file,
-            std::function<void(bool)> then)
-        : guest_(std::move(guest)), stream_(stream), context_(context), disk_(context.disk), file_(std::move(file)), then_(std::move(then)) {}
-    ~Sending() {
-        letGo(disk_, std::move(file_));
-    }
+    Sending(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,
+            std::shared_ptr<const AnswerFile> file, std::function<void(bool)> then)
+        : guest_(std::move(guest)),
+          stream_(stream),
+          context_(context),
+          disk_(context.disk),
+          file_(std::move(file)),
+          then_(std::move(then)) {}
+    ~Sending() { letGo(disk_, std::move(file_)); }
 
     void goOn() {
         if (at_ == file_->bytes) return then_(true);
@@ -139,7 +154,7 @@ private:
 
 void receiveFile(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,
                  std::shared_ptr<UploadFolder::Incoming> file, std::string came, std::uint64_t length,
-                 std::function<void(std::optional<HttpAnswer> wrong)> then) {
+                 std::function<void(const tl::expected<std::string, HttpAnswer>& path)> then) {
     std::make_shared<Receiving>(std::move(guest), stream, context, std::move(file), length, std::move(then))
         ->begin(std::move(came));
 }

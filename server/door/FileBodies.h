@@ -10,13 +10,13 @@
 
 namespace tessera {
 
-/// Through one buffer of kPiece, written beside the door's thread; what comes meanwhile waits in the kernel. `file` ends
-/// there, too. `came`: the beginning of the body, which has been read already. Each piece has to come within
-/// `DoorLimits::pieceWait`: who stops is told so. `then` is called once, unless the peer has gone: nothing, when `length`
-/// bytes are written, or what is wrong. `guest` owns `stream`.
+/// Through one buffer of kPiece, written beside the door's thread; what comes meanwhile waits in the kernel. `file`
+/// ends there, too. `came`: the beginning of the body, which has been read already. Each piece has to come within
+/// `DoorLimits::pieceWait`: who stops is told so. `then` is called once, unless the peer has gone: where the file
+/// is, whole, or what is wrong. `guest` owns `stream`.
 void receiveFile(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,
                  std::shared_ptr<UploadFolder::Incoming> file, std::string came, std::uint64_t length,
-                 std::function<void(std::optional<HttpAnswer> wrong)> then);
+                 std::function<void(const tl::expected<std::string, HttpAnswer>& path)> then);
 
 /// The same the other way round, behind a head that is sent. `then`: whether all of it is.
 void sendFile(std::shared_ptr<Guest> guest, DoorStream& stream, DoorContext& context,

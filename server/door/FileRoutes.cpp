@@ -58,21 +58,24 @@ std::optional<HttpAnswer> fileRefusal(const HttpRequest& request, const HttpTarg
     const bool saves = !target.path.starts_with(kUploadPath);
     const Role least = saves ? Role::kEditor : Role::kOperator;
     if (who.role < least)
-        return errorAnswer(403, "refused",
-                           fmt::format("{} wants the role {}; this is a {}", saves ? "to save the scene" : "to bring files",
-                                       nameOf(least), nameOf(who.role)));
+        return errorAnswer(
+            403, "refused",
+            fmt::format("{} wants the role {}; this is a {}", saves ? "to save the scene" : "to bring files",
+                        nameOf(least), nameOf(who.role)));
     if (saves) return std::nullopt;
     if (!context.options.uploads) return errorAnswer(501, "unsupported", "this server takes no files");
     if (target.path == kUploadPath) return std::nullopt;
-    const Expected<std::vector<std::string>> names = uploadNames(std::string_view(target.path).substr(kUploadPrefix.size()));
+    const Expected<std::vector<std::string>> names =
+        uploadNames(std::string_view(target.path).substr(kUploadPrefix.size()));
     if (!names) return refused(names.error());
     if (request.method != "PUT") return std::nullopt;
     if (!request.length) return errorAnswer(411, "refused", "a file comes with its Content-Length");
     if (*request.length == 0) return errorAnswer(400, "bad_input", "the file is empty");
     const std::uint64_t most = context.options.uploads->limits().maxBytes;
     if (*request.length > most)
-        return errorAnswer(413, "limit", fmt::format("the file has {} MiB; uploads may have {} together (--uploads-mib)",
-                                                     *request.length >> 20, most >> 20));
+        return errorAnswer(413, "limit",
+                           fmt::format("the file has {} MiB; uploads may have {} together (--uploads-mib)",
+                                       *request.length >> 20, most >> 20));
     return std::nullopt;
 }
 
@@ -97,9 +100,8 @@ std::optional<HttpAnswer> noPlaceForUpload(const Entrant& who, const DoorContext
     return later;
 }
 
-HttpAnswer uploadedAnswer(const Expected<std::string>& path, std::uint64_t bytes) {
-    if (!path) return refused(path.error());
-    return {.status = 201, .body = jsonText(Json{{"path", *path}, {"bytes", bytes}}) + "\n"};
+HttpAnswer uploadedAnswer(const std::string& path, std::uint64_t bytes) {
+    return {.status = 201, .body = jsonText(Json{{"path", path}, {"bytes", bytes}}) + "\n"};
 }
 
 }  // namespace tessera

@@ -12,7 +12,9 @@ inline constexpr std::string_view kUploadPath = "/upload", kUploadPrefix = "/upl
 
 /// What may be done with such a path: "GET", or "PUT, DELETE"; empty: it is none of these.
 [[nodiscard]] std::string_view methodOfFile(std::string_view path);
-[[nodiscard]] inline bool isFilePath(std::string_view path) { return !methodOfFile(path).empty(); }
+[[nodiscard]] inline bool isFilePath(std::string_view path) {
+    return !methodOfFile(path).empty();
+}
 /// Its body is a file.
 [[nodiscard]] bool isUpload(const HttpRequest& request);
 /// Why somebody whom the gate has let in may not, before a body is there.
@@ -24,7 +26,7 @@ void answerFile(const HttpRequest& request, const HttpTarget& target, const Entr
 
 /// Nothing: there is a place among those who bring files.
 [[nodiscard]] std::optional<HttpAnswer> noPlaceForUpload(const Entrant& who, const DoorContext& context);
-/// 201 with the path that a load names, or why it is not there.
-[[nodiscard]] HttpAnswer uploadedAnswer(const Expected<std::string>& path, std::uint64_t bytes);
+/// 201 with the path that a load names.
+[[nodiscard]] HttpAnswer uploadedAnswer(const std::string& path, std::uint64_t bytes);
 
 }  // namespace tessera

@@ -172,18 +172,13 @@ private:
             const auto came = self->buffer_.data();
             const std::string begins(static_cast<const char*>(came.data()), came.size());
             receiveFile(self, self->stream_, self->context_, *file, begins, length,
-                        [self, file = *file, length](std::optional<HttpAnswer> wrong) {
-                            if (wrong) return self->fileEnds(std::move(*wrong));
-                            self->context_.disk->run([file] { return file->finish(); },
-                                                     [self, length](const Expected<std::string>& path) {
-                                                         if (path) self->told("PutFile", *path);
-                                                         self->fileEnds(uploadedAnswer(path, length));
-                                                     });
+                        [self, length](const tl::expected<std::string, HttpAnswer>& path) {
+                            if (!path) return self->fileEnds(path.error());
+                            const auto& onFile = self->context_.options.onFile;
+                            if (onFile) onFile(self->routes_.who(), "PutFile", *path);
+                            self->fileEnds(uploadedAnswer(*path, length));
                         });
         });
-    }
-    void told(std::string_view did, const std::string& path) {
-        if (context_.options.onFile) context_.options.onFile(routes_.who(), did, path);
     }
     void fileEnds(HttpAnswer answer) {
         isUploading = false;

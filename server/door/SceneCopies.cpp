@@ -51,9 +51,10 @@ Expected<std::shared_ptr<const AnswerFile>> copied(const ConnectionOptions& opti
     const Expected<Aspect> sketch = follow(light, deadline, stops);
     if (!sketch) return tl::unexpected(sketch.error());
     if (const std::uint64_t bytes = arrayBytes(*sketch); bytes > SceneCopies::kMaxArrayBytes)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("the scene has {} MiB of arrays, and {} may be saved here: `tessera-ctl save` takes more",
-                                bytes >> 20, SceneCopies::kMaxArrayBytes >> 20));
+        return fail(
+            ErrorCode::kLimit,
+            fmt::format("the scene has {} MiB of arrays, and {} may be saved here: `tessera-ctl save` takes more",
+                        bytes >> 20, SceneCopies::kMaxArrayBytes >> 20));
     const Expected<Aspect> scene = follow(options, deadline, stops);
     if (!scene) return tl::unexpected(scene.error());
     const Expected<std::string> bytes = writeScene(*scene, encoding);
@@ -93,9 +94,8 @@ void SceneCopies::ask(const Address& server, const std::string& word, SceneEncod
         busy_ = false;
         if (!made) return answer(apiErrorAnswer({made.error().code, made.error().message}));
         HttpAnswer file{.type = "application/octet-stream", .body = {}, .file = *made};
-        file.fields.emplace_back("Content-Disposition",
-                                 fmt::format("attachment; filename=\"scene.{}\"",
-                                             encoding == SceneEncoding::kText ? "tsct" : "tsc"));
+        file.fields.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"scene.{}\"",
+                                                                    encoding == SceneEncoding::kText ? "tsct" : "tsc"));
         answer(std::move(file));
     });
 }

@@ -20,7 +20,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kTemporary = ".incoming-", kOwn = "tessera-uploads-";
-constexpr std::size_t kMostLooks = 100'000;  ///< at what lies there, for one count
+constexpr std::size_t kMostLooks = 100'000;                   ///< at what lies there, for one count
 constexpr std::uint64_t kLeftFree = std::uint64_t{64} << 20;  ///< of the disk, for whoever else writes there
 
 std::string words(int error) {
@@ -72,7 +72,8 @@ bool removeAll(int above, const std::string& name) {
 }
 
 bool standsFor(const std::string& path, int folder) {
-    struct stat named {}, open {};
+    struct stat named {
+    }, open{};
     return ::fstat(folder, &open) == 0 && ::lstat(path.c_str(), &named) == 0 && named.st_dev == open.st_dev &&
            named.st_ino == open.st_ino;
 }
@@ -90,7 +91,8 @@ void sweep(const std::string& in) {
     if (above.get() < 0) return;
     std::size_t looks = 0;
     forAll(above.get(), [&](const std::string& name, const struct stat& info) {
-        if (!name.starts_with(kOwn) || !S_ISDIR(info.st_mode) || info.st_uid != ::geteuid()) return ++looks < kMostLooks;
+        if (!name.starts_with(kOwn) || !S_ISDIR(info.st_mode) || info.st_uid != ::geteuid())
+            return ++looks < kMostLooks;
         const FileHandle folder = openFolder(above.get(), name);
         if (folder.get() >= 0 && ::flock(folder.get(), LOCK_EX | LOCK_NB) == 0) (void)removeAll(above.get(), name);
         return ++looks < kMostLooks;
@@ -176,16 +178,14 @@ UploadFolder::Used UploadFolder::used() const {
     Used used;
     std::size_t looks = 0;
     count(folder_.get(), UploadLimits::kMaxDepth, used, looks);
-    const std::lock_guard lock(mutex_);
-    used.bytes += coming_.bytes;
-    used.files += coming_.files;
+    used.bytes += comingBytes_;
+    used.files += comingFiles_;
     return used;
 }
 
 void UploadFolder::takeBack(std::uint64_t bytes) {
-    const std::lock_guard lock(mutex_);
-    coming_.bytes -= bytes;
-    --coming_.files;
+    comingBytes_ -= bytes;
+    --comingFiles_;
 }
 
 Expected<std::shared_ptr<UploadFolder::Incoming>> UploadFolder::begin(const std::shared_ptr<UploadFolder>& folder,
@@ -199,8 +199,8 @@ Expected<std::shared_ptr<UploadFolder::Incoming>> UploadFolder::begin(const std:
                                                    bytes, limits.maxBytes >> 20));
     const Used used = folder->used();
     if (used.files >= limits.maxFiles)
-        return fail(ErrorCode::kLimit, fmt::format("{} files lie in the folder for uploads already: remove some",
-                                                   used.files));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} files lie in the folder for uploads already: remove some", used.files));
     if (used.bytes > limits.maxBytes - bytes)
         return fail(ErrorCode::kLimit,
                     fmt::format("uploads have {} of {} MiB (--uploads-mib), and the file {} more: remove some",
@@ -209,20 +209,16 @@ Expected<std::shared_ptr<UploadFolder::Incoming>> UploadFolder::begin(const std:
     if (::fstatvfs(folder->folder_.get(), &disk) == 0) {
         const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
         if (free < bytes + kLeftFree)
-            return fail(ErrorCode::kLimit,
-                        fmt::format("the server's disk has room for {} MiB more", free > kLeftFree ? (free - kLeftFree) >> 20 : 0));
+            return fail(ErrorCode::kLimit, fmt::format("the server's disk has room for {} MiB more",
+                                                       free > kLeftFree ? (free - kLeftFree) >> 20 : 0));
     }
-    std::string temporary;
-    {
-        const std::lock_guard lock(folder->mutex_);
-        temporary = fmt::format("{}{}", kTemporary, ++folder->numbers_);
-        folder->coming_.bytes += bytes;
-        ++folder->coming_.files;
-    }
+    const std::string temporary = fmt::format("{}{}", kTemporary, ++folder->numbers_);
+    folder->comingBytes_ += bytes;
+    ++folder->comingFiles_;
     std::shared_ptr<Incoming> incoming(new Incoming(folder, std::move(*names), bytes));
     incoming->temporary_ = temporary;
-    incoming->file_ = FileHandle(::openat(folder->folder_.get(), temporary.c_str(),
-                                          O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+    incoming->file_ = FileHandle(
+        ::openat(folder->folder_.get(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
     if (incoming->file_.get() < 0)
         return fail(ErrorCode::kFailed, fmt::format("the server cannot write the file: {}", words(errno)));
     return incoming;
@@ -298,7 +294,8 @@ Expected<FileHandle> namelessFile(const std::string& folder) {
     // Not every file system has such.
     std::string path = in + "/.incoming-XXXXXX";
     file = FileHandle(::mkostemp(path.data(), O_CLOEXEC));
-    if (file.get() < 0) return fail(ErrorCode::kFailed, fmt::format("{}: nothing can be written: {}", in, words(errno)));
+    if (file.get() < 0)
+        return fail(ErrorCode::kFailed, fmt::format("{}: nothing can be written: {}", in, words(errno)));
     (void)::unlink(path.c_str());
     return file;
 }

@@ -1,9 +1,9 @@
 /// The folder of a server in which files lie that people bring it.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,11 +27,12 @@ struct UploadLimits {
 
 /// Held by one server at a time. Whatever is not whole has no name that anybody sees, and is gone with whoever brought
 /// it, or with the next start. No link in the folder is followed. Files stay until somebody removes them: a scene may
-/// name them. Any thread; each call may take as long as a disk does.
+/// name them. Each call may take as long as a disk does. Any thread; files begin one after the other.
 class UploadFolder {
 public:
     /// Makes the folder, not those above it. kRefused: another server has it; kFailed.
-    [[nodiscard]] static Expected<std::shared_ptr<UploadFolder>> open(const std::string& path, UploadLimits limits = {});
+    [[nodiscard]] static Expected<std::shared_ptr<UploadFolder>> open(const std::string& path,
+                                                                      UploadLimits limits = {});
     /// One of this process alone, for this user alone, that goes with it. What servers have left that were killed is
     /// removed. In TMPDIR, else /var/tmp: of some systems /tmp is memory.
     [[nodiscard]] static Expected<std::shared_ptr<UploadFolder>> openOwn(UploadLimits limits = {});
@@ -85,9 +86,9 @@ private:
     const FileHandle folder_;  ///< locked
     const UploadLimits limits_;
     bool isOwn_ = false;
-    mutable std::mutex mutex_;
-    Used coming_;                ///< that was promised to files on their way
-    std::uint64_t numbers_ = 0;  ///< of temporary names
+    std::atomic<std::uint64_t> comingBytes_ = 0;  ///< that were promised to files on their way
+    std::atomic<std::size_t> comingFiles_ = 0;
+    std::atomic<std::uint64_t> numbers_ = 0;  ///< of temporary names
 };
 
 /// A file without a name in `folder`, or where there is none in the folder for temporary files.

@@ -147,9 +147,7 @@ struct FrameLoop::Impl {
 
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
-Expected<void> FrameLoop::run() {
-    return impl_->run();
-}
+Expected<void> FrameLoop::run() { return impl_->run(); }
 void FrameLoop::stop() {
     impl_->stopping = true;
     impl_->peers.wake();
@@ -234,11 +232,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             },
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
-            .listBeside = [this](const FolderWish& wish, DeskSurroundings::Listed then) {
-                listings.add([this, wish, then = std::move(then)]() -> WorkedOut {
-                    return [then, page = files->list(wish)](TimePoint) { return then(page); };
-                });
-            },
+            .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
+            .files = files.get(),
             .budget = &actors.budget,
             .audit = options.audit}),
       actions({.peers = peers,

@@ -27,7 +27,8 @@ public:
         if (name <= after_) return;
         if (names_.size() > most_ && name > names_.rbegin()->first) return;
         names_.emplace(name, folder);
-        if (names_.size() > most_ + 1) names_.erase(std::prev(names_.end()));  // one more: whether there is another page
+        if (names_.size() > most_ + 1)
+            names_.erase(std::prev(names_.end()));  // one more: whether there is another page
     }
     [[nodiscard]] const std::map<std::string, std::size_t, std::less<>>& names() const { return names_; }
 
@@ -96,16 +97,15 @@ Expected<answer::FolderPage> listFolder(const FolderWish& wish, const ReadableFo
     const std::size_t most = std::clamp<std::size_t>(wish.pageSize, 1, kMostFolderEntries);
     FirstNames first(wish.after, most);
     std::size_t looked = 0;
-    if (folders->empty())
-        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such folder", wish.folder));
+    if (folders->empty()) return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such folder", wish.folder));
     for (std::size_t i = 0; i < folders->size(); ++i) {
         Expected<OpenFolder> folder = openFolder((*folders)[i], wish.folder);
         if (!folder) return tl::unexpected(folder.error());
         while (const dirent* entry = ::readdir(folder->get())) {
             const std::string_view name = entry->d_name;
             if (++looked > kMostLookedThrough)
-                return fail(ErrorCode::kLimit, fmt::format("{}: more than {} files lie there", wish.folder,
-                                                           kMostLookedThrough));
+                return fail(ErrorCode::kLimit,
+                            fmt::format("{}: more than {} files lie there", wish.folder, kMostLookedThrough));
             if (!name.starts_with('.') && isUtf8(name)) first.add(name, i);
         }
     }
@@ -122,8 +122,7 @@ Expected<answer::FolderPage> listFolder(const FolderWish& wish, const ReadableFo
         std::string path = joined(wish.folder, name);
         if (path.size() > ApplicationLimits().maxTextBytes) continue;  // no request could name it
         bytes += name.size() + path.size();
-        if (std::optional<FolderEntry> entry =
-                entryOf(joined((*folders)[folder], name), name, std::move(path), where))
+        if (std::optional<FolderEntry> entry = entryOf(joined((*folders)[folder], name), name, std::move(path), where))
             page.entries.push_back(std::move(*entry));
     }
     return page;

@@ -54,16 +54,33 @@ protected:
 };
 
 TEST(UploadNames, ArePlainOnes) {
-    for (const char* good : {"hall.gltf", "SET/hall.gltf", "set/textures/wood.png", "世界 مرحبا 👋.glb", "a b", "-rf", "<img src=x>"})
+    for (const char* good :
+         {"hall.gltf", "SET/hall.gltf", "set/textures/wood.png", "世界 مرحبا 👋.glb", "a b", "-rf", "<img src=x>"})
         EXPECT_TRUE(uploadNames(good)) << good;
     const std::string longest(255, 'x'), longer(256, 'x');
     EXPECT_TRUE(uploadNames(longest));
-    for (const std::string& bad :
-         {std::string(), std::string("/"), std::string("/etc/passwd"), std::string("a/"), std::string("a//b"),
-          std::string(".."), std::string("a/../b"), std::string("."), std::string(".hidden"), std::string("a/.git/config"),
-          std::string("a\\b"), std::string("a\nb"), std::string("a\0b", 3), std::string("a\x7f"), std::string("a\xC2\x85"),
-          std::string("a\xE2\x80\xAE" "b"), std::string("a\xEF\xBB\xBF"), std::string("\xFF"), std::string("\xC0\xAE\xC0\xAE"), longer,
-          std::string("a/b/c/d/e")})
+    for (const std::string& bad : {std::string(),
+                                   std::string("/"),
+                                   std::string("/etc/passwd"),
+                                   std::string("a/"),
+                                   std::string("a//b"),
+                                   std::string(".."),
+                                   std::string("a/../b"),
+                                   std::string("."),
+                                   std::string(".hidden"),
+                                   std::string("a/.git/config"),
+                                   std::string("a\\b"),
+                                   std::string("a\nb"),
+                                   std::string("a\0b", 3),
+                                   std::string("a\x7f"),
+                                   std::string("a\xC2\x85"),
+                                   std::string("a\xE2\x80\xAE"
+                                               "b"),
+                                   std::string("a\xEF\xBB\xBF"),
+                                   std::string("\xFF"),
+                                   std::string("\xC0\xAE\xC0\xAE"),
+                                   longer,
+                                   std::string("a/b/c/d/e")})
         EXPECT_FALSE(uploadNames(bad)) << bad;
 }
 

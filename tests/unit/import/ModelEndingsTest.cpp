@@ -26,7 +26,8 @@ TEST(ModelEndings, AreThoseThatTheImporterReads) {
     for (std::sregex_iterator at(list.begin(), list.end(), ending), end; at != end; ++at, ++count)
         EXPECT_TRUE(isModelEnding((*at)[1].str())) << (*at)[1].str() << " in: " << says;
     EXPECT_GT(count, 60u) << says;
-    for (const char* none : {"", "nothing", "png", "mtl", "bin", "txt", "GLB", "panel"}) EXPECT_FALSE(isModelEnding(none)) << none;
+    for (const char* none : {"", "nothing", "png", "mtl", "bin", "txt", "GLB", "panel"})
+        EXPECT_FALSE(isModelEnding(none)) << none;
 }
 
 }  // namespace
