@@ -6,6 +6,7 @@
 
 #include <cerrno>
 
+#include "server/door/DoorStream.h"
 #include "server/door/Routes.h"
 
 namespace tessera {

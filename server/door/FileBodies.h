@@ -10,6 +10,8 @@
 
 namespace tessera {
 
+class DoorStream;
+
 /// Through one buffer of kPiece, written beside the door's thread; what comes meanwhile waits in the kernel. `file`
 /// ends there, too. `came`: the beginning of the body, which has been read already. Each piece has to come within
 /// `DoorLimits::pieceWait`: who stops is told so. `then` is called once, unless the peer has gone: where the file

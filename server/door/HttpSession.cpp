@@ -172,11 +172,11 @@ private:
             const auto came = self->buffer_.data();
             const std::string begins(static_cast<const char*>(came.data()), came.size());
             receiveFile(self, self->stream_, self->context_, *file, begins, length,
-                        [self, length](const tl::expected<std::string, HttpAnswer>& path) {
-                            if (!path) return self->fileEnds(path.error());
+                        [self, length](const tl::expected<std::string, HttpAnswer>& whole) {
+                            if (!whole) return self->fileEnds(whole.error());
                             const auto& onFile = self->context_.options.onFile;
-                            if (onFile) onFile(self->routes_.who(), "PutFile", *path);
-                            self->fileEnds(uploadedAnswer(*path, length));
+                            if (onFile) onFile(self->routes_.who(), "PutFile", *whole);
+                            self->fileEnds(uploadedAnswer(*whole, length));
                         });
         });
     }
