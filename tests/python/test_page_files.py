@@ -15,22 +15,11 @@ STRANGE = "<img src=x onerror=alert(1)>"
 # Files that a page has in memory, as if they were dropped on it.
 DROP = """
 const data = new DataTransfer();
-for (const [name, text] of arguments[0]) data.items.add(new File([text], name));
+for (const [name, bytes] of arguments[0]) data.items.add(new File([new Uint8Array(bytes)], name));
 for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
 """
-# The wall's answer to what is brought, held up in the browser until `window.goOn()`.
-SLOW = """
-const send = XMLHttpRequest.prototype.send;
-XMLHttpRequest.prototype.send = function (body) {
-  if (body) window.goOn = () => send.call(this, body);
-  else send.call(this, body);
-};
-"""
-
-
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
 class PageFiles(unittest.TestCase):
-    come_in = test_page.Page.come_in
     assert_nothing_logged = test_page.Page.assert_nothing_logged
 
     @classmethod
@@ -49,14 +38,18 @@ class PageFiles(unittest.TestCase):
 
     setUp = test_page.Page.setUp
 
+    def come_in(self, role="operator", tab="wall"):
+        test_page.Page.come_in(self, role, tab)
+        self.browser.until("what this role has", lambda: "Picture of the whole wall" in self.browser.text("#panel-files"))
+
     def button(self, text, within=""):
-        return self.browser.until(f"a button {text}", lambda: next((one for one in self.browser.all(f"{within} button") if text in one.text), None))
+        return self.browser.until(f"a button {text}", lambda: self.browser.run(BUTTON, within, text))
 
     def said(self, text):
         self.browser.until(f"“{text}” on the page", lambda: text in self.browser.text("#panel-files"))
 
     def drop(self, **files):
-        self.browser.run(DROP, list(files.items()))
+        self.browser.run(DROP, [(name, list(body if isinstance(body, bytes) else body.encode())) for name, body in files.items()])
 
     def nodes(self):
         return {node.path for node in self.wall.find("/*")}
@@ -64,7 +57,7 @@ class PageFiles(unittest.TestCase):
     def test_a_model_that_is_dropped_anywhere_is_loaded_once_somebody_has_said_so(self):
         self.come_in()  # the tab Wall
         before = self.nodes()
-        self.drop(**{"gate.gltf": test_uploads.model("gate.bin").decode(), "gate.bin": "\0" * 36})
+        self.drop(**{"gate.gltf": test_uploads.model("gate.bin"), "gate.bin": test_uploads.TRIANGLE})
         self.browser.until("a question", lambda: "Load gate.gltf into the scene?" in self.browser.text("dialog[open] h2"))
         self.assertEqual(self.nodes(), before)
         field = self.browser.all("dialog[open] .number")[0]
@@ -100,8 +93,7 @@ class PageFiles(unittest.TestCase):
         self.drop(**{"false.glb": "dear wall"})
         self.button("Load", "dialog[open]").click()
         self.said("✕ false.glb")
-        self.browser.run("""const data = new DataTransfer(); data.items.add(new File([new Uint8Array(2 << 20)], 'large.glb'));
-            document.body.dispatchEvent(new DragEvent('drop', { bubbles: true, cancelable: true, dataTransfer: data }));""")
+        self.drop(**{"large.glb": bytes(1_100_000)})
         self.said("there is room for")
         self.assertNotIn("large.glb", json.dumps([entry["name"] for entry in self.listed()]))
         self.assertTrue(all("/api" in line or "400" in line for line in self.browser.logged()))
@@ -112,11 +104,13 @@ class PageFiles(unittest.TestCase):
 
     def test_one_that_is_stopped_is_not_there(self):
         self.come_in(tab="files")
-        self.browser.until("room", lambda: "are used" in self.browser.text("#panel-files"))
-        self.browser.run(SLOW)
-        self.drop(**{"stopped.gltf": "x" * 1000})
+        self.browser.driver.execute_cdp_cmd("Network.enable", {})
+        slow = {"offline": False, "latency": 1, "downloadThroughput": -1, "uploadThroughput": 20_000}
+        self.browser.driver.execute_cdp_cmd("Network.emulateNetworkConditions", slow)
+        self.drop(**{"stopped.gltf": "x" * 800_000})
         self.button("Stop", ".transfers").click()
         self.said("✕ Stopped.")
+        self.browser.driver.execute_cdp_cmd("Network.emulateNetworkConditions", {**slow, "uploadThroughput": -1})
         self.assertNotIn("stopped.gltf", [entry["name"] for entry in self.listed()])
         self.button("Close", ".transfers").click()
         self.assertFalse(self.browser.all(".transfers li"))

@@ -160,7 +160,7 @@ class Uploads(unittest.TestCase):
             self.assertEqual(door.ask("GET", "/upload")[0], 403)
             self.assertEqual(door.request("GetFiles")[0], 403)
             self.assertEqual(door.ask("GET", "/scene.tsct")[0], saves)
-            self.assertEqual(door.ask("GET", "/wall.png"), (200, 0))
+            self.assertEqual(door.ask("GET", "/wall.png")[0], 200)
 
     def test_names_lead_nowhere_else(self):
         for name in ("../a", "a/../../b", ".a", "a//b", "a\\b", "a/b/c/d/e", "a" * 256, "a\u202eb", "/etc/x"):

@@ -61,8 +61,8 @@ std::optional<FolderEntry> entryOf(const std::string& file, std::string name, st
     struct stat info {};
     if (::lstat(file.c_str(), &info) != 0) return std::nullopt;
     if (S_ISLNK(info.st_mode)) {
-        const Expected<std::string> target = readableFile(file, where);
-        if (!target || ::lstat(target->c_str(), &info) != 0) return std::nullopt;
+        const auto target = readableFolder(file, where);  // or a file: whatever may be seen
+        if (!target || ::lstat(target->front().c_str(), &info) != 0) return std::nullopt;
     }
     const bool isFolder = S_ISDIR(info.st_mode);
     if (!isFolder && !S_ISREG(info.st_mode)) return std::nullopt;
