@@ -17,7 +17,12 @@ DROP = """
 const data = new DataTransfer();
 for (const [name, bytes] of arguments[0]) data.items.add(new File([new Uint8Array(bytes)], name));
 for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
+"""BUTTON = """
+const [within, text] = arguments;
+return [...document.querySelectorAll(`${within} button`)].find((one) => one.checkVisibility() && one.textContent.includes(text));
 """
+
+
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
 class PageFiles(unittest.TestCase):
     assert_nothing_logged = test_page.Page.assert_nothing_logged
@@ -42,6 +47,11 @@ class PageFiles(unittest.TestCase):
         test_page.Page.come_in(self, role, tab)
         self.browser.until("what this role has", lambda: "Picture of the whole wall" in self.browser.text("#panel-files"))
 
+    def shot(self, name):
+        if test_page.SHOTS:
+            pathlib.Path(test_page.SHOTS).mkdir(parents=True, exist_ok=True)
+            self.browser.driver.save_screenshot(os.path.join(test_page.SHOTS, f"{name}.png"))
+
     def button(self, text, within=""):
         return self.browser.until(f"a button {text}", lambda: self.browser.run(BUTTON, within, text))
 
@@ -64,6 +74,7 @@ class PageFiles(unittest.TestCase):
         field.send_keys("2")
         self.button("Load", "dialog[open]").click()
         self.said("✓ gate.gltf: ")
+        self.shot("loaded")
         self.assertTrue(any("gate" in path for path in self.nodes() - before))
         self.assert_nothing_logged()
 
@@ -95,6 +106,7 @@ class PageFiles(unittest.TestCase):
         self.said("✕ false.glb")
         self.drop(**{"large.glb": bytes(1_100_000)})
         self.said("there is room for")
+        self.shot("refused")
         self.assertNotIn("large.glb", json.dumps([entry["name"] for entry in self.listed()]))
         self.assertTrue(all("/api" in line or "400" in line for line in self.browser.logged()))
 
@@ -120,6 +132,7 @@ class PageFiles(unittest.TestCase):
         self.button("models", ".folder").click()
         self.said("letter-2.txt")
         self.said(STRANGE)
+        self.shot("folder")
         self.assertEqual(self.browser.run("return document.querySelectorAll('main img').length"), 0)
         self.button("inner", ".folder").click()
         self.button("crane.tsct", ".folder").click()
@@ -175,9 +188,7 @@ class PageFiles(unittest.TestCase):
                         self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
                         self.assertEqual(self.browser.run(test_page.FAINT), [])
                         self.assertEqual(self.browser.run(test_page.SMALL), [])
-                    if test_page.SHOTS:
-                        pathlib.Path(test_page.SHOTS).mkdir(parents=True, exist_ok=True)
-                        self.browser.driver.save_screenshot(os.path.join(test_page.SHOTS, f"{state}-{width}-{theme}.png"))
+                    self.shot(f"{state}-{width}-{theme}")
                 self.button("Not now", "dialog[open]").click()
         self.assert_nothing_logged()
 

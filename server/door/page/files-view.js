@@ -168,10 +168,11 @@ export class FilesView {
     const title = paths.length === 1 ? `Load ${nameOf(paths[0])} into the scene?` : 'Load one of these into the scene?';
     if (!await this.#dialog.ask(title, 'Load', this.#form.node)) return;
     setText(this.#said, '');
-    let name = '';
+    let path = '', name = '';
     try {
       const fields = this.#form.fields();
-      name = nameOf(fields.path);
+      path = fields.path;
+      name = nameOf(path);
       this.#outcome.replaceChildren(element('p', { text: `◌ ${name} is read …` }));
       const loaded = await this.#connection.ask('LoadFile', fields);
       this.#outcome.replaceChildren(
@@ -179,7 +180,7 @@ export class FilesView {
         element('ul', { class: 'notes' }, ...loaded.notes.map((text) => element('li', { text }))));
     } catch (error) {
       this.#outcome.replaceChildren();
-      setText(this.#said, `✕ ${error.message}`);
+      setText(this.#said, `✕ ${error.message.replace(path, name)}`);
     }
   }
 

@@ -5,12 +5,12 @@ export class LoadForm {
   #choice = element('select');
   #under = element('input', { type: 'text', value: '/', spellcheck: 'false', autocomplete: 'off' });
   #fit = numberInput();
-  #at = ['x', 'y', 'z'].map((axis) => numberInput(`At, ${axis}`));
+  #at = ['x', 'y', 'z'].map((axis) => numberInput(`At, ${axis}`, axis));
   #up = element('select', {}, ...[['of_file', 'as the file says'], ['y', 'Y'], ['z', 'Z']].map(
       ([value, text]) => element('option', { value, text })));
   #file = labelled('File', this.#choice);
   node = element('div', { class: 'load-form' }, this.#file, labelled('Below the node', this.#under),
-                 labelled('As long as, m (empty: as it is)', this.#fit),
+                 labelled('Length, m (empty: as it is)', this.#fit),
                  element('div', { class: 'row' }, element('span', { text: 'At, m' }),
                          element('span', { class: 'parts' }, ...this.#at)),
                  labelled('Up is', this.#up));
@@ -32,8 +32,8 @@ export class LoadForm {
   }
 }
 
-function numberInput(label = null) {
-  return element('input', { type: 'text', class: 'number', inputmode: 'decimal', autocomplete: 'off',
+function numberInput(label = null, placeholder = null) {
+  return element('input', { type: 'text', class: 'number', inputmode: 'decimal', autocomplete: 'off', placeholder,
                             'aria-label': label });
 }
 function numberIn(input) {
