@@ -267,15 +267,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     if (const Expected<void> good = takeKeys(arguments, options); !good) return good;
     DoorReach reach{.keys = {}, .open = options.insecure};
     if (options.keys) reach.keys = [keys = options.keys] { return keys->current(); };
-    std::unique_ptr<AuditLog> auditLog;
+    std::unique_ptr<AuditLog> auditLog;  // outlives the door
     std::optional<AuditBook> audit;
-    if (!arguments.audit.empty()) {
-        Expected<std::unique_ptr<AuditLog>> opened = AuditLog::open(arguments.audit, log);
-        if (!opened) return tl::unexpected(opened.error());
-        auditLog = std::move(*opened);
-        audit.emplace([&](std::vector<AuditLine> lines) { auditLog->write(std::move(lines)); });
-        options.audit = &*audit;
-    }
     Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach), options.wall.name,
                       log);
     if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
@@ -310,6 +303,14 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone
+
+    if (!arguments.audit.empty()) {
+        Expected<std::unique_ptr<AuditLog>> opened = AuditLog::open(arguments.audit, log);
+        if (!opened) return tl::unexpected(opened.error());
+        auditLog = std::move(*opened);
+        audit.emplace([&](std::vector<AuditLine> lines) { auditLog->write(std::move(lines)); });
+        options.audit = &*audit;
+    }
 
     for (const std::string& missing : missingForConfinement()) log.warning(missing);
     FrameLoop loop(std::move(options), log);

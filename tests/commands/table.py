@@ -304,7 +304,7 @@ MORE_LINES = [
                 "--surface osmesa --share off --output $T/a --assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames --listen 127.0.0.1:$PORT --no-input --no-notices "
                 "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --journal $T/journal --surface egl --device 0 --output $T/b "
-                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log", ("$T/b/wall.png", "$T/journal")),
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads --uploads-mib 10", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
     ("Options", "./deploy/run-wall --no-install --version && tessera-keys --keys $T/keys init --wall 1x1 && "
