@@ -3,7 +3,9 @@ import http.client
 import json
 import os
 import pathlib
+import random
 import socket
+import ssl
 import struct
 import tempfile
 import unittest
@@ -219,6 +221,34 @@ class Uploads(unittest.TestCase):
         self.assertEqual(self.there(), ["stays.bin"])
         lines = [json.loads(line) for line in (self.folder / "audit").read_text().splitlines()]
         self.assertTrue([line for line in lines if str(path) in json.dumps(line, ensure_ascii=False) and "PutFile" in json.dumps(line)], lines[-3:])
+
+
+class SealedUploads(unittest.TestCase):
+    def test_with_keys_it_is_the_same(self):
+        with run_folder():
+            live = Live()
+            live.make_keys()
+            with live:
+                link = urllib.parse.urlsplit(live.sealed_link())
+                token = urllib.parse.parse_qs(link.query)["token"][0]
+                context = ssl.create_default_context(cafile=str(live.keys / "authority.crt"))
+
+                def ask(method, path, body=None):
+                    connection = http.client.HTTPSConnection(link.netloc, timeout=PATIENCE, context=context)
+                    try:
+                        connection.request(method, path, body, {"Authorization": f"Bearer {token}"})
+                        answer = connection.getresponse()
+                        return answer.status, answer.read()
+                    finally:
+                        connection.close()
+
+                body = random.Random(44).randbytes(3_000_001)
+                status, said = ask("PUT", "/upload/noise.bin", body)
+                self.assertEqual(status, 201, said)
+                self.assertEqual(pathlib.Path(json.loads(said)["path"]).read_bytes(), body)
+                status, scene = ask("GET", "/scene.tsct")
+                self.assertEqual(status, 200)
+                self.assertIn(b"carriage", scene)
 
 
 if __name__ == "__main__":
