@@ -46,6 +46,10 @@ std::string_view methodOfFile(std::string_view path) {
     return path == kUploadPath || path == kSceneBinary || path == kSceneText ? "GET" : "";
 }
 
+bool takesFile(std::string_view path, std::string_view method) {
+    return path.starts_with(kUploadPrefix) && (method == "PUT" || method == "DELETE");
+}
+
 bool isUpload(const HttpRequest& request) {
     const std::optional<HttpTarget> target = readTarget(request.target);
     return request.method == "PUT" && target && target->path.starts_with(kUploadPrefix);

@@ -15,6 +15,8 @@ inline constexpr std::string_view kUploadPath = "/upload", kUploadPrefix = "/upl
 [[nodiscard]] inline bool isFilePath(std::string_view path) {
     return !methodOfFile(path).empty();
 }
+/// One of several methods.
+[[nodiscard]] bool takesFile(std::string_view path, std::string_view method);
 /// Its body is a file.
 [[nodiscard]] bool isUpload(const HttpRequest& request);
 /// Why somebody whom the gate has let in may not, before a body is there.

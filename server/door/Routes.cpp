@@ -102,7 +102,7 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
         return errorAnswer(404, "not_found",
                            "there is nothing here: /api, /api.html, /metrics, /socket, /link, /wall.jpg, /wall.png, "
                            "/tile/NAME.png, /scene.tsc, /scene.tsct, /upload/NAME");
-    if (method.find(request.method) == std::string_view::npos || request.method.empty()) {
+    if (request.method != method && !takesFile(target->path, request.method)) {
         HttpAnswer answer = errorAnswer(405, "refused", fmt::format("{} takes {}", target->path, method));
         answer.fields.emplace_back("Allow", method);
         return answer;

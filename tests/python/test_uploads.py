@@ -164,6 +164,10 @@ class Uploads(unittest.TestCase):
             self.assertEqual(door.ask("GET", "/scene.tsct")[0], saves)
             self.assertEqual(door.ask("GET", "/wall.png")[0], 200)
 
+    def test_what_nobody_may_do_is_refused(self):
+        for method, path in (("POST", "/upload/a"), ("GET", "/upload/a"), ("ELE", "/upload/a"), ("PUT", "/upload"), ("DELETE", "/scene.tsc"), ("E", "/scene.tsc")):
+            self.assertEqual(self.door.ask(method, path)[0], 405, (method, path))
+
     def test_names_lead_nowhere_else(self):
         for name in ("../a", "a/../../b", ".a", "a//b", "a\\b", "a/b/c/d/e", "a" * 256, "a\u202eb", "/etc/x"):
             status, said = self.door.json("PUT", f"/upload/{name}", b"x")
