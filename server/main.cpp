@@ -211,19 +211,21 @@ Expected<void> takeKeys(const Arguments& arguments, ServerOptions& options) {
                             arguments.listen, arguments.wall));
 }
 
-/// Where people's files lie. What a scene of a journal names of them is there after a restart. Null: without a console
-/// there is nobody to bring any, or no place for them.
+/// Where people's files lie. What a scene of a journal names of them is there after a restart, with a console or without.
+/// Null: there is nobody to bring any, or no place for them.
 Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, Log& log) {
-    if (arguments.noConsole) return nullptr;
+    std::error_code error;
+    const std::string kept = arguments.journal + "/uploads";
+    const bool isKept = !arguments.journal.empty() && std::filesystem::is_directory(kept, error);
+    if (arguments.noConsole && arguments.uploads.empty() && !isKept) return nullptr;
     const UploadLimits limits{.maxBytes = arguments.uploadsMib << 20};
     if (!arguments.uploads.empty()) {
         Expected<std::shared_ptr<UploadFolder>> folder = UploadFolder::open(arguments.uploads, limits);
         return folder ? std::move(folder) : failWith("--uploads", folder.error());
     }
-    std::error_code error;
     if (!arguments.journal.empty()) std::filesystem::create_directory(arguments.journal, error);
     Expected<std::shared_ptr<UploadFolder>> folder =
-        arguments.journal.empty() ? UploadFolder::openOwn(limits) : UploadFolder::open(arguments.journal + "/uploads", limits);
+        arguments.journal.empty() ? UploadFolder::openOwn(limits) : UploadFolder::open(kept, limits);
     if (folder) return folder;
     log.warning(fmt::format("the console takes no files: {}", folder.error().message));
     return nullptr;
