@@ -22,6 +22,7 @@
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
 #include "server/door/Door.h"
+#include "server/door/UploadFolder.h"
 #include "server/panel/Panel.h"
 #include "server/sim/FrameLoop.h"
 #include "server/sim/audit/AuditLog.h"
@@ -42,6 +43,8 @@ struct Arguments {
     bool noConsole = false;
     std::string tokenFile, group, keys;
     std::vector<std::string> assets, allowed, panels;
+    std::string uploads;
+    std::uint64_t uploadsMib = UploadLimits().maxBytes >> 20;
     std::uint64_t frames = 0;
     double rate = -1;
     std::string size;
@@ -154,6 +157,12 @@ public:
         if (reach_.keys) place_->setAuthority(reach_.keys()->authorityFingerprint());
         if (const Expected<void> told = place_->tell(server, console); !told) log_.warning(told.error().message);
     }
+    /// Of the door that is opened afterwards.
+    void setFiles(std::shared_ptr<UploadFolder> uploads,
+                  std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile) {
+        uploads_ = std::move(uploads);
+        onFile_ = std::move(onFile);
+    }
     void describe() const {
         if (door_) fmt::print("console: {}\n", door_->link());
         for (const ServedPanel& panel : panels_)
@@ -175,7 +184,9 @@ private:
                             .tokens = tokens_,
                             .owner = nameOfUser(),
                             .reach = reach_,
-                            .tell = [this](const std::string& words) { log_.warning(words); }};
+                            .tell = [this](const std::string& words) { log_.warning(words); },
+                            .uploads = uploads_,
+                            .onFile = onFile_};
         for (const ServedPanel& panel : panels_) options.panels.push_back(panel.door);
         if (console_->port == 0) options.listen.port = lastPort;
         Expected<std::unique_ptr<Door>> door = Door::open(options);
@@ -191,6 +202,8 @@ private:
     DoorReach reach_;
     std::vector<ServedPanel> panels_;
     std::string wall_, group_;
+    std::shared_ptr<UploadFolder> uploads_;
+    std::function<void(const Entrant&, std::string_view, const std::string&)> onFile_;
     Log& log_;
     AccessTokens tokens_;
     std::unique_ptr<LocalWallPlace> place_;
@@ -229,6 +242,26 @@ Expected<void> takeKeys(const Arguments& arguments, ServerOptions& options) {
                 fmt::format("--listen {}: whoever reaches that address could come in. `tessera-keys --keys DIR init "
                             "--wall {}` makes keys, and --keys DIR takes them; --insecure lets anybody in",
                             arguments.listen, arguments.wall));
+}
+
+/// Where people's files lie. What a scene of a journal names of them is there after a restart, with a console or without.
+/// Null: there is nobody to bring any, or no place for them.
+Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, Log& log) {
+    std::error_code error;
+    const std::string kept = arguments.journal + "/uploads";
+    const bool isKept = !arguments.journal.empty() && std::filesystem::is_directory(kept, error);
+    if (arguments.noConsole && arguments.uploads.empty() && !isKept) return nullptr;
+    const UploadLimits limits{.maxBytes = arguments.uploadsMib << 20};
+    if (!arguments.uploads.empty()) {
+        Expected<std::shared_ptr<UploadFolder>> folder = UploadFolder::open(arguments.uploads, limits);
+        return folder ? std::move(folder) : failWith("--uploads", folder.error());
+    }
+    if (!arguments.journal.empty()) std::filesystem::create_directory(arguments.journal, error);
+    Expected<std::shared_ptr<UploadFolder>> folder =
+        arguments.journal.empty() ? UploadFolder::openOwn(limits) : UploadFolder::open(kept, limits);
+    if (folder) return folder;
+    log.warning(fmt::format("the console takes no files: {}", folder.error().message));
+    return nullptr;
 }
 
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
@@ -277,10 +310,20 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         const auto known = std::ranges::find(served, name, [](const ServedPanel& panel) { return panel.door.name; });
         return known == served.end() ? nullptr : known->text;
     };
+    std::unique_ptr<AuditLog> auditLog;  // outlives the door
+    std::optional<AuditBook> audit;
     Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach),
                       std::move(*panels), options.wall.name, log);
     if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
         return taken;
+    Expected<std::shared_ptr<UploadFolder>> uploads = takeUploads(arguments, log);
+    if (!uploads) return tl::unexpected(uploads.error());
+    if (*uploads) options.allowed.push_back((*uploads)->path());
+    entrance.setFiles(*uploads, [&](const Entrant& who, std::string_view did, const std::string& path) {
+        if (auditLog)
+            auditLog->write({{.at = std::chrono::system_clock::now(), .who = who, .program = "console", .from = who.from,
+                              .did = std::string(did), .objects = {path}}});
+    });
     options.access = entrance.tokens();
     options.owner = nameOfUser();
     options.onBound = [&](const Address& bound) { entrance.open(bound); };
@@ -304,8 +347,6 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone
 
-    std::unique_ptr<AuditLog> auditLog;
-    std::optional<AuditBook> audit;
     if (!arguments.audit.empty()) {
         Expected<std::unique_ptr<AuditLog>> opened = AuditLog::open(arguments.audit, log);
         if (!opened) return tl::unexpected(opened.error());
@@ -367,6 +408,12 @@ int main(int argc, char** argv) {
     options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
         .typeName("DIR")
         .check(named);
+    options.option("--uploads", arguments.uploads, "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
+        .typeName("DIR")
+        .check(named);
+    options.option("--uploads-mib", arguments.uploadsMib, "All of them together (2048)")
+        .typeName("MIB")
+        .range(1, 1'000'000);
     options.option("--frames", arguments.frames, "Stop after N frames").typeName("N");
     options.option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
         .typeName("HZ")

@@ -52,6 +52,7 @@ struct Words {
     verb::Drag drag;
     verb::Snapshot snapshot;
     verb::Save save;
+    verb::Files files;
     std::string moveNode;
     std::vector<double> moveBy, moveQuaternion;
     bool by = false;
@@ -400,6 +401,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     const CLI::App* inlines = app.add_subcommand("inlines", "Files that nodes hold: which load, which failed");
 
+    CLI::App* files = app.add_subcommand("files", "What lies in the server's folders that load reads");
+    files->add_option("FOLDER", in.files.folder, "One of them, or below one; without it they are listed");
+
     const CLI::App* trackers = app.add_subcommand("trackers", "What the wall's trackers say, and how well");
 
     CLI::App* play = app.add_subcommand("play-tracker", "Sends poses as a tracker would; needs no server");
@@ -522,6 +526,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                 return fail(ErrorCode::kUsage, fmt::format("drag: say two places or more, of {} numbers each", each));
             return in.drag;
         }
+        if (files->parsed()) return in.files;
         if (trackers->parsed()) return verb::Trackers{};
         if (animations->parsed()) return verb::Animations{};
         if (inlines->parsed()) return verb::Inlines{};

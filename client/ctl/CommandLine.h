@@ -88,6 +88,9 @@ struct Drag {
     bool rays = false;
     std::uint32_t steps = 1;  ///< edits from one place to the next
 };
+struct Files {
+    std::string folder;  ///< at the server; empty: those that may be looked into
+};
 struct Trackers {};
 /// Sends datagrams as a tracker would; talks to no server.
 struct PlayTracker {
@@ -144,7 +147,7 @@ using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, ve
                           verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick,
                           verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                          verb::Inlines, verb::Play, verb::Clone, verb::Find>;
+                          verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

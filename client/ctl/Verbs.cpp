@@ -13,6 +13,7 @@
 #include "client/ctl/AnimationVerbs.h"
 #include "client/ctl/CollisionVerbs.h"
 #include "client/ctl/FieldText.h"
+#include "client/ctl/FileVerbs.h"
 #include "client/ctl/FlyTerminal.h"
 #include "client/ctl/InlineVerbs.h"
 #include "client/ctl/MeasureVerbs.h"

@@ -560,6 +560,9 @@ Expected<answer::Committed> Application::drag(const Aim& aim) {
 Expected<void> Application::release() {
     return impl_->done(request::ReleaseHandle{});
 }
+Expected<answer::FolderPage> Application::files(const FolderWish& wish) {
+    return impl_->ask(request::GetFiles{wish});
+}
 Expected<answer::Trackers> Application::trackers() {
     return impl_->ask(request::GetTrackers{});
 }

@@ -193,6 +193,8 @@ public:
     [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray) { return drag(Aim{.wand = {}, .ray = ray}); }
     /// Lets go. Whoever leaves lets go as well.
     [[nodiscard]] Expected<void> release();
+    /// A page of what lies in a folder from which files may be loaded.
+    [[nodiscard]] Expected<answer::FolderPage> files(const FolderWish& wish);
     /// What the wall's trackers say, and how well.
     [[nodiscard]] Expected<answer::Trackers> trackers();
     /// What the newest frame found.

@@ -5,7 +5,7 @@
 #include <csetjmp>
 #include <cstring>
 
-#include "common/image/Picture.h"
+#include "common/image/PngRows.h"
 
 namespace tessera {
 namespace {
@@ -25,10 +25,9 @@ struct Failure {
 }
 void onWarning(png_structp, png_const_charp) {}
 
-void append(png_structp png, png_bytep data, std::size_t bytes) {
-    auto* out = static_cast<Bytes*>(png_get_io_ptr(png));
-    const auto* from = reinterpret_cast<const std::byte*>(data);
-    out->insert(out->end(), from, from + bytes);
+void give(png_structp png, png_bytep data, std::size_t bytes) {
+    (*static_cast<const std::function<void(ByteSpan)>*>(png_get_io_ptr(png)))(
+        {reinterpret_cast<const std::byte*>(data), bytes});
 }
 void nothingToFlush(png_structp) {}
 
@@ -39,9 +38,9 @@ void take(png_structp png, png_bytep data, std::size_t bytes) {
     *rest = rest->subspan(bytes);
 }
 
-bool write(png_structp png, png_infop info, const Picture& picture, char* frameText) {
+bool writeHead(png_structp png, png_infop info, int widthPx, int heightPx, char* frameText) {
     if (setjmp(png_jmpbuf(png))) return false;
-    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.widthPx), static_cast<png_uint_32>(picture.heightPx), 8,
+    png_set_IHDR(png, info, static_cast<png_uint_32>(widthPx), static_cast<png_uint_32>(heightPx), 8,
                  PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, 1);
@@ -56,9 +55,17 @@ bool write(png_structp png, png_infop info, const Picture& picture, char* frameT
         png_set_text(png, info, &text, 1);
     }
     png_write_info(png, info);
-    const std::size_t stride = static_cast<std::size_t>(picture.widthPx) * 3;
-    for (int y = 0; y < picture.heightPx; ++y)
-        png_write_row(png, picture.rgb.data() + static_cast<std::size_t>(y) * stride);
+    return true;
+}
+
+bool writeRow(png_structp png, const std::uint8_t* row) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_write_row(png, row);
+    return true;
+}
+
+bool writeEnd(png_structp png, png_infop info) {
+    if (setjmp(png_jmpbuf(png))) return false;
     png_write_end(png, info);
     return true;
 }
@@ -101,49 +108,115 @@ std::optional<std::uint64_t> frameOf(png_structp png, png_infop info) {
 
 }  // namespace
 
+struct PngRowReader::Impl {
+    explicit Impl(ByteSpan bytes) : rest(bytes) {
+        png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
+        info = png ? png_create_info_struct(png) : nullptr;
+        TESSERA_CHECK(info, "libpng starts");
+        png_set_user_limits(png, kMaxSidePx, kMaxSidePx);
+        png_set_chunk_cache_max(png, 64);
+        png_set_chunk_malloc_max(png, kMaxChunkBytes);
+        // libpng 1.6 merely warns of a chunk over the limit, and then takes the memory all the same.
+        png_set_benign_errors(png, 0);
+        png_set_read_fn(png, &rest, take);
+    }
+    ~Impl() { png_destroy_read_struct(&png, &info, nullptr); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    [[nodiscard]] tl::unexpected<Error> fault() const {
+        return fail(ErrorCode::kBadInput, std::string("not a readable PNG: ") + failure.text);
+    }
+
+    Failure failure;
+    ByteSpan rest;
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+    png_uint_32 widthPx = 0, heightPx = 0;
+};
+
+PngRowReader::PngRowReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PngRowReader::~PngRowReader() = default;
+PngRowReader::PngRowReader(PngRowReader&&) noexcept = default;
+PngRowReader& PngRowReader::operator=(PngRowReader&&) noexcept = default;
+int PngRowReader::widthPx() const { return static_cast<int>(impl_->widthPx); }
+int PngRowReader::heightPx() const { return static_cast<int>(impl_->heightPx); }
+
+Expected<PngRowReader> PngRowReader::open(ByteSpan bytes) {
+    auto impl = std::make_unique<Impl>(bytes);
+    if (!readHeader(impl->png, impl->info, &impl->widthPx, &impl->heightPx)) return impl->fault();
+    return PngRowReader(std::move(impl));
+}
+
+Expected<void> PngRowReader::next(std::uint8_t* rgb) {
+    if (!readRow(impl_->png, rgb)) return impl_->fault();
+    return {};
+}
+
+std::optional<std::uint64_t> PngRowReader::frame() const {
+    return frameOf(impl_->png, impl_->info);
+}
+
+struct PngRowWriter::Impl {
+    Impl(const std::function<void(ByteSpan)>& where) : sink(where) {
+        png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
+        info = png ? png_create_info_struct(png) : nullptr;
+        TESSERA_CHECK(info, "libpng starts");
+        png_set_write_fn(png, &sink, give, nothingToFlush);
+    }
+    ~Impl() { png_destroy_write_struct(&png, &info); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    Failure failure;
+    std::function<void(ByteSpan)> sink;
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+};
+
+PngRowWriter::PngRowWriter(int widthPx, int heightPx, std::optional<std::uint64_t> frame,
+                           const std::function<void(ByteSpan)>& sink)
+    : impl_(std::make_unique<Impl>(sink)) {
+    TESSERA_CHECK(widthPx > 0 && heightPx > 0, "a PNG has at least one pixel");
+    std::string text = frame ? std::to_string(*frame) : std::string();
+    TESSERA_CHECK(writeHead(impl_->png, impl_->info, widthPx, heightPx, frame ? text.data() : nullptr),
+                  impl_->failure.text);
+}
+PngRowWriter::~PngRowWriter() = default;
+
+void PngRowWriter::row(const std::uint8_t* rgb) {
+    TESSERA_CHECK(writeRow(impl_->png, rgb), impl_->failure.text);
+}
+
+void PngRowWriter::end() {
+    TESSERA_CHECK(writeEnd(impl_->png, impl_->info), impl_->failure.text);
+}
+
 Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame) {
-    TESSERA_CHECK(picture.widthPx > 0 && picture.heightPx > 0, "a PNG has at least one pixel");
     Bytes out;
     out.reserve(picture.rgb.size() / 2 + 1024);
-    std::string text = frame ? std::to_string(*frame) : std::string();
-    Failure failure;
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-    TESSERA_CHECK(info, "libpng starts");
-    png_set_write_fn(png, &out, append, nothingToFlush);
-    const bool written = write(png, info, picture, frame ? text.data() : nullptr);
-    png_destroy_write_struct(&png, &info);
-    TESSERA_CHECK(written, failure.text);
+    PngRowWriter png(picture.widthPx, picture.heightPx, frame,
+                     [&out](ByteSpan bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); });
+    const std::size_t stride = static_cast<std::size_t>(picture.widthPx) * 3;
+    for (int y = 0; y < picture.heightPx; ++y) png.row(picture.rgb.data() + static_cast<std::size_t>(y) * stride);
+    png.end();
     return out;
 }
 
 Expected<DecodedPng> decodePng(ByteSpan bytes) {
-    Failure failure;
-    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-    TESSERA_CHECK(info, "libpng starts");
-    png_set_user_limits(png, kMaxSidePx, kMaxSidePx);
-    png_set_chunk_cache_max(png, 64);
-    png_set_chunk_malloc_max(png, kMaxChunkBytes);
-    // libpng 1.6 merely warns of a chunk over the limit, and then takes the memory all the same.
-    png_set_benign_errors(png, 0);
-    ByteSpan rest = bytes;
-    png_set_read_fn(png, &rest, take);
-
-    png_uint_32 widthPx = 0, heightPx = 0;
+    Expected<PngRowReader> png = PngRowReader::open(bytes);
+    if (!png) return tl::unexpected(png.error());
     DecodedPng decoded;
-    bool good = readHeader(png, info, &widthPx, &heightPx);
     // Memory grows with the rows that are really there, not with what the header claims.
-    const std::size_t stride = std::size_t{widthPx} * 3;
-    for (png_uint_32 y = 0; good && y < heightPx; ++y) {
+    const std::size_t stride = static_cast<std::size_t>(png->widthPx()) * 3;
+    for (std::size_t y = 0; y < static_cast<std::size_t>(png->heightPx()); ++y) {
         decoded.picture.rgb.resize(stride * (y + 1));
-        good = readRow(png, decoded.picture.rgb.data() + stride * y);
+        if (const Expected<void> row = png->next(decoded.picture.rgb.data() + stride * y); !row)
+            return tl::unexpected(row.error());
     }
-    if (good) decoded.frame = frameOf(png, info);
-    png_destroy_read_struct(&png, &info, nullptr);
-    if (!good) return fail(ErrorCode::kBadInput, std::string("not a readable PNG: ") + failure.text);
-    decoded.picture.widthPx = static_cast<int>(widthPx);
-    decoded.picture.heightPx = static_cast<int>(heightPx);
+    decoded.frame = png->frame();
+    decoded.picture.widthPx = png->widthPx();
+    decoded.picture.heightPx = png->heightPx();
     return decoded;
 }
 

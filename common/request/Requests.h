@@ -8,6 +8,7 @@
 #include "common/request/AimRequests.h"
 #include "common/request/CollisionRequests.h"
 #include "common/request/EditRequests.h"
+#include "common/request/FileRequests.h"
 #include "common/request/PanelRequests.h"
 #include "common/request/SceneRequests.h"
 #include "common/request/StatusRequests.h"
@@ -27,7 +28,7 @@ struct Joined<std::variant<A...>, std::variant<B...>, More...> : Joined<std::var
 
 /// Each file says which are its own, so that a request's name stands there alone.
 using ApplicationRequest = Joined<request::OfEdits, request::OfScene, request::OfView, request::OfAims,
-                                  request::OfCollisions, request::OfStatus, request::OfPanels>::Type;
+                                  request::OfCollisions, request::OfStatus, request::OfPanels, request::OfFiles>::Type;
 /// Numbers that requests of older programs have: a server says in words that they are no longer understood.
 inline constexpr std::array<std::uint8_t, 1> kFormerRequests{24};
 
@@ -36,7 +37,7 @@ using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::
                                        answer::Questions, answer::Objects, answer::TreePage, answer::Trackers,
                                        answer::FoundPage, answer::Measured, answer::Identity, answer::ArrayPiece,
                                        answer::Preview, answer::WallPlan, answer::People, answer::Steps,
-                                       answer::PanelState>;
+                                       answer::PanelState, answer::FolderPage>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
                                        answer::Distances, answer::Questions, notice::Poses, notice::States>;

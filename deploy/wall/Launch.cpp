@@ -127,6 +127,8 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--record", options.record);
     add("--journal", options.journal);
     add("--audit", options.audit);
+    add("--uploads", options.uploads);
+    add("--uploads-mib", options.uploadsMib != 0 ? std::to_string(options.uploadsMib) : "");
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
     if (options.noInput) s.push_back("--no-input");
     if (options.noNotices) s.push_back("--no-notices");

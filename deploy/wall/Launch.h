@@ -31,6 +31,8 @@ struct LaunchOptions {
     std::string share;   ///< of the clients; empty: their default
     std::string record;  ///< the server's recording; empty: none
     std::string journal;  ///< the server's; empty: none
+    std::string uploads;            ///< where files lie that pages bring it; empty: as it has it
+    std::uint64_t uploadsMib = 0;   ///< 0: as it has it
     std::string audit;    ///< where it writes who changes what; empty: nowhere
     unsigned threads = 0;  ///< of the server's collision pipeline; 0: its default
     std::string output = "out";

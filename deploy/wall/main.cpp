@@ -67,6 +67,12 @@ int main(int argc, char** argv) {
     commandLine.option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")
         .typeName("DIR")
         .check(named);
+    commandLine.option("--uploads", options.uploads, "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
+        .typeName("DIR")
+        .check(named);
+    commandLine.option("--uploads-mib", options.uploadsMib, "All of them together (2048)")
+        .typeName("MIB")
+        .range(1, 1'000'000);
     commandLine.option("--threads", options.threads, "Of the server's collision pipeline (1)")
         .typeName("N")
         .range(1, 256);

@@ -222,6 +222,8 @@ Door::~Door() {
     impl_->thread.join();
     impl_->context.pictures.finish();
     impl_->context.beside.finish();
+    impl_->context.copies.finish();
+    impl_->context.disk->finish();
     impl_->context.io.restart();
     impl_->context.io.poll();
 }

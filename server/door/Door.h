@@ -8,6 +8,7 @@
 #include "common/base/AccessToken.h"
 #include "common/net/Transport.h"
 #include "server/door/Gatekeeper.h"
+#include "server/door/UploadFolder.h"
 
 namespace tessera {
 
@@ -20,6 +21,9 @@ struct DoorOptions {
     DoorReach reach = {};
     std::vector<DoorPanel> panels = {};
     std::function<void(const std::string&)> tell = {};  ///< what people should know, on the door's thread; may be empty
+    std::shared_ptr<UploadFolder> uploads = {};  ///< null: nobody brings files
+    /// Told of each file that somebody has brought, or removed, on the door's thread; may be empty.
+    std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile = {};
 };
 
 /// Has a thread of its own at nice 10: no frame waits for it. Towards the server each socket is an application like

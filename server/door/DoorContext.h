@@ -23,6 +23,8 @@
 #include "server/door/DoorHandshakes.h"
 #include "server/door/DoorLink.h"
 #include "server/door/Gatekeeper.h"
+#include "server/door/SceneCopies.h"
+#include "server/door/UploadFolder.h"
 #include "server/door/WallPictures.h"
 
 namespace tessera {
@@ -47,6 +49,8 @@ struct DoorLimits {
     std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
     double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket; of a person, of all strangers
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
+    std::size_t maxUploads = 8;         ///< files that come at once
+    std::chrono::seconds pieceWait{20}; ///< 256 KiB of a file have to come, or to be taken, within it
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
     std::chrono::milliseconds patience{100};
 };
@@ -76,6 +80,7 @@ public:
     std::string pass;       ///< the word for some time that it came with last; empty: it came otherwise
     std::optional<Entrant> who = {};  ///< as whom it came last; none: it has shown nothing yet
     bool isSocket = false;            ///< else HTTP
+    bool isUploading = false;
     SourceAddress source = {};
     std::optional<Crowd<Guest*>::Place> silent = {};  ///< it has not shown a token yet: where it stands among those
     bool gone = false;                                ///< it gives way, and has still to hear of it
@@ -138,6 +143,8 @@ struct DoorContext {
     DoorWire wire{io};
     WallPictures pictures{io};
     Beside beside{io};  ///< large answers
+    SceneCopies copies{io};
+    std::shared_ptr<Beside> disk = std::make_shared<Beside>(io);  ///< what files take
 
     [[nodiscard]] bool full() const { return guests.size() - gone >= limits.maxConnections; }
     /// It has still to show a token, or has been waited for by us: its time begins.

@@ -1,14 +1,17 @@
 /// What a request over HTTP says, and what is answered, without the library that reads and writes them.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "common/base/FileHandle.h"
 #include "common/base/Identity.h"
 
 namespace tessera {
@@ -19,8 +22,15 @@ struct HttpRequest {
     std::string host, origin, authorization, contentType;
     bool wantsSocket = false;  ///< an upgrade to a WebSocket
     std::string body;
+    std::optional<std::uint64_t> length = {};  ///< of the body, as its head says
     std::optional<Credential> key = {};  ///< whom its sender has proved to be; none: nobody
     std::string from = {};               ///< its sender's address
+};
+
+/// What is too large to be held: read piece by piece as it is sent.
+struct AnswerFile {
+    FileHandle handle;
+    std::uint64_t bytes = 0;
 };
 
 struct HttpAnswer {
@@ -28,6 +38,7 @@ struct HttpAnswer {
     std::string type = "application/json";
     std::string body;
     std::vector<std::pair<std::string, std::string>> fields = {};  ///< of the head, beside those that all have
+    std::shared_ptr<const AnswerFile> file = {};                   ///< instead of the body; null: there is none
 };
 using AnswerHttp = std::function<void(HttpAnswer)>;
 

@@ -9,6 +9,8 @@
 #include <boost/beast/websocket.hpp>
 
 #include "common/net/OwnAddress.h"
+#include "server/door/FileBodies.h"
+#include "server/door/FileRoutes.h"
 #include "server/door/LinkTunnel.h"
 #include "server/door/SocketSession.h"
 
@@ -93,7 +95,7 @@ private:
     void beginHead() {
         parser_.emplace();
         parser_->header_limit(static_cast<std::uint32_t>(context_.limits.maxHeadBytes));
-        parser_->body_limit(context_.limits.maxTextBytes);
+        parser_->body_limit(boost::none);  // looked at once it is known what comes
         stream_.expiresAfter(context_.limits.idle);
         http::async_read_header(
             stream_, buffer_, *parser_,
@@ -104,7 +106,6 @@ private:
         patience_.cancel();
         if (tooSlow_) return refuse(errorAnswer(408, "network", "the head of a request has not come in time"));
         if (error == http::error::header_limit) return refuse(errorAnswer(431, "limit", "the head is too long"));
-        if (error == http::error::body_limit) return refuse(tooLong());
         if (error && error.category() == http::make_error_code(http::error::end_of_stream).category() &&
             error != http::error::end_of_stream && error != http::error::partial_message)
             return refuse(errorAnswer(400, "bad_input", "no HTTP"));
@@ -123,11 +124,13 @@ private:
                     .contentType = field(http::field::content_type),
                     .wantsSocket = beast::websocket::is_upgrade(head),
                     .body = {},
+                    .length = parser_->content_length() ? std::optional<std::uint64_t>(*parser_->content_length()) : std::nullopt,
                     .key = context_.options.reach.keys ? stream_.peer(*context_.options.reach.keys()) : std::nullopt,
                     .from = stream_.from()};
         // Chunks have extensions and trailers, for which the library knows no bounds.
         if (head.find(http::field::transfer_encoding) != head.end())
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
+        if (!isUpload(request_) && request_.length.value_or(0) > context_.limits.maxTextBytes) return refuse(tooLong());
         if (std::optional<HttpAnswer> early = routes_.beforeBody(request_))
             return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
         if (routes_.knowsWho()) {
@@ -153,12 +156,41 @@ private:
         }
         readBody();
     }
+    /// A file goes to the disk as it comes.
+    void readFile() {
+        if (std::optional<HttpAnswer> tooMany = routes_.tooFast()) return refuse(std::move(*tooMany));
+        if (std::optional<HttpAnswer> none = noPlaceForUpload(routes_.who(), context_)) return refuse(std::move(*none));
+        isUploading = true;
+        const std::string path = readTarget(request_.target)->path.substr(kUploadPrefix.size());
+        const std::uint64_t length = *request_.length;
+        const auto begin = [folder = context_.options.uploads, path, length] {
+            return UploadFolder::begin(folder, path, length);
+        };
+        context_.disk->run(begin, [self = shared_from_this(), length](
+                                      const Expected<std::shared_ptr<UploadFolder::Incoming>>& file) {
+            if (!file) return self->fileEnds(apiErrorAnswer({file.error().code, file.error().message}));
+            const auto came = self->buffer_.data();
+            const std::string begins(static_cast<const char*>(came.data()), came.size());
+            receiveFile(self, self->stream_, self->context_, *file, begins, length,
+                        [self, length](const tl::expected<std::string, HttpAnswer>& whole) {
+                            if (!whole) return self->fileEnds(whole.error());
+                            const auto& onFile = self->context_.options.onFile;
+                            if (onFile) onFile(self->routes_.who(), "PutFile", *whole);
+                            self->fileEnds(uploadedAnswer(*whole, length));
+                        });
+        });
+    }
+    void fileEnds(HttpAnswer answer) {
+        isUploading = false;
+        stream_.expiresAfter(context_.limits.headWait);
+        write(std::move(answer), false);
+    }
     void readBody() {
+        if (isUpload(request_)) return readFile();
         http::async_read(stream_, buffer_, *parser_,
                          [self = shared_from_this()](beast::error_code error, std::size_t) { self->onBody(error); });
     }
     void onBody(beast::error_code error) {
-        if (error == http::error::body_limit) return refuse(tooLong());
         if (error) return;
         request_.body = std::move(parser_->get().body());
         const auto once = [weak = weak_from_this(), number = ++asked_](HttpAnswer answer) {
@@ -202,9 +234,9 @@ private:
         stream_.expiresAfter(context_.limits.headWait);
         write(std::move(answer), false);
     }
-    void write(HttpAnswer answer, bool keep) {
-        auto response =
-            std::make_shared<http::response<http::string_body>>(static_cast<http::status>(answer.status), 11);
+    template <typename Body>
+    static std::shared_ptr<http::response<Body>> headOf(const HttpAnswer& answer, bool keep) {
+        auto response = std::make_shared<http::response<Body>>(static_cast<http::status>(answer.status), 11);
         response->set(http::field::content_type, answer.type);
         response->set(http::field::cache_control, "no-store");
         response->set("Content-Security-Policy", kPolicy);
@@ -212,6 +244,26 @@ private:
         response->set("X-Content-Type-Options", "nosniff");
         for (const auto& [name, value] : answer.fields) response->set(name, value);
         response->keep_alive(keep);
+        return response;
+    }
+    void writeFile(const HttpAnswer& answer, bool keep) {
+        const auto response = headOf<http::empty_body>(answer, keep);
+        response->content_length(answer.file->bytes);
+        const auto head = std::make_shared<http::response_serializer<http::empty_body>>(*response);
+        http::async_write_header(
+            stream_, *head,
+            [self = shared_from_this(), response, head, keep, file = answer.file](beast::error_code error, std::size_t) {
+                if (error) return;
+                sendFile(self, self->stream_, self->context_, file, [self, keep](bool sent) {
+                    if (!sent) return self->leave();  // its reader counts the bytes
+                    if (keep) return self->readHead();
+                    self->bowOut();
+                });
+            });
+    }
+    void write(HttpAnswer answer, bool keep) {
+        if (answer.file) return writeFile(answer, keep);
+        auto response = headOf<http::string_body>(answer, keep);
         response->body() = std::move(answer.body);
         response->prepare_payload();
         http::async_write(stream_, *response,

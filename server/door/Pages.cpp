@@ -111,6 +111,8 @@ HttpAnswer apiPage(const std::string& wall) {
         "<code>{\"id\":1,\"request\":\"NAME\",\"fields\":{}}</code>, or as a POST of its fields to "
         "<code>/api/NAME</code>, with its Content-Length. "
         "<code>/api</code> has all of this as data, and the types of a scene; <code>/metrics</code> has figures. "
+        "<code>/wall.png</code> is each pixel of the wall, <code>/scene.tsc</code> and <code>/scene.tsct</code> are the "
+        "scene as it is; <code>PUT /upload/NAME</code> brings a file, and tells the path by which it is loaded. "
         "All of these want the token as <code>Authorization: Bearer</code>, the socket also as "
         "<code>?token=</code>. Objects are said by their numbers, or by text: <code>/hall/crane</code>, "
         "<code>#17</code>. Arrays and pictures are binary frames behind a text that counts them: "

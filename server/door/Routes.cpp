@@ -10,6 +10,7 @@
 #include "common/request/Catalogue.h"
 #include "common/request/Check.h"
 #include "server/door/AskInJson.h"
+#include "server/door/FileRoutes.h"
 #include "server/door/Metrics.h"
 #include "server/door/Pages.h"
 
@@ -22,10 +23,11 @@ constexpr std::string_view kAuthorityPath = "/authority.crt";  // of who knows i
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
-    for (const std::string_view known :
-         {"/", "/api", "/api.html", "/metrics", "/panels", "/style.css", "/socket", "/link", "/wall.jpg"})
+    for (const std::string_view known : {"/", "/api", "/api.html", "/metrics", "/panels", "/style.css", "/socket",
+                                         "/link", "/wall.jpg", "/wall.png"})
         if (path == known) return "GET";
     if (path == kAuthorityPath) return "GET";
+    if (const std::string_view file = methodOfFile(path); !file.empty()) return file;
     if (path.starts_with(kFilePrefix)) return consoleFile(path.substr(kFilePrefix.size())) ? "GET" : "";
     if (path.starts_with(kTilePrefix) && path.ends_with(kTileEnding) &&
         path.size() > kTilePrefix.size() + kTileEnding.size())
@@ -99,23 +101,27 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
     }
     if (method.empty())
         return errorAnswer(404, "not_found",
-                           "there is nothing here: /api, /api.html, /metrics, /socket, /link, /wall.jpg, /tile/NAME.png");
-    if (request.method != method) {
+                           "there is nothing here: /api, /api.html, /metrics, /socket, /link, /wall.jpg, /wall.png, "
+                           "/tile/NAME.png, /scene.tsc, /scene.tsct, /upload/NAME");
+    if (request.method != method && !takesFile(target->path, request.method)) {
         HttpAnswer answer = errorAnswer(405, "refused", fmt::format("{} takes {}", target->path, method));
         answer.fields.emplace_back("Allow", method);
         return answer;
     }
-    return std::nullopt;
+    return fileRefusal(request, *target, who_, context_);
+}
+
+std::optional<HttpAnswer> Routes::tooFast() {
+    const TimePoint now = std::chrono::steady_clock::now();
+    if (knowsWho_ ? context_.httpRates.take(who_, now) : context_.strangersRate.take(now)) return std::nullopt;
+    HttpAnswer tooMany =
+        errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
+    tooMany.fields.emplace_back("Retry-After", "1");
+    return tooMany;
 }
 
 void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
-    const TimePoint now = std::chrono::steady_clock::now();
-    if (knowsWho_ ? !context_.httpRates.take(who_, now) : !context_.strangersRate.take(now)) {
-        HttpAnswer tooMany =
-            errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
-        tooMany.fields.emplace_back("Retry-After", "1");
-        return answer(std::move(tooMany));
-    }
+    if (std::optional<HttpAnswer> tooMany = tooFast()) return answer(std::move(*tooMany));
     const std::optional<HttpTarget> target = readTarget(request.target);
     if (target->path == "/") return answer(who_.panel.empty() ? consolePage() : panelPage());
     if (target->path == "/api.html") return answer(apiPage(context_.options.wall));
@@ -137,12 +143,17 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
         return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
     if (target->path.starts_with(kAskPrefix))
         return ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+    if (isFilePath(target->path)) return answerFile(request, *target, who_, context_, answer);
     // Pictures that others have asked for are given away here: who sees none is refused before.
     if (!who_.panel.empty())
         return answer(errorAnswer(403, "refused", "a panel's token sees no picture, and no figures"));
     DoorLink* const link = this->link(answer);
     if (!link) return;
     if (target->path == "/wall.jpg") return context_.pictures.wall(*link, answer);
+    if (target->path == "/wall.png") {
+        const auto& folder = context_.options.uploads;
+        return context_.pictures.whole(*link, folder ? folder->path() : std::string(), answer);
+    }
     if (target->path.starts_with(kTilePrefix))
         return context_.pictures.tile(
             *link,

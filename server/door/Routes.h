@@ -13,6 +13,8 @@ public:
     /// What can be said before the body is there. Nothing: read on.
     [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request);
     void answer(const HttpRequest& request, const AnswerHttp& answer);
+    /// Nothing: this one may be asked now; it counts.
+    [[nodiscard]] std::optional<HttpAnswer> tooFast();
     /// Of who has come in, once beforeBody has said nothing.
     [[nodiscard]] const Entrant& who() const { return who_; }
     /// A token was shown.

@@ -1,6 +1,7 @@
 #include "server/door/WallPictures.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -8,6 +9,7 @@
 #include "common/mosaic/Mosaic.h"
 #include "server/door/Gatekeeper.h"
 #include "server/door/Routes.h"
+#include "server/door/UploadFolder.h"
 
 namespace tessera {
 namespace {
@@ -27,13 +29,14 @@ void WallPictures::images(DoorLink& link, Waiting waiting) {
     if (newest_ && std::chrono::steady_clock::now() - newestAt_ < kFresh) return waiting(newest_);
     waiting_.push_back(std::move(waiting));
     if (waiting_.size() > 1) return;
-    link.ask(ImagesQuestion{}, {}, [this](const Expected<ApplicationAnswer>& answer) {
+    link.ask(ImagesQuestion{}, {}, [this, &link](const Expected<ApplicationAnswer>& answer) {
         const auto* images = answer ? std::get_if<answer::Images>(&*answer) : nullptr;
         const Expected<Images> all = images != nullptr
                                          ? Expected<Images>(std::make_shared<const answer::Images>(*images))
                                      : answer ? Expected<Images>(fail(ErrorCode::kFailed, "no pictures came"))
                                               : Expected<Images>(tl::unexpected(answer.error()));
         if (all) newest_ = *all, newestAt_ = std::chrono::steady_clock::now();
+        if (all) wall_ = link.wall();  // a link that is younger than the pictures may know none yet
         for (const Waiting& each : std::exchange(waiting_, {})) each(all);
     });
 }
@@ -54,11 +57,10 @@ void WallPictures::tile(DoorLink& link, const std::string& name, AnswerHttp answ
 }
 
 void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
-    const std::shared_ptr<DoorLink> held = link.shared_from_this();
-    images(link, [this, held, answer = std::move(answer)](const Expected<Images>& images) {
+    images(link, [this, answer = std::move(answer)](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
         if (jpegOf_ == *images) return answer({.type = "image/jpeg", .body = *jpeg_});
-        const auto make = [images = *images, wall = held->wall()]() -> Expected<std::string> {
+        const auto make = [images = *images, wall = wall_]() -> Expected<std::string> {
             const Expected<Wall> read = decodeWall(wall);
             if (!read) return tl::unexpected(read.error());
             const Expected<Mosaic> mosaic = stitch(*read, *images);
@@ -69,6 +71,44 @@ void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
             if (!jpeg) return answer(failed(jpeg.error()));
             jpegOf_ = images, jpeg_ = std::make_shared<const std::string>(*jpeg);
             answer({.type = "image/jpeg", .body = *jpeg});
+        });
+    });
+}
+
+void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp answer, int attempts) {
+    const std::shared_ptr<DoorLink> held = link.shared_from_this();
+    images(link, [this, held, folder, answer = std::move(answer), attempts](const Expected<Images>& images) {
+        if (!images) return answer(failed(images.error()));
+        using Made = Expected<std::shared_ptr<const AnswerFile>>;
+        const auto make = [images = *images, wall = wall_, folder]() -> Made {
+            const Expected<Wall> read = decodeWall(wall);
+            if (!read) return tl::unexpected(read.error());
+            Expected<FileHandle> file = namelessFile(folder);
+            if (!file) return tl::unexpected(file.error());
+            std::uint64_t written = 0;
+            bool full = false;
+            Bytes piece;
+            const auto flush = [&] {
+                full = full || ::write(file->get(), piece.data(), piece.size()) != static_cast<ssize_t>(piece.size());
+                written += piece.size();
+                piece.clear();
+            };
+            const Expected<void> done = stitchWhole(*read, *images, [&](ByteSpan bytes) {
+                constexpr std::size_t kPiece = std::size_t{256} << 10;
+                piece.insert(piece.end(), bytes.begin(), bytes.end());
+                if (piece.size() >= kPiece) flush();
+            });
+            flush();
+            if (!done) return tl::unexpected(done.error());
+            if (full) return fail(ErrorCode::kLimit, "the server's disk has no room for the picture");
+            return std::make_shared<const AnswerFile>(AnswerFile{std::move(*file), written});
+        };
+        maker_.run(make, [this, held, folder, answer, attempts, images = *images](const Made& made) {
+            if (made) return answer({.type = "image/png", .body = {}, .file = *made});
+            if (made.error().code != ErrorCode::kRefused || images->tiles.empty() || attempts == 1 || held->ended())
+                return answer(failed(made.error()));
+            if (newest_ == images) newest_.reset();  // of different frames: of no use to anybody
+            whole(*held, folder, answer, attempts - 1);
         });
     });
 }

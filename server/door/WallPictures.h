@@ -30,14 +30,19 @@ public:
     /// Of what is being put together.
     void finish() { maker_.finish(); }
     void tile(DoorLink& link, const std::string& name, AnswerHttp answer);
+    /// Each pixel of the wall, as a PNG that lies in `folder` without a name while it is sent. Where tiles show different
+    /// frames they are asked again.
+    void whole(DoorLink& link, const std::string& folder, AnswerHttp answer) { whole(link, folder, std::move(answer), 5); }
 
 private:
     using Images = std::shared_ptr<const answer::Images>;
     using Waiting = std::function<void(const Expected<Images>&)>;
     void images(DoorLink& link, Waiting waiting);
+    void whole(DoorLink& link, const std::string& folder, AnswerHttp answer, int attempts);
 
     Images newest_;
     std::chrono::steady_clock::time_point newestAt_{};
+    ByteSlice wall_;  ///< of `newest_`
     std::vector<Waiting> waiting_;
     std::shared_ptr<const std::string> jpeg_;  ///< of `jpegOf_`
     Images jpegOf_;

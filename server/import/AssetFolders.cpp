@@ -87,8 +87,10 @@ Expected<std::string> findBeside(std::string_view name, const std::string& folde
     return *found;
 }
 
-Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where) {
-    if (path.starts_with(kAssetScheme)) return path;
+namespace {
+
+/// `orItself`: one of the folders too, and not only what lies below.
+Expected<std::string> readable(const std::string& path, const ReadableFolders& where, bool orItself) {
     const auto refuse = [&] {
         return fail(ErrorCode::kRefused,
                     fmt::format("{}: the server may not read this file for an application; {}; start it with --allow "
@@ -105,9 +107,38 @@ Expected<std::string> readableFile(const std::string& path, const ReadableFolder
     if (error || !resolved.is_absolute()) return refuse();
     for (const std::vector<std::string>* folders : {&where.folders, &where.assets})
         for (const std::string& folder : *folders)
-            if (const auto root = canonicalPath(folder); root && isBelow(resolved.string(), *root))
+            if (const auto root = canonicalPath(folder);
+                root && (isBelow(resolved.string(), *root) || (orItself && resolved == *root)))
                 return resolved.string();
     return refuse();
+}
+
+}  // namespace
+
+Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where) {
+    if (path.starts_with(kAssetScheme)) return path;
+    return readable(path, where, false);
+}
+
+Expected<std::vector<std::string>> readableFolder(const std::string& path, const ReadableFolders& where) {
+    std::vector<std::string> folders;
+    if (!path.starts_with(kAssetScheme)) {
+        // Its names end without a slash.
+        const std::string name = path.substr(0, path.find_last_not_of('/') + 1);
+        Expected<std::string> folder = readable(name.empty() ? path : name, where, true);
+        if (!folder) return tl::unexpected(folder.error());
+        folders.push_back(std::move(*folder));
+        return folders;
+    }
+    const std::string name = path.substr(kAssetScheme.size());
+    if (!name.empty() && !staysBelow(name))
+        return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the asset folders", path));
+    for (const std::string& folder : where.assets) {
+        const std::optional<std::string> root = canonicalPath(folder);
+        const std::optional<std::string> found = root ? canonicalPath(*root + "/" + name) : std::nullopt;
+        if (found && (*found == *root || isBelow(*found, *root))) folders.push_back(*found);
+    }
+    return folders;
 }
 
 Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where) {

@@ -33,6 +33,9 @@ struct ReadableFolders {
 /// The file that an application asks for by `path`, without "..", and without symbolic links as far as it is there;
 /// `asset://NAME` as it is. kRefused where it lies elsewhere, whether there is such a file or not; names the option.
 [[nodiscard]] Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where);
+/// The folder that an application asks for by `path`, itself one of `where` or below one, as `readableFile` has it.
+/// `asset://NAME` may be several: what the first has is meant. None: no asset folder has it.
+[[nodiscard]] Expected<std::vector<std::string>> readableFolder(const std::string& path, const ReadableFolders& where);
 
 /// The file itself of what is loaded into a running scene by a name that the scene says, whatever it is called: through links, "." and "..", or as an asset. A whole
 /// path, or `asset://NAME`.

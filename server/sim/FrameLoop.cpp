@@ -137,7 +137,7 @@ struct FrameLoop::Impl {
     // Last: their threads deliver into what stands above.
     Peers peers;
     Loader loader;
-    Workbench workbench;
+    Workbench workbench, listings;
     Uploads uploads;
     Snapshots snapshots;
     MarkArrays marks;
@@ -147,9 +147,7 @@ struct FrameLoop::Impl {
 
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
-Expected<void> FrameLoop::run() {
-    return impl_->run();
-}
+Expected<void> FrameLoop::run() { return impl_->run(); }
 void FrameLoop::stop() {
     impl_->stopping = true;
     impl_->peers.wake();
@@ -198,6 +196,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             options.keys, [this](const std::string& words) { log.warning(words); }),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
+      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
       snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
       marks(blobs, peers.session()),
@@ -233,6 +232,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             },
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
+            .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
+            .files = files.get(),
             .budget = &actors.budget,
             .audit = options.audit}),
       actions({.peers = peers,

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,faults,input]`.
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,faults,input,upload]`.
 
 A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
   rest   nobody looks: frames, and what server and hosts take of a core
@@ -8,10 +8,12 @@ A server and four hosts that draw 960×540 together, on this machine; the view m
   crowd  ten sockets look, five of which stop reading: frames that came later than 50 ms after the one before, with and without them
   faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has subscribed to
          states hears of it, and until the page in chromium shows it (limit 250 ms)
+  upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in crowd
   input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
          fast as it can, beside the time that two frames take
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
+import http.client
 import json
 import math
 import multiprocessing
@@ -29,7 +31,7 @@ sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 import page_browser  # noqa: E402
 from console_socket import WebSocket  # noqa: E402
 from door import watch  # noqa: E402
-from live import Live, run_folder  # noqa: E402
+from live import Live, figure, run_folder  # noqa: E402
 
 import tessera  # noqa: E402
 
@@ -132,12 +134,14 @@ def over(values, part):
     return sorted(values)[min(len(values) - 1, int(part * len(values)))]
 
 
-def frames(live, seconds, *lookers):
-    """Gaps between frames, and what each process took, while these look."""
+def frames(live, seconds, look=lambda: None):
+    """Gaps between frames, and what each process took; `look` is called again and again meanwhile."""
     before = list(map(taken, live._processes))
     begin = time.perf_counter()
     with Beside(watch, live.address) as clock:
-        time.sleep(seconds)
+        while time.perf_counter() < begin + seconds:
+            look()
+            time.sleep(0.05)
     lasted = time.perf_counter() - begin
     shares = [(now - was) / lasted for was, now in zip(before, map(taken, live._processes))]
     gaps = [after - at for at, after in zip(clock.result, clock.result[1:])]
@@ -238,6 +242,31 @@ def rows_of_faults(live, times=8):
              "page_ms": [round(1e3 * shown) for _, shown in rows]}]
 
 
+def bring(door, token, pipe):
+    """1 GiB; from another machine it would take none of this one's cores."""
+    os.nice(19)
+    connection = http.client.HTTPConnection(door, timeout=600)
+    pipe.send("ready")
+    begin = time.perf_counter()
+    connection.request("PUT", "/upload/large", (bytes(1 << 20) for _ in range(1024)), {"Authorization": f"Bearer {token}", "Content-Length": str(1 << 30)})
+    status = connection.getresponse().status
+    lasted = time.perf_counter() - begin
+    connection.close()
+    pipe.recv()
+    pipe.send({"status": status, "MB_per_s": round((1 << 30) / lasted / 1e6)})
+
+
+def rows_of_upload(live, seconds):
+    door, token = door_of(live)
+    with Beside(move, live.address):
+        without = frames(live, seconds)
+        before = figure(live.server, "VmRSS")
+        with Beside(bring, door, token) as brought:
+            highest = []
+            meanwhile = frames(live, seconds, lambda: highest.append(figure(live.server, "VmRSS")))
+    return [{"row": "upload", "without": without, "with": meanwhile, "memory_MiB": round((max(highest) - before) / 1024, 1), **brought.result}]
+
+
 def rows_of_input(live, times=300):
     door, token = door_of(live)
     hand = WebSocket(door, token)
@@ -259,7 +288,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=20)
-    options.add_argument("--rows", default="look,crowd,faults,input")
+    options.add_argument("--rows", default="look,crowd,faults,input,upload")
     said = options.parse_args()
     rows = []
     with run_folder():
@@ -274,6 +303,8 @@ def main():
                     rows += rows_of_faults(live)
                 elif name == "input":
                     rows += rows_of_input(live)
+                elif name == "upload":
+                    rows += rows_of_upload(live, said.seconds)
                 else:
                     options.error(f"no row {name}")
     print(*map(json.dumps, rows), sep="\n")

@@ -46,6 +46,18 @@ return [...document.querySelectorAll('a, button, input, select, [role=treeitem]'
 """
 
 
+def until(what, condition):
+    """Waits for it, and says what it was waiting for."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        found = condition()
+        if found:
+            return found
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
+        time.sleep(0.05)
+
+
 class Browser:
     """`with Browser() as browser:`; what it logs is kept until `logged` is called."""
 
@@ -111,15 +123,7 @@ class Browser:
         return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || at.id")
 
     def until(self, what, condition):
-        """Waits for it, and says what it was waiting for."""
-        deadline = time.monotonic() + PATIENCE
-        while True:
-            found = condition()
-            if found:
-                return found
-            if time.monotonic() > deadline:
-                raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
-            time.sleep(0.05)
+        return until(what, condition)
 
     def sizes_and_themes(self):
         """Goes through both sizes in both themes; the width and the theme that it is now."""

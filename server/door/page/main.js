@@ -1,5 +1,6 @@
 // Where the page begins: what it holds is made here, once, and connected.
 import { Connection } from './connection.js';
+import { FilesView } from './files-view.js';
 import { startHeader } from './header.js';
 import { News } from './news.js';
 import { PlanView } from './plan-view.js';
@@ -28,6 +29,7 @@ const views = {
   plan: new PlanView(document.getElementById('panel-plan'), connection, status, news),
   time: new TimeView(document.getElementById('panel-time'), connection, status),
   scene: new SceneView(document.getElementById('panel-scene'), connection, status, schema),
+  files: new FilesView(document.getElementById('panel-files'), connection),
 };
 startTabs(document.getElementById('tabs'), (name) => {
   for (const [other, view] of Object.entries(views)) view.isShown = other === name;

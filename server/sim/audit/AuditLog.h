@@ -36,7 +36,7 @@ public:
     AuditLog(const AuditLog&) = delete;
     AuditLog& operator=(const AuditLog&) = delete;
 
-    /// From one thread. Never waits.
+    /// From any thread. Never waits.
     void write(std::vector<AuditLine> lines);
 
 private:

@@ -5,6 +5,7 @@
 #include "server/sim/desk/AimDeeds.h"
 #include "server/sim/desk/CollisionDeeds.h"
 #include "server/sim/desk/EditDeeds.h"
+#include "server/sim/desk/FileDeeds.h"
 #include "server/sim/desk/PanelDeeds.h"
 #include "server/sim/desk/SceneDeeds.h"
 #include "server/sim/desk/StatusDeeds.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr DeedTables kDeeds{edit_deeds::kRows, scene_deeds::kRows,     view_deeds::kRows,
                             aim_deeds::kRows,  collision_deeds::kRows, status_deeds::kRows,
-                            panel_deeds::kRows};
+                            panel_deeds::kRows, file_deeds::kRows};
 
 }  // namespace
 

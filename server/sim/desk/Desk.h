@@ -41,7 +41,8 @@ struct Desk {
           views(around.answers(), around.view, around.simulation, around.orderSurvey),
           news(around.session, limits.news),
           looks(around.answers()),
-          works(around.answers()) {}
+          works(around.answers()),
+          listings(around.answers()) {}
     ~Desk() { *closing = true; }
     Desk(const Desk&) = delete;
     Desk& operator=(const Desk&) = delete;
@@ -59,7 +60,7 @@ struct Desk {
     PreviewRequests previews;
     ViewRequests views;
     FrameNews news;
-    BesideRequests looks, works;
+    BesideRequests looks, works, listings;
     /// For what is under way on other threads: nobody waits for it any more.
     const std::shared_ptr<std::atomic<bool>> closing = std::make_shared<std::atomic<bool>>(false);
 

@@ -80,6 +80,8 @@ struct DeskSurroundings {
     using Look = std::function<WorkedOut(const Aspect& scene)>;
     std::function<void(Look look)> lookBeside = {};
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
+    std::function<void(std::function<WorkedOut()> work)> listBeside = {};  ///< as workBeside; waits for disks
+    const SceneFiles* files = nullptr;  ///< with `listBeside`: what may be looked through; null: nothing
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
     AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it

@@ -90,6 +90,7 @@ void RequestDesk::applicationLeft(ConnectionId connection) {
     desk_.views.applicationLeft(connection);
     desk_.looks.applicationLeft(connection);
     desk_.works.applicationLeft(connection);
+    desk_.listings.applicationLeft(connection);
     desk_.proposals.dropArrays(connection);
     desk_.around.drags.release(connection.value);
     desk_.edits.forgetLeftBehind([this](ConnectionId one) { return desk_.applications.contains(one); });

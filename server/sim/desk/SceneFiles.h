@@ -10,6 +10,7 @@
 #include "common/base/Error.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/Importer.h"
+#include "server/sim/desk/FolderListing.h"
 
 namespace tessera {
 
@@ -26,6 +27,8 @@ public:
 
     /// What an application asks for itself: see `readableFile`.
     [[nodiscard]] Expected<std::string> ofApplication(const std::string& path) const { return readableFile(path, allowed_); }
+    /// What an application may look through: see `listFolder`.
+    [[nodiscard]] Expected<answer::FolderPage> list(const FolderWish& wish) const { return listFolder(wish, allowed_); }
     /// What an Inline, a ProxyGroup or a Movie of the running scene names: a whole path, without any link; or why it may not be read.
     [[nodiscard]] Expected<std::string> ofScene(const std::string& name);
     /// Of what has been read: of a scene of the command line, or of a file that `ofScene` gave.

@@ -205,7 +205,8 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::GetWall{},
             request::GetSteps{},
             request::GetPeople{},
-            request::GetPanel{"b.2a"}};
+            request::GetPanel{"b.2a"},
+            request::GetFiles{{.folder = "/srv/models", .after = "hall.glb", .pageSize = 43}}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -297,7 +298,10 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                              .options = {{"near", {ObjectId{42}, ObjectType{7}, "on", {}, true, {}}}},
                              .sets = {{ObjectId{43}, ObjectType{8}, "name", {}, {}, "x"}},
                              .bookmark = 3,
-                             .home = true}}}};
+                             .home = true}}}},
+        answer::FolderPage{{{"hall.glb", "/srv/models/hall.glb", false, 44, true},
+                            {"parts", "/srv/models/parts", true, 0, false}},
+                           "parts"}};
 }
 
 inline notice::Poses somePoses() {

@@ -242,7 +242,7 @@ TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb :
          {"",        "status ",   "tree ",  "load ",     "move ",     "set ",      "remove ",      "undo ",
           "redo ",   "view ",     "fly ",   "navigate ", "bookmark ", "pick ",     "contacts ",    "questions ",
-          "answer ", "snapshot ", "types ", "requests ", "save ",     "trackers ", "play-tracker "}) {
+          "answer ", "snapshot ", "types ", "requests ", "save ",     "trackers ", "play-tracker ", "files "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;
         std::istringstream text(std::get<HelpText>(*result).text);
