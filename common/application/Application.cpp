@@ -525,11 +525,24 @@ Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     return excerpt;
 }
 
-Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
+namespace {
+
+/// A file, or an asset: they are asked for in two ways.
+template <typename Ask>
+Expected<answer::Loaded> askToLoad(const std::string& path, ObjectId parent, const Placing& placing, bool reload, Ask&& ask) {
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
-    if (path.starts_with(kAsset))
-        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing}, timeout);
-    return impl_->ask(request::LoadFile{path, parent, placing}, timeout);
+    if (path.starts_with(kAsset)) return ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, reload});
+    return ask(request::LoadFile{path, parent, placing, reload});
+}
+
+}  // namespace
+
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
+    return askToLoad(path, parent, placing, false, [&](auto request) { return impl_->ask(std::move(request), timeout); });
+}
+
+Expected<answer::Loaded> Application::reload(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
+    return askToLoad(path, parent, placing, true, [&](auto request) { return impl_->ask(std::move(request), timeout); });
 }
 
 Expected<void> Application::setView(const ViewWish& view) {

@@ -160,6 +160,10 @@ public:
     /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
+    /// The same, but that a file which is in the scene already (below `parent`, where one is said) is taken in again in its place:
+    /// what has changed in it, without what people have changed since. Says `reloaded` then.
+    [[nodiscard]] Expected<answer::Loaded> reload(const std::string& path, ObjectId parent = {},
+                                                  std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
     [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);

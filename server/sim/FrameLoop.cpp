@@ -136,6 +136,7 @@ struct FrameLoop::Impl {
 
     // Last: their threads deliver into what stands above.
     Peers peers;
+    std::unique_ptr<FileWatch> watch;  ///< null: nobody wants to know what changes on disk
     Loader loader;
     Workbench workbench;
     Uploads uploads;
@@ -196,6 +197,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 inbox.push(link.value, std::move(event));
             },
             options.keys, [this](const std::string& words) { log.warning(words); }),
+      watch(options.reload ? std::make_unique<FileWatch>([this](std::uint64_t file, FileWatch::News news) {
+          deliver(BesideDone{[this, file, news](TimePoint) { return desk.fileChanged(file, news); }});
+      })
+                           : nullptr),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
@@ -234,6 +239,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
             .budget = &actors.budget,
+            .watch = watch.get(),
+            .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
             .audit = options.audit}),
       actions({.peers = peers,
                .pacing = pacing,
@@ -450,9 +457,10 @@ Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
 
 Expected<void> FrameLoop::Impl::take(Preparation made) {
     if (made.ticket != RequestDesk::kStartScene) {
-        for (const std::string& note : made.notes)
+        // Of a file that is taken in again the desk says what came of it.
+        for (const std::string& note : made.file ? std::vector<std::string>() : made.notes)
             log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
-        if (made.refused && made.content) log.warning(fmt::format("{}: {}", made.path, made.refused->message));
+        if (made.refused && made.content && !made.file) log.warning(fmt::format("{}: {}", made.path, made.refused->message));
         actions.carryOut(desk.prepared(std::move(made), Clock::now()));
         return {};
     }
@@ -462,6 +470,7 @@ Expected<void> FrameLoop::Impl::take(Preparation made) {
     const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
     if (!loaded) return tl::unexpected(loaded.error());
     snapshots.follow(*loaded);
+    for (FileInScene& file : startScene.takeFiles()) desk.remember(std::move(file));
     sceneIsThere();
     return {};
 }

@@ -24,6 +24,7 @@
 namespace tessera {
 
 class Simulation;
+class FileWatch;
 
 struct DeskLimits {
     /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals and copies
@@ -82,6 +83,8 @@ struct DeskSurroundings {
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
+    FileWatch* watch = nullptr;  ///< tells of files that have changed; null: nobody watches them
+    std::function<void(const std::string& words, bool isWrong)> say = {};  ///< to the log; empty: nobody hears it
     AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it
 
     [[nodiscard]] Answers answers() const { return {session, audit}; }

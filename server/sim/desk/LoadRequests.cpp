@@ -13,9 +13,12 @@ namespace {
 constexpr std::size_t kMostNoteBytes = 500;
 }  // namespace
 
-ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, const Placing& placing) {
+ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, const Placing& placing,
+                                bool reload) {
     const auto refuse = [&](Error why) { return around_.answers().to(asker, tl::unexpected(std::move(why))); };
     if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(*why);
+    if (reload)
+        if (std::optional<ServerActions> begun = reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius)) return *std::move(begun);
     const ObjectId below = parent ? parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(below))
         return refuse({ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", below.value)});
@@ -46,6 +49,10 @@ ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
         open->loaded.notes.emplace_back(cutUtf8(note, kMostNoteBytes));
     }
     open->edit.objects = made.objects;
+    if (made.held && made.files)
+        open->given = [this, what = made](ObjectId first) {
+            if (std::optional<FileInScene> file = FileInScene::of(what, first)) reloads_.remember(*std::move(file));
+        };
     open->parts = std::move(made.lists);
     return edits_.queue(made.ticket, std::move(made.arrays), now);
 }

@@ -27,7 +27,13 @@ public:
         return desk_.proposals.uploaded(std::move(finished), now);
     }
     [[nodiscard]] ServerActions prepared(Preparation made, TimePoint now) {
-        return made.copy ? desk_.copies.copied(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
+        if (made.copy) return desk_.copies.copied(std::move(made), now);
+        return made.file ? desk_.reloads.read(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
+    }
+    /// Of the scene before the first frame.
+    void remember(FileInScene file) { desk_.reloads.remember(std::move(file)); }
+    [[nodiscard]] ServerActions fileChanged(std::uint64_t number, FileWatch::News news) {
+        return desk_.reloads.changed(number, news);
     }
     void loadContent(Preparation order) { desk_.loads.loadContent(std::move(order)); }
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image, TimePoint now) {

@@ -50,6 +50,9 @@ std::optional<HeldFile> HeldFile::of(const ChangeList& list) {
     for (std::size_t i = 0; i < list.creations.size(); ++i)
         if (placeAmongAll(list.creations[i].id) != i || !findType(list.creations[i].type)) return std::nullopt;
     HeldFile held{.list = list, .ids = std::vector<ObjectId>(list.creations.size())};
+    for (const Placement& placement : list.placements)
+        if (placement.parent && !isPlaceholder(placement.parent) && held.tops.size() < kMostTops)
+            held.tops.push_back(static_cast<std::uint32_t>(placeAmongAll(placement.node)));
     for (FieldColumn& column : held.list.columns)
         if (auto* arrays = std::get_if<std::vector<Blob>>(&column.values))
             for (Blob& array : *arrays)

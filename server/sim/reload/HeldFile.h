@@ -16,6 +16,9 @@ struct HeldFile {
     ChangeList list;            ///< as the importer made it: placeholders in a row from kFirstPlaceholder up
     std::vector<ObjectId> ids;  ///< in the scene, by place among the placeholders; none: it is not there
 
+    std::vector<std::uint32_t> tops;  ///< places of nodes that hang below what is not of the file, the first ones
+    static constexpr std::size_t kMostTops = 1000;
+
     /// Nothing where its objects are not in a row. Costs what the list holds.
     [[nodiscard]] static std::optional<HeldFile> of(const ChangeList& list);
     /// The objects have these ids, in a row.
