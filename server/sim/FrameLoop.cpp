@@ -362,6 +362,11 @@ Expected<void> FrameLoop::Impl::goOnFromJournal() {
     if (!there) return tl::unexpected(there.error());
     snapshots.follow(*there);
     sceneIsThere();
+    if (!options.reload) return {};
+    if (state.placing() != optionsText(options.placing))
+        log.warning("--reload: the scene was begun with another placing than this command says; its files are not watched");
+    else
+        for (const std::string& file : state.sceneFiles()) desk.findAgain(file, options.placing);
     return {};
 }
 

@@ -124,16 +124,48 @@ ServerActions ReloadRequests::begin(std::uint64_t number) {
 }
 
 ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
-    const auto found = files_.find(made.file);
-    if (found == files_.end()) return {};
-    Known& known = found->second;
+    const auto entry = files_.find(made.file);
+    if (entry == files_.end()) return {};
+    Known& known = entry->second;
     if (made.refused) return end(made.file, *made.refused);
     known.change = std::move(made.change);
     known.files = std::move(made.files);
+    if (!known.change) {
+        const auto look = [this, number = made.file, held = made.held](const Aspect& scene) -> WorkedOut {
+            return withoutWord([this, number, held, objects = tessera::findAgain(scene, kRootNode, *held)] { found(number, held, objects); });
+        };
+        if (!around_.lookBeside) return look(around_.simulation.scene())(now);
+        around_.lookBeside(look);
+        return {};
+    }
     known.told.objects = made.objects;
     known.told.triangles = made.triangles;
     known.told.notes = std::move(made.notes);
     return known.change->empty() ? end(made.file, std::nullopt) : plan(made.file, now);
+}
+
+void ReloadRequests::findAgain(const std::string& path, const Placing& placing) {
+    const FileInScene file{.path = path,
+                           .node = kRootNode,
+                           .placing = placing,
+                           .asked = false,
+                           .held = std::make_shared<const HeldFile>(),
+                           .files = std::make_shared<const WatchedFiles>()};
+    Preparation order{.ticket = edits_.newTicket(), .node = file.node, .path = path, .placing = placing, .asked = false, .file = next_, .watched = file.files};
+    if (!around_.loader.order(std::move(order))) return say(path + ": too many files wait to be loaded; it is not watched", true);
+    files_.emplace(next_++, Known{.file = file, .busy = true});
+}
+
+void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects) {
+    Known& known = files_.at(number);
+    say(fmt::format("{}: {} of its {} objects are in the scene; what it changes from now on is taken in", known.file.path, objects,
+                    held->ids.size()));
+    bytes_ += held->bytes();
+    known.file.held = held;
+    known.file.files = std::exchange(known.files, nullptr);
+    if (around_.watch) around_.watch->watch(number, *known.file.files);
+    known.busy = false;
+    forgetOldest();
 }
 
 ServerActions ReloadRequests::plan(std::uint64_t number, TimePoint now) {

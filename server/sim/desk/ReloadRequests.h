@@ -41,6 +41,9 @@ public:
     ReloadRequests(const DeskSurroundings& around, OpenEdits& edits) : around_(around), edits_(edits) {}
 
     void remember(FileInScene file);
+    /// One that was in the scene before this server began: it is read, and what is found of it by its names is what it held. What
+    /// it changes from then on is taken in.
+    void findAgain(const std::string& path, const Placing& placing);
     /// Nothing: no file of that name is in the scene (below `parent`, where one is said). `otherwise`: it was also said how it is
     /// to stand, which is of no use.
     [[nodiscard]] std::optional<ServerActions> ask(const Asker& asker, const std::string& path, ObjectId parent, bool otherwise);
@@ -66,6 +69,7 @@ private:
 
     [[nodiscard]] bool stands(const FileInScene& file) const;
     [[nodiscard]] ServerActions begin(std::uint64_t number);
+    void found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects);
     [[nodiscard]] ServerActions plan(std::uint64_t number, TimePoint now);
     [[nodiscard]] ServerActions planned(std::uint64_t number, Expected<ReloadPlan> plan, TimePoint now);
     [[nodiscard]] ServerActions committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan, const std::optional<Error>& refused,

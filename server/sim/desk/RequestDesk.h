@@ -32,6 +32,7 @@ public:
     }
     /// Of the scene before the first frame.
     void remember(FileInScene file) { desk_.reloads.remember(std::move(file)); }
+    void findAgain(const std::string& path, const Placing& placing) { desk_.reloads.findAgain(path, placing); }
     [[nodiscard]] ServerActions fileChanged(std::uint64_t number, FileWatch::News news) {
         return desk_.reloads.changed(number, news);
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/change/ChangeList.h"
+#include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
@@ -73,6 +74,10 @@ private:
     std::vector<std::uint32_t> parents_, childStarts_, children_, rowStarts_;
     std::vector<Row> rows_;
 };
+
+/// Fills in the ids of a file that somebody else has loaded below a node, as far as it is there: nodes by their names, equal ones
+/// by their order, if their cores are of the same type; other objects by who refers to them. Returns how many were found.
+std::size_t findAgain(const Aspect& scene, ObjectId below, HeldFile& file);
 
 /// Which object of the former content each object of the next one is, by place; kNone: it is new.
 ///
