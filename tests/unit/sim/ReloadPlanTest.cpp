@@ -292,6 +292,41 @@ TEST(ReloadPlan, WhatIsChangedWhileItIsPlannedStays) {
     EXPECT_NE(allNotes(plan).find("while the file was read"), std::string::npos);
 }
 
+/// What the figures in server/sim/reload/README.md are measured by: --gtest_output=xml has them.
+TEST(ReloadCost, OneMeshOfManyNodesIsOneChangeInAList) {
+    for (const int nodes : {1'000, 100'000}) {
+        std::vector<Said> tops = {{.name = "plant"}};
+        for (int i = 0; i < nodes / 102; ++i) {
+            Said hall{.name = "hall" + std::to_string(i), .at = {double(i), 0, 0}, .box = 1, .rough = 0.5f};
+            for (int k = 0; k < 100; ++k) hall.below.push_back({.name = "part" + std::to_string(k), .at = {0, double(k), 0}});
+            tops[0].below.push_back(std::move(hall));
+        }
+        FileAtWork work(tops);
+        tops[0].below[3].box = 2;
+        ChangeList list = fileOf(tops);
+        const auto read = std::chrono::steady_clock::now();
+        HeldFile next = *HeldFile::of(list);
+        const auto former = std::make_shared<const HeldFile>(work.held());
+        const FileChange change(former, std::move(list), std::move(next));
+        const auto compared = std::chrono::steady_clock::now();
+        Expected<ReloadPlan> plan = planReload(work.scene(), change, kRootNode);
+        const auto planned = std::chrono::steady_clock::now();
+        ASSERT_TRUE(plan);
+        ASSERT_EQ(plan->parts.size(), 1u);
+        leaveOutWhatChanged(work.scene(), plan->parts[0], *plan);
+        const auto looked = std::chrono::steady_clock::now();
+        EXPECT_EQ(plan->parts[0].list.changeCount(), 1u);
+        const auto note = [&](const char* what, auto from, auto to) {
+            RecordProperty(std::to_string(nodes) + " nodes, " + what + ", us", static_cast<int>(std::chrono::duration<double, std::micro>(to - from).count()));
+        };
+        note("compare beside frames", read, compared);
+        note("plan beside frames", compared, planned);
+        note("last look in the frame", planned, looked);
+        RecordProperty(std::to_string(nodes) + " nodes, KiB held", static_cast<int>(former->bytes() >> 10));
+        EXPECT_LT(former->bytes(), static_cast<std::size_t>(nodes) * 512);
+    }
+}
+
 // ---- hunts: random files, random edits in between, and what must come of it, worked out by names
 
 class Hunt {
