@@ -67,7 +67,8 @@ void StartScene::add(Preparation made) {
     const ObjectId first(std::max(firstId_, kRootNode.value + 1) + objects_);
     objects_ += made.lists.front().creations.size();
     lists_.push_back(std::move(made.lists.front()));
-    if (std::optional<FileInScene> file = FileInScene::of(made, first)) files_.push_back(*std::move(file));
+    if (made.held) made.held->standsFrom(first);
+    if (std::optional<FileInScene> file = FileInScene::of(made)) files_.push_back(*std::move(file));
 }
 
 std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uint64_t ticket) {

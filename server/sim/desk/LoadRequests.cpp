@@ -49,9 +49,10 @@ ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
         open->loaded.notes.emplace_back(cutUtf8(note, kMostNoteBytes));
     }
     open->edit.objects = made.objects;
-    if (made.held && made.files)
-        open->given = [this, what = made](ObjectId first) {
-            if (std::optional<FileInScene> file = FileInScene::of(what, first)) reloads_.remember(*std::move(file));
+    if (std::optional<FileInScene> file = FileInScene::of(made))
+        open->given = [this, file = *std::move(file), held = made.held](ObjectId first) {
+            held->standsFrom(first);
+            reloads_.remember(file);
         };
     open->parts = std::move(made.lists);
     return edits_.queue(made.ticket, std::move(made.arrays), now);

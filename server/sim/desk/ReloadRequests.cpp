@@ -10,9 +10,8 @@
 
 namespace tessera {
 
-std::optional<FileInScene> FileInScene::of(const Preparation& made, ObjectId first) {
+std::optional<FileInScene> FileInScene::of(const Preparation& made) {
     if (!made.held || !made.files) return std::nullopt;
-    made.held->standsFrom(first);
     return FileInScene{.path = made.path,
                        .node = made.node,
                        .placing = made.placing,
@@ -32,11 +31,11 @@ void ReloadRequests::remember(FileInScene file) {
         std::erase_if(files_, [&](const Files::value_type& entry) {
             const FileInScene& other = entry.second.file;
             const bool same = other.content && other.content->core == file.content->core && !entry.second.busy;
-            if (same) bytes_ -= other.held->bytes();
+            if (same) bytes_ -= other.held->bytes;
             if (same && around_.watch) around_.watch->forget(entry.first);
             return same;
         });
-    bytes_ += file.held->bytes();
+    bytes_ += file.held->bytes;
     if (around_.watch) around_.watch->watch(next_, *file.files);
     files_.emplace(next_++, Known{.file = std::move(file)});
     forgetOldest();
@@ -57,7 +56,7 @@ void ReloadRequests::forgetOldest() {
 
 ReloadRequests::Files::iterator ReloadRequests::forget(Files::iterator known) {
     if (around_.watch) around_.watch->forget(known->first);
-    bytes_ -= known->second.file.held->bytes();
+    bytes_ -= known->second.file.held->bytes;
     if (around_.uploads) around_.uploads->letGo({std::exchange(known->second.file.held, nullptr)});
     return files_.erase(known);
 }
@@ -160,7 +159,7 @@ void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>
     Known& known = files_.at(number);
     say(fmt::format("{}: {} of its {} objects are in the scene; what it changes from now on is taken in", known.file.path, objects,
                     held->ids.size()));
-    bytes_ += held->bytes();
+    bytes_ += held->bytes;
     known.file.held = held;
     known.file.files = std::exchange(known.files, nullptr);
     if (around_.watch) around_.watch->watch(number, *known.file.files);
@@ -241,9 +240,9 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
     // A change of which nothing came is one still, the next time.
     if (!refused) {
         std::vector<std::shared_ptr<const void>> old = {file.held, known.change};
-        bytes_ -= file.held->bytes();
+        bytes_ -= file.held->bytes;
         file.held = std::make_shared<const HeldFile>(std::move(known.change->next));
-        bytes_ += file.held->bytes();
+        bytes_ += file.held->bytes;
         file.files = std::move(known.files);
         if (around_.watch) around_.watch->watch(number, *file.files);
         known.change.reset();

@@ -25,8 +25,8 @@ struct FileInScene {
     std::shared_ptr<const HeldFile> held = {};
     std::shared_ptr<const WatchedFiles> files = {};
 
-    /// Nothing where it cannot be taken in again. `first`: the id of its first object.
-    [[nodiscard]] static std::optional<FileInScene> of(const Preparation& made, ObjectId first);
+    /// Nothing where it cannot be taken in again. Its objects have no ids yet.
+    [[nodiscard]] static std::optional<FileInScene> of(const Preparation& made);
 };
 
 /// The book of the files that have been loaded. One is read beside the frames, compared with what it held before (FileChange),

@@ -57,6 +57,7 @@ std::optional<HeldFile> HeldFile::of(const ChangeList& list) {
         if (auto* arrays = std::get_if<std::vector<Blob>>(&column.values))
             for (Blob& array : *arrays)
                 if (!array.empty()) array = Blob::absent(array.id(), array.sizeBytes());
+    held.bytes = held.count();
     return held;
 }
 
@@ -64,25 +65,25 @@ void HeldFile::standsFrom(ObjectId first) {
     for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = ObjectId(first.value + i);
 }
 
-std::size_t HeldFile::bytes() const {
-    std::size_t bytes = list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
+std::size_t HeldFile::count() const {
+    std::size_t sum = list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
                         ids.size() * sizeof(ObjectId);
     for (const FieldColumn& column : list.columns) {
-        bytes += column.ids.size() * sizeof(ObjectId);
+        sum += column.ids.size() * sizeof(ObjectId);
         std::visit(
             [&](const auto& values) {
                 using Scalar = typename std::decay_t<decltype(values)>::value_type;
-                bytes += values.size() * sizeof(Scalar);
+                sum += values.size() * sizeof(Scalar);
                 if constexpr (std::is_same_v<Scalar, std::string> || std::is_same_v<Scalar, RefList>) {
                     for (const auto& one : values)
                         if (!std::is_same_v<Scalar, std::string> || one.capacity() > 15)
-                            bytes += one.capacity() * sizeof(one[0]);
+                            sum += one.capacity() * sizeof(one[0]);
                 }
-                if constexpr (std::is_same_v<Scalar, Blob>) bytes += values.size() * 128;  // a name each
+                if constexpr (std::is_same_v<Scalar, Blob>) sum += values.size() * 128;  // a name each
             },
             column.values);
     }
-    return bytes;
+    return sum;
 }
 
 FileObjects::FileObjects(const ChangeList& list) : list_(list) {

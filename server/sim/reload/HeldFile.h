@@ -17,6 +17,7 @@ struct HeldFile {
     ChangeList list;            ///< as the importer made it: placeholders in a row from kFirstPlaceholder up
     std::vector<ObjectId> ids;  ///< in the scene, by place among the placeholders; none: it is not there
 
+    std::size_t bytes = 0;            ///< of memory, as it is counted
     std::vector<std::uint32_t> tops;  ///< places of nodes that hang below what is not of the file, the first ones
     static constexpr std::size_t kMostTops = 1000;
 
@@ -24,8 +25,9 @@ struct HeldFile {
     [[nodiscard]] static std::optional<HeldFile> of(const ChangeList& list);
     /// The objects have these ids, in a row.
     void standsFrom(ObjectId first);
-    /// Memory, as it is counted.
-    [[nodiscard]] std::size_t bytes() const;
+
+private:
+    [[nodiscard]] std::size_t count() const;
 };
 
 /// Looks at the list of a file object by object. The list outlives it and stays as it is.

@@ -322,8 +322,8 @@ TEST(ReloadCost, OneMeshOfManyNodesIsOneChangeInAList) {
         note("compare beside frames", read, compared);
         note("plan beside frames", compared, planned);
         note("last look in the frame", planned, looked);
-        RecordProperty(std::to_string(nodes) + " nodes, KiB held", static_cast<int>(former->bytes() >> 10));
-        EXPECT_LT(former->bytes(), static_cast<std::size_t>(nodes) * 512);
+        RecordProperty(std::to_string(nodes) + " nodes, KiB held", static_cast<int>(former->bytes >> 10));
+        EXPECT_LT(former->bytes, static_cast<std::size_t>(nodes) * 512);
     }
 }
 
