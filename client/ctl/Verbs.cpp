@@ -169,9 +169,8 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
             return fail(ErrorCode::kUsage,
                         fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
     }
-    constexpr auto kPatience = std::chrono::minutes(2);
-    const Expected<answer::Loaded> loaded = load.reload ? application.reload(path, parent, kPatience, load.placing)
-                                                        : application.load(path, parent, kPatience, load.placing);
+    const auto reload = load.reload ? Application::Reload::kIfThere : Application::Reload::kNever;
+    const Expected<answer::Loaded> loaded = application.load(path, parent, std::chrono::minutes(2), load.placing, reload);
     if (!loaded) return tl::unexpected(loaded.error());
     // Somebody may have taken it away again already.
     const std::string number = fmt::format("#{}", loaded->node.value);

@@ -525,24 +525,11 @@ Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     return excerpt;
 }
 
-namespace {
-
-/// A file, or an asset: they are asked for in two ways.
-template <typename Ask>
-Expected<answer::Loaded> askToLoad(const std::string& path, ObjectId parent, const Placing& placing, bool reload, Ask&& ask) {
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing, Reload reload) {
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
-    if (path.starts_with(kAsset)) return ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, reload});
-    return ask(request::LoadFile{path, parent, placing, reload});
-}
-
-}  // namespace
-
-Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
-    return askToLoad(path, parent, placing, false, [&](auto request) { return impl_->ask(std::move(request), timeout); });
-}
-
-Expected<answer::Loaded> Application::reload(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
-    return askToLoad(path, parent, placing, true, [&](auto request) { return impl_->ask(std::move(request), timeout); });
+    const bool again = reload == Reload::kIfThere;
+    if (path.starts_with(kAsset)) return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout);
+    return impl_->ask(request::LoadFile{path, parent, placing, again}, timeout);
 }
 
 Expected<void> Application::setView(const ViewWish& view) {

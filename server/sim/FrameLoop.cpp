@@ -136,7 +136,6 @@ struct FrameLoop::Impl {
 
     // Last: their threads deliver into what stands above.
     Peers peers;
-    std::unique_ptr<FileWatch> watch;  ///< null: nobody wants to know what changes on disk
     Loader loader;
     Workbench workbench;
     Uploads uploads;
@@ -197,10 +196,6 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                 inbox.push(link.value, std::move(event));
             },
             options.keys, [this](const std::string& words) { log.warning(words); }),
-      watch(options.reload ? std::make_unique<FileWatch>([this](std::uint64_t file, FileWatch::News news) {
-          deliver(BesideDone{[this, file, news](TimePoint) { return desk.fileChanged(file, news); }});
-      })
-                           : nullptr),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
@@ -239,7 +234,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
             .budget = &actors.budget,
-            .watch = watch.get(),
+            .watchesFiles = options.reload,
+            .deliver = [this](WorkedOut then) { deliver(BesideDone{std::move(then)}); },
             .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
             .audit = options.audit}),
       actions({.peers = peers,
@@ -362,11 +358,7 @@ Expected<void> FrameLoop::Impl::goOnFromJournal() {
     if (!there) return tl::unexpected(there.error());
     snapshots.follow(*there);
     sceneIsThere();
-    if (!options.reload) return {};
-    if (state.placing() != optionsText(options.placing))
-        log.warning("--reload: the scene was begun with another placing than this command says; its files are not watched");
-    else
-        for (const std::string& file : state.sceneFiles()) desk.findAgain(file, options.placing);
+    if (options.reload) desk.findAgain(state.sceneFiles(), options.placing, state.placing());
     return {};
 }
 
@@ -461,14 +453,8 @@ Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
 }
 
 Expected<void> FrameLoop::Impl::take(Preparation made) {
-    if (made.ticket != RequestDesk::kStartScene) {
-        // Of a file that is taken in again the desk says what came of it.
-        for (const std::string& note : made.file ? std::vector<std::string>() : made.notes)
-            log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
-        if (made.refused && made.content && !made.file) log.warning(fmt::format("{}: {}", made.path, made.refused->message));
-        actions.carryOut(desk.prepared(std::move(made), Clock::now()));
-        return {};
-    }
+    if (made.ticket != RequestDesk::kStartScene)
+        return actions.carryOut(desk.prepared(std::move(made), Clock::now())), Expected<void>();
     Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(made), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};

@@ -24,7 +24,6 @@
 namespace tessera {
 
 class Simulation;
-class FileWatch;
 
 struct DeskLimits {
     /// Of one application, of what is not answered at once: edits, loads, pictures. And what its proposals and copies
@@ -83,7 +82,9 @@ struct DeskSurroundings {
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
-    FileWatch* watch = nullptr;  ///< tells of files that have changed; null: nobody watches them
+    bool watchesFiles = false;   ///< those that are in the scene are taken in again when they change on disk
+    /// Of any thread: has something done on the frame thread. Where files are watched.
+    std::function<void(WorkedOut then)> deliver = {};
     std::function<void(const std::string& words, bool isWrong)> say = {};  ///< to the log; empty: nobody hears it
     AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it
 

@@ -40,6 +40,10 @@ void LoadRequests::loadContent(Preparation order) {
 }
 
 ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
+    if (around_.say) {
+        for (const std::string& note : made.notes) around_.say(note.starts_with(made.path) ? note : made.path + ": " + note, false);
+        if (made.refused && made.content) around_.say(fmt::format("{}: {}", made.path, made.refused->message), true);
+    }
     OpenEdits::Open* const open = edits_.find(made.ticket);
     if (!open) return {};
     if (made.refused) return edits_.refuse(made.ticket, *made.refused);

@@ -21,6 +21,13 @@ std::optional<FileInScene> FileInScene::of(const Preparation& made) {
                        .files = made.files};
 }
 
+ReloadRequests::ReloadRequests(const DeskSurroundings& around, OpenEdits& edits) : around_(around), edits_(edits) {
+    if (!around.watchesFiles) return;
+    watch_ = std::make_unique<FileWatch>([this](std::uint64_t number, FileWatch::News news) {
+        around_.deliver([this, number, news](TimePoint) { return changed(number, news); });
+    });
+}
+
 void ReloadRequests::say(const std::string& words, bool isWrong) const {
     if (around_.say) around_.say(words, isWrong);
 }
@@ -32,11 +39,11 @@ void ReloadRequests::remember(FileInScene file) {
             const FileInScene& other = entry.second.file;
             const bool same = other.content && other.content->core == file.content->core && !entry.second.busy;
             if (same) bytes_ -= other.held->bytes;
-            if (same && around_.watch) around_.watch->forget(entry.first);
+            if (same && watch_) watch_->forget(entry.first);
             return same;
         });
     bytes_ += file.held->bytes;
-    if (around_.watch) around_.watch->watch(next_, *file.files);
+    if (watch_) watch_->watch(next_, *file.files);
     files_.emplace(next_++, Known{.file = std::move(file)});
     forgetOldest();
 }
@@ -48,14 +55,14 @@ void ReloadRequests::forgetOldest() {
             ++known;
             continue;
         }
-        if (around_.watch && stands(known->second.file))
+        if (watch_ && stands(known->second.file))
             say(known->second.file.path + ": so many files are in the scene that this one is watched no more", true);
         known = forget(known);
     }
 }
 
 ReloadRequests::Files::iterator ReloadRequests::forget(Files::iterator known) {
-    if (around_.watch) around_.watch->forget(known->first);
+    if (watch_) watch_->forget(known->first);
     bytes_ -= known->second.file.held->bytes;
     if (around_.uploads) around_.uploads->letGo({std::exchange(known->second.file.held, nullptr)});
     return files_.erase(known);
@@ -143,6 +150,12 @@ ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
     return known.change->empty() ? end(made.file, std::nullopt) : plan(made.file, now);
 }
 
+void ReloadRequests::findAgain(const std::vector<std::string>& paths, const Placing& placing, const std::string& begunWith) {
+    if (begunWith != optionsText(placing))
+        return say("--reload: the scene was begun with another placing than this command says; its files are not watched", true);
+    for (const std::string& path : paths) findAgain(path, placing);
+}
+
 void ReloadRequests::findAgain(const std::string& path, const Placing& placing) {
     const FileInScene file{.path = path,
                            .node = kRootNode,
@@ -162,7 +175,7 @@ void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>
     bytes_ += held->bytes;
     known.file.held = held;
     known.file.files = std::exchange(known.files, nullptr);
-    if (around_.watch) around_.watch->watch(number, *known.file.files);
+    if (watch_) watch_->watch(number, *known.file.files);
     known.busy = false;
     forgetOldest();
 }
@@ -244,7 +257,7 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
         file.held = std::make_shared<const HeldFile>(std::move(known.change->next));
         bytes_ += file.held->bytes;
         file.files = std::move(known.files);
-        if (around_.watch) around_.watch->watch(number, *file.files);
+        if (watch_) watch_->watch(number, *file.files);
         known.change.reset();
         if (around_.uploads) around_.uploads->letGo(std::move(old));
     }

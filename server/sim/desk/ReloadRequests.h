@@ -38,19 +38,16 @@ class ReloadRequests {
 public:
     static constexpr std::size_t kMostFiles = 1024, kMostBytes = std::size_t{256} << 20, kMostWaiting = 64;
 
-    ReloadRequests(const DeskSurroundings& around, OpenEdits& edits) : around_(around), edits_(edits) {}
+    ReloadRequests(const DeskSurroundings& around, OpenEdits& edits);
 
     void remember(FileInScene file);
-    /// One that was in the scene before this server began: it is read, and what is found of it by its names is what it held. What
-    /// it changes from then on is taken in.
-    void findAgain(const std::string& path, const Placing& placing);
+    /// Those that were in the scene before this server began: they are read, and what is found of them by its names is what they
+    /// held. What they change from then on is taken in. `begunWith`: how the scene was placed then, as options.
+    void findAgain(const std::vector<std::string>& paths, const Placing& placing, const std::string& begunWith);
     /// Nothing: no file of that name is in the scene (below `parent`, where one is said). `otherwise`: it was also said how it is
     /// to stand, which is of no use.
     [[nodiscard]] std::optional<ServerActions> ask(const Asker& asker, const std::string& path, ObjectId parent, bool otherwise);
-    [[nodiscard]] ServerActions changed(std::uint64_t number, FileWatch::News news);
     [[nodiscard]] ServerActions read(Preparation made, TimePoint now);
-
-    [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
 private:
     struct Known {
@@ -67,6 +64,8 @@ private:
     };
     using Files = std::map<std::uint64_t, Known>;
 
+    [[nodiscard]] ServerActions changed(std::uint64_t number, FileWatch::News news);
+    void findAgain(const std::string& path, const Placing& placing);
     [[nodiscard]] bool stands(const FileInScene& file) const;
     [[nodiscard]] ServerActions begin(std::uint64_t number);
     void found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects);
@@ -85,6 +84,7 @@ private:
     Files files_;  ///< in the order in which they were loaded
     std::uint64_t next_ = 1;
     std::size_t bytes_ = 0;
+    std::unique_ptr<FileWatch> watch_;  ///< last: its thread tells; null: nobody wants to know what changes on disk
 };
 
 }  // namespace tessera

@@ -32,9 +32,9 @@ public:
     }
     /// Of the scene before the first frame.
     void remember(FileInScene file) { desk_.reloads.remember(std::move(file)); }
-    void findAgain(const std::string& path, const Placing& placing) { desk_.reloads.findAgain(path, placing); }
-    [[nodiscard]] ServerActions fileChanged(std::uint64_t number, FileWatch::News news) {
-        return desk_.reloads.changed(number, news);
+    /// Of one that goes on from a journal.
+    void findAgain(const std::vector<std::string>& files, const Placing& placing, const std::string& begunWith) {
+        desk_.reloads.findAgain(files, placing, begunWith);
     }
     void loadContent(Preparation order) { desk_.loads.loadContent(std::move(order)); }
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image, TimePoint now) {
