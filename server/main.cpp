@@ -55,7 +55,7 @@ struct Arguments {
     std::string record;
     std::string journal, audit;
     unsigned threads = 1;
-    bool noInput = false, noNotices = false;
+    bool noInput = false, noNotices = false, reload = false;
     bool progress = false;
     bool testPicture = false;
     bool allowUnconfined = false;
@@ -288,6 +288,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.takesInput = !arguments.noInput;
     options.notices = !arguments.noNotices;
+    options.reload = arguments.reload;
     const Expected<Address> console = parseAddress(arguments.console);
     if (!console) return failWith("--console", console.error());
     if (!arguments.noConsole && !console->isLoopback() && arguments.keys.empty() && !arguments.insecure)
@@ -446,6 +447,7 @@ int main(int argc, char** argv) {
     options.flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
     options.flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
     options.flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
+    options.flag("--reload", arguments.reload, "Files that change on disk, those of --scene and\nothers, are taken in again in their place; what\npeople changed since is kept");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");

@@ -30,6 +30,7 @@ struct Load {
     std::string file;
     std::string under;  ///< a node; empty: the root
     Placing placing;
+    bool reload = false;
 };
 struct Move {
     std::string node;

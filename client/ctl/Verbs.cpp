@@ -170,17 +170,22 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
             return fail(ErrorCode::kUsage,
                         fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
     }
-    const Expected<answer::Loaded> loaded = application.load(path, parent, std::chrono::minutes(2), load.placing);
+    const auto reload = load.reload ? Application::Reload::kIfThere : Application::Reload::kNever;
+    const Expected<answer::Loaded> loaded = application.load(path, parent, std::chrono::minutes(2), load.placing, reload);
     if (!loaded) return tl::unexpected(loaded.error());
     // Somebody may have taken it away again already.
     const std::string number = fmt::format("#{}", loaded->node.value);
     const Expected<ObjectInfo> node = application.describeNode(number);
     const std::string where = node && !node->path.empty() ? node->path : number;
     std::string text = fmt::format("loaded {} as {}: {} objects, {} triangles\n", load.file, where, loaded->objects, loaded->triangles);
+    if (loaded->reloaded)
+        text = fmt::format("took {} in again at {}: {} values changed, {} objects made, {} removed, {} values kept as they are\n", load.file,
+                           where, loaded->changed, loaded->created, loaded->removed, loaded->kept);
     for (const std::string& note : loaded->notes) text += fmt::format("  {}\n", note);
-    return Answer{std::move(text),
-                  {{"node", loaded->node.value}, {"path", where}, {"objects", loaded->objects}, {"triangles", loaded->triangles}, {"notes", loaded->notes}},
-                  {}};
+    Json told = {{"node", loaded->node.value}, {"path", where}, {"objects", loaded->objects}, {"triangles", loaded->triangles}, {"notes", loaded->notes}};
+    if (loaded->reloaded)
+        told["reloaded"] = {{"changed", loaded->changed}, {"created", loaded->created}, {"removed", loaded->removed}, {"kept", loaded->kept}};
+    return Answer{std::move(text), std::move(told), {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Move& move) {

@@ -526,11 +526,11 @@ Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     return excerpt;
 }
 
-Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing) {
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing, Reload reload) {
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
-    if (path.starts_with(kAsset))
-        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing}, timeout);
-    return impl_->ask(request::LoadFile{path, parent, placing}, timeout);
+    const bool again = reload == Reload::kIfThere;
+    if (path.starts_with(kAsset)) return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout);
+    return impl_->ask(request::LoadFile{path, parent, placing, again}, timeout);
 }
 
 Expected<void> Application::setView(const ViewWish& view) {

@@ -158,8 +158,13 @@ public:
     [[nodiscard]] Expected<answer::Committed> cloneNode(const CloneWish& wish);
     /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
     /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
+    ///
+    /// kIfThere: a file which is in the scene already (below `parent`, where one is said) is taken in again in its place: what has changed
+    /// in it, without what people have changed since. Says `reloaded` then.
+    enum class Reload : bool { kNever, kIfThere };
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
-                                                std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {});
+                                                std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {},
+                                                Reload reload = Reload::kNever);
     [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);

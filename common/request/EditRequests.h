@@ -64,6 +64,9 @@ struct Loaded {
     ObjectId node;  ///< the new node that holds the file's content
     std::uint64_t objects = 0, triangles = 0;
     std::vector<std::string> notes = {};  ///< what was left out or guessed, for people; no more than so many
+    /// It was in the scene already, and has been brought up to date: values and objects of which what has become.
+    bool reloaded = false;
+    std::uint64_t changed = 0, created = 0, removed = 0, kept = 0;
 
     static constexpr ToldInfo kInfo{.name = "Loaded", .answer = 4, .help = "The file is in the scene"};
     static constexpr auto members() {
@@ -71,7 +74,12 @@ struct Loaded {
                           member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
                           member<&Loaded::notes>(4, "notes")
                               .atMost(&ApplicationLimits::maxNotes)
-                              .said("what was left out or guessed, for people"));
+                              .said("what was left out or guessed, for people; of a reload what was kept, and why"),
+                          member<&Loaded::reloaded>(5, "reloaded").said("it was in the scene, and has been brought up to date"),
+                          member<&Loaded::changed>(6, "changed").said("of a reload: values of what was there"),
+                          member<&Loaded::created>(7, "created").said("of a reload: objects"),
+                          member<&Loaded::removed>(8, "removed").said("of a reload: objects"),
+                          member<&Loaded::kept>(9, "kept").said("of a reload: values that the file has changed, and somebody here too"));
     }
 };
 
@@ -217,6 +225,7 @@ struct LoadFile {
     std::string path;
     ObjectId parent;
     Placing placing = {};
+    bool reload = false;
 
     using Answer = answer::Loaded;
     static constexpr RequestInfo kInfo{.number = 4,
@@ -229,7 +238,9 @@ struct LoadFile {
     static constexpr auto members() {
         return std::tuple(member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
                           member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"),
-                          spreadMember<&LoadFile::placing>(3));
+                          spreadMember<&LoadFile::placing>(3),
+                          member<&LoadFile::reload>(8, "reload")
+                              .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
     }
 };
 
@@ -240,6 +251,7 @@ struct LoadAsset {
     std::string name;  ///< without the prefix
     ObjectId parent;
     Placing placing = {};
+    bool reload = false;
 
     using Answer = answer::Loaded;
     static constexpr RequestInfo kInfo{.number = 26,
@@ -252,7 +264,9 @@ struct LoadAsset {
     static constexpr auto members() {
         return std::tuple(member<&LoadAsset::name>(1, "name").said("behind asset://"),
                           member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"),
-                          spreadMember<&LoadAsset::placing>(3));
+                          spreadMember<&LoadAsset::placing>(3),
+                          member<&LoadAsset::reload>(8, "reload")
+                              .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
     }
 };
 

@@ -132,6 +132,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
     if (options.noInput) s.push_back("--no-input");
     if (options.noNotices) s.push_back("--no-notices");
+    if (options.reload) s.push_back("--reload");
     if (options.allowUnconfined) s.push_back("--allow-unconfined-import");
 
     run.clientArguments = {"--output", options.output};

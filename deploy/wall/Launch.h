@@ -49,6 +49,7 @@ struct LaunchOptions {
     bool testPicture = false;  ///< instead of the scene
     bool noInput = false;    ///< of the server: nobody flies
     bool noNotices = false;  ///< and the wall says nothing of bad programs
+    bool reload = false;     ///< and takes files in again that have changed
     bool allowUnconfined = false;
     std::string executable;  ///< our own path: the other programs lie beside it
 };

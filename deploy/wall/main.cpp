@@ -91,6 +91,7 @@ int main(int argc, char** argv) {
     commandLine.flag("--restart", options.restart, "Start a client again that has died");
     commandLine.flag("--no-input", options.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
     commandLine.flag("--no-notices", options.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
+    commandLine.flag("--reload", options.reload, "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,
                  "Import even where the importing process\ncannot be confined");
     if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;

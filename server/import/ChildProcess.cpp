@@ -129,6 +129,7 @@ tl::unexpected<Error> errorFrom(ByteSpan payload) {
 
 constexpr std::size_t kMaxTextBytes = 4096;
 constexpr std::size_t kMaxChildNotes = 64;
+constexpr std::size_t kMaxChildFiles = 4096;
 constexpr std::size_t kMaxBlobs = 8'000'000;
 
 }  // namespace
@@ -155,7 +156,8 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
             return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
         const bool isText =
-            record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault || record.kind == ImportRecord::Kind::kError;
+            record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault || record.kind == ImportRecord::Kind::kError ||
+            record.kind == ImportRecord::Kind::kFile;
         if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("it becomes more than {} MiB in memory", options.maxResultBytes >> 20));
@@ -182,6 +184,9 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
             case ImportRecord::Kind::kFault:
                 if (output.faults.size() < kMaxChildNotes) output.faults.emplace_back(asText(payload));
                 break;
+            case ImportRecord::Kind::kFile:
+                if (output.files.size() < kMaxChildFiles) output.files.emplace_back(asText(payload));
+                break;
             case ImportRecord::Kind::kError:
                 return errorFrom(payload);
             case ImportRecord::Kind::kEnd:
@@ -197,7 +202,15 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
     const std::string program = options.importerProgram.empty() ? pathBesideThisProgram("tessera-import") : options.importerProgram;
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
-    return readImporterOutput(started->output.get(), options, [&] { return explainEnd(started->child.reap(), options); });
+    Expected<ImporterOutput> output =
+        readImporterOutput(started->output.get(), options, [&] { return explainEnd(started->child.reap(), options); });
+    if (!output) return output;
+    // Of what it says of other places nobody looks at anything.
+    const std::string folder = file.substr(0, file.rfind('/') + 1);
+    std::erase_if(output->files, [&](const std::string& path) {
+        return !path.starts_with(folder) || path.find("/../") != std::string::npos || path.find('\0') != std::string::npos;
+    });
+    return output;
 }
 
 }  // namespace tessera

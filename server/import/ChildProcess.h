@@ -14,6 +14,7 @@ struct ImporterOutput {
     Bytes scene;  ///< a SceneFile without blobs
     std::vector<Blob> blobs;
     std::vector<std::string> notes, faults;
+    std::vector<std::string> files;  ///< that it says it has read or looked for, in the file's folder or below
 };
 
 /// What an importer writes into a pipe, to its end: bounded by the options, wrong hashes and orders refused. `cutShort`: what to say

@@ -85,6 +85,9 @@ struct ImportedScene {
     /// Files that Inlines, ProxyGroups and Movies of it name in the folder of the file that names them, or below: whole paths, whether they are there or not. Not
     /// assets, and nothing beside a file in the root folder.
     std::vector<std::string> named;
+    /// Files that it was read from, and that were looked for: whole paths, no more than kMostFiles. Who takes it in again watches them.
+    static constexpr std::size_t kMostFiles = 4096;
+    std::vector<std::string> files;
     /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.
     LaterParts later;
 };

@@ -88,6 +88,8 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     if (!output) return failInFile(label, output.error());
     Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content) return failWith(label, content.error());
+    for (std::string& looked : output->files)
+        if (result.files.size() < ImportedScene::kMostFiles) result.files.push_back(std::move(looked));
     auto file = std::make_unique<LoadedFile>();
     file->path = path;
     file->label = label;

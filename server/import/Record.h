@@ -1,7 +1,7 @@
 /// What the importing child process says to its parent through a pipe: a few records, each with its length and hash.
 ///
 /// scene (a SceneFile in plain form, without its blobs), blob* (in their order), note* (a remark for the person), fault* (what is wrong and
-/// was left away), end;
+/// was left away), file* (what was read or looked for), end;
 /// or one error. Everything in it is a foreign file's word until the parent has checked it.
 #pragma once
 
@@ -12,7 +12,7 @@ namespace tessera {
 struct ImportRecord {
     static constexpr std::uint32_t kMagic = 0x31495354;  ///< "TSI1"; the same machine reads it, so native byte order
 
-    enum class Kind : std::uint32_t { kScene = 1, kBlob = 2, kNote = 3, kError = 4, kEnd = 5, kFault = 6 };
+    enum class Kind : std::uint32_t { kScene = 1, kBlob = 2, kNote = 3, kError = 4, kEnd = 5, kFault = 6, kFile = 7 };
 
     std::uint32_t magic = kMagic;
     Kind kind = Kind::kEnd;

@@ -235,6 +235,9 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
             .files = files.get(),
             .budget = &actors.budget,
+            .watchesFiles = options.reload,
+            .deliver = [this](WorkedOut then) { deliver(BesideDone{std::move(then)}); },
+            .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
             .audit = options.audit}),
       actions({.peers = peers,
                .pacing = pacing,
@@ -357,6 +360,7 @@ Expected<void> FrameLoop::Impl::goOnFromJournal() {
     if (!there) return tl::unexpected(there.error());
     snapshots.follow(*there);
     sceneIsThere();
+    if (options.reload) desk.findAgain(state.sceneFiles(), options.placing, state.placing());
     return {};
 }
 
@@ -451,19 +455,15 @@ Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
 }
 
 Expected<void> FrameLoop::Impl::take(Preparation made) {
-    if (made.ticket != RequestDesk::kStartScene) {
-        for (const std::string& note : made.notes)
-            log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
-        if (made.refused && made.content) log.warning(fmt::format("{}: {}", made.path, made.refused->message));
-        actions.carryOut(desk.prepared(std::move(made), Clock::now()));
-        return {};
-    }
+    if (made.ticket != RequestDesk::kStartScene)
+        return actions.carryOut(desk.prepared(std::move(made), Clock::now())), Expected<void>();
     Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(made), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
     const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
     if (!loaded) return tl::unexpected(loaded.error());
     snapshots.follow(*loaded);
+    for (FileInScene& file : startScene.takeFiles()) desk.remember(std::move(file));
     sceneIsThere();
     return {};
 }

@@ -38,9 +38,10 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation ma
     if (made.refused && !made.content) return tl::unexpected(*made.refused);
     for (const std::string& note : made.notes) log.info(note.starts_with(made.path) ? note : made.path + ": " + note);
     if (!made.content) {
-        lists_.push_back(std::move(made.lists.front()));
+        const std::uint64_t ticket = made.ticket;
+        add(std::move(made));
         if (lists_.size() < paths_.size()) {
-            if (const Expected<void> next = order(loader, made.ticket); !next) return tl::unexpected(next.error());
+            if (const Expected<void> next = order(loader, ticket); !next) return tl::unexpected(next.error());
             return std::nullopt;
         }
         const auto loads = [](const Creation& creation) { return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>(); };
@@ -51,14 +52,23 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation ma
         // Whoever loads the lists says what is wrong with one.
         for (const ChangeList& list : lists_)
             if (!draft_->take(list)) return std::exchange(lists_, {});
-        return goOn(loader, made.ticket);
+        return goOn(loader, ticket);
     }
     const bool came = !made.refused && draft_->take(made.lists.front());
-    if (came) lists_.push_back(std::move(made.lists.front()));
     const std::string problem = made.refused ? made.refused->message : "the scene has no room for what it holds";
     if (!came) log.warning(fmt::format("{}: {}", made.path, problem));
     draft_->loading.ended(made.content->core, came ? std::nullopt : std::optional(problem));
-    return goOn(loader, made.ticket);
+    const std::uint64_t ticket = made.ticket;
+    if (came) add(std::move(made));
+    return goOn(loader, ticket);
+}
+
+void StartScene::add(Preparation made) {
+    const ObjectId first(std::max(firstId_, kRootNode.value + 1) + objects_);
+    objects_ += made.lists.front().creations.size();
+    lists_.push_back(std::move(made.lists.front()));
+    if (made.held) made.held->standsFrom(first);
+    if (std::optional<FileInScene> file = FileInScene::of(made)) files_.push_back(*std::move(file));
 }
 
 std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uint64_t ticket) {

@@ -8,6 +8,7 @@
 
 #include "common/base/Log.h"
 #include "server/sim/desk/Loader.h"
+#include "server/sim/desk/ReloadRequests.h"
 
 namespace tessera {
 
@@ -28,14 +29,20 @@ public:
     [[nodiscard]] bool empty() const { return paths_.empty(); }
     /// Where the lists' ids will begin, if others have been taken before: lists of Inlines' states name them.
     void idsFrom(std::uint64_t first) { firstId_ = first; }
+    /// The files of the lists, with the ids that these have been given.
+    [[nodiscard]] std::vector<FileInScene> takeFiles() { return std::exchange(files_, {}); }
 
 private:
     struct Draft;
+    /// One more, with the file that it has come from.
+    void add(Preparation made);
     [[nodiscard]] std::optional<std::vector<ChangeList>> goOn(Loader& loader, std::uint64_t ticket);
 
     std::vector<std::string> paths_;
     Placing placing_;
     std::vector<ChangeList> lists_;
+    std::vector<FileInScene> files_;
+    std::uint64_t objects_ = 0;  ///< of all lists so far
     std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
     std::size_t inlines_ = 0;
     std::uint64_t firstId_ = 0;

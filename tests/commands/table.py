@@ -119,6 +119,7 @@ ROWS = {
     "tessera-ctl load": asked("ctl load $PWD/tests/data/outside/crane.tsct", options="--allow $PWD/tests/data", says="loaded"),
     "tessera-ctl load --at --scale --fit --up": asked("ctl load $PWD/tests/data/outside/crane.tsct --at 1 0 2 --scale 2 --up y && ctl load $PWD/tests/data/outside/crane.tsct --fit 2", options="--allow $PWD/tests/data", says="loaded"),
     "tessera-ctl files": asked("ctl files && ctl files $PWD/tests/data/outside", options="--allow $PWD/tests/data", says="crane.tsct"),
+    "tessera-ctl --server ADDR:PORT load --reload FILE": asked("ctl load $PWD/tests/data/outside/crane.tsct && ctl load --reload $PWD/tests/data/outside/crane.tsct", options="--allow $PWD/tests/data", says="took"),
     "tessera-ctl save": asked("ctl save $T/now.tsc && tessera-check $T/now.tsc", leaves=("$T/now.tsc",)),
     "tessera-ctl --server ADDR:PORT save FILE.tsc": asked("ctl save $T/now.tsc && ctl save $T/now.tsct && tessera-check $T/now.tsc $T/now.tsct", leaves=("$T/now.tsc", "$T/now.tsct")),
     "tessera-ctl snapshot": asked("ctl snapshot $T/now.png", leaves=("$T/now.png",)),
@@ -308,7 +309,7 @@ MORE_LINES = [
                 "--surface osmesa --share off --output $T/a --assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames --listen 127.0.0.1:$PORT --no-input --no-notices "
                 "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --journal $T/journal --surface egl --device 0 --output $T/b "
-                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads --uploads-mib 10", ("$T/b/wall.png", "$T/journal")),
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads --uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
     ("Options", "./deploy/run-wall --no-install --version && tessera-keys --keys $T/keys init --wall 1x1 && "

@@ -203,7 +203,8 @@ class Wall:
         return self[path].remove()
 
     def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT, **placing: Any) -> Node:
-        """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands."""
+        """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands.
+        With `reload=True` one that is there already is taken in again in its place: what has changed in it."""
         parent = self[under] if isinstance(under, str) else under
         if parent is not None and not isinstance(parent, Node):
             raise BadInput(f"under: {under!r} is neither a node nor the path of one")

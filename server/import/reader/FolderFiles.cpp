@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -19,6 +20,16 @@
 
 namespace tessera {
 namespace {
+
+/// One thread, one file, one life.
+std::set<std::string>& lookedFor() {
+    static std::set<std::string> paths;
+    return paths;
+}
+
+void isLookedFor(const std::string& path) {
+    if (lookedFor().size() < kMostFilesLookedFor) lookedFor().insert(path);
+}
 
 std::string lowerCase(std::string text) {
     for (char& c : text)
@@ -66,7 +77,12 @@ std::multimap<std::string, std::string> namesBelow(const std::string& folder) {
 
 }  // namespace
 
+std::vector<std::string> filesLookedFor() {
+    return {lookedFor().begin(), lookedFor().end()};
+}
+
 Expected<Bytes> readOrdinaryFile(const std::string& path, std::size_t maxBytes) {
+    isLookedFor(path);
     const Expected<OrdinaryFile> file = openOrdinaryFile(path);
     if (!file) return tl::unexpected(file.error());
     const std::uint64_t size = file->bytes;
@@ -89,7 +105,10 @@ Expected<std::string> FolderFiles::resolve(const std::string& name) const {
     if (name.empty() || name.find('\0') != std::string::npos) return fail(ErrorCode::kBadInput, "an empty file name");
     const std::string path = name.front() == '/' ? name : folder_ + "/" + name;
     const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
-    if (!resolved) return fail(ErrorCode::kNotFound, fmt::format("'{}': {}", name, std::strerror(errno)));
+    if (!resolved) {
+        isLookedFor(path);
+        return fail(ErrorCode::kNotFound, fmt::format("'{}': {}", name, std::strerror(errno)));
+    }
     const std::string found(resolved.get());
     if (found == folder_) return fail(ErrorCode::kBadInput, fmt::format("'{}' is a folder", name));
     const std::string prefix = folder_ == "/" ? folder_ : folder_ + "/";

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
@@ -12,6 +13,10 @@ namespace tessera {
 /// An ordinary file's bytes; pipes, devices and folders are refused without being read. Messages do not repeat the
 /// path.
 [[nodiscard]] Expected<Bytes> readOrdinaryFile(const std::string& path, std::size_t maxBytes);
+
+/// Paths of the files that this process has read or looked for, in order of their names; no more than so many.
+inline constexpr std::size_t kMostFilesLookedFor = 4096;
+[[nodiscard]] std::vector<std::string> filesLookedFor();
 
 /// The folder of one imported file. Landlock guards it in the kernel; this gives the clear message, and guards an
 /// unconfined importer.

@@ -18,6 +18,7 @@
 #include "common/base/Hash.h"
 #include "common/confine/Confinement.h"
 #include "server/import/Record.h"
+#include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 
 namespace tessera {
@@ -84,6 +85,7 @@ void writeScene(const PlainScene& scene) {
         writeRecord(ImportRecord::Kind::kNote, asBytes(std::string_view(note).substr(0, 2000)));
     for (const std::string& fault : scene.faults)
         writeRecord(ImportRecord::Kind::kFault, asBytes(std::string_view(fault).substr(0, 2000)));
+    for (const std::string& path : filesLookedFor()) writeRecord(ImportRecord::Kind::kFile, asBytes(std::string_view(path).substr(0, 4096)));
     writeRecord(ImportRecord::Kind::kEnd, {});
 }
 

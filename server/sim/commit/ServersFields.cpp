@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
+#include "common/cores/Inline.h"
 #include "common/cores/Manipulator.h"
 #include "common/cores/Movie.h"
+#include "common/cores/Node.h"
+#include "common/cores/ProxyGroup.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/scene/FieldTable.h"
 
@@ -29,7 +33,18 @@ constexpr std::array kServersFields = {
     ServersField{typeOf<Manipulator>(), fieldId<&Manipulator::moreSizes>, "set its pixels"},
 };
 
+constexpr std::array kOfTheRunningScene = {
+    std::pair{typeOf<Inline>(), fieldId<&Inline::state>},         std::pair{typeOf<Inline>(), fieldId<&Inline::problem>},
+    std::pair{typeOf<ProxyGroup>(), fieldId<&ProxyGroup::state>}, std::pair{typeOf<ProxyGroup>(), fieldId<&ProxyGroup::problem>},
+    std::pair{typeOf<Node>(), fieldId<&Node::levels>},            std::pair{typeOf<Node>(), fieldId<&Node::ofServer>},
+};
+
 }  // namespace
+
+bool isServersField(ObjectType type, FieldId field) {
+    return std::ranges::any_of(kServersFields, [&](const ServersField& f) { return f.type == type && f.field == field; }) ||
+           std::ranges::find(kOfTheRunningScene, std::pair(type, field)) != kOfTheRunningScene.end();
+}
 
 Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
     for (const FieldColumn& column : list.columns) {

@@ -12,4 +12,8 @@ namespace tessera {
 /// InlineContents.) Costs a look-up per column.
 [[nodiscard]] Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list);
 
+/// What a running scene says of itself, whatever the file says that it came from: those, states of Inlines and ProxyGroups, and
+/// what the server has chosen or hung into a node.
+[[nodiscard]] bool isServersField(ObjectType type, FieldId field);
+
 }  // namespace tessera

@@ -16,6 +16,7 @@
 #include "server/sim/desk/OpenEdits.h"
 #include "server/sim/desk/PreviewRequests.h"
 #include "server/sim/desk/ProposalRequests.h"
+#include "server/sim/desk/ReloadRequests.h"
 
 namespace tessera {
 
@@ -34,7 +35,8 @@ struct Desk {
           limits(most),
           edits(around, limits),
           proposals(around, limits, edits),
-          loads(around, edits),
+          reloads(around, edits),
+          loads(around, edits, reloads),
           copies(around, limits, edits),
           images(around.wall, around.session, limits.imageDeadline),
           previews(around.wall, around.session),
@@ -54,6 +56,7 @@ struct Desk {
     std::map<std::string, std::shared_ptr<const Panel>> panels;  ///< by their names among the keys
     OpenEdits edits;
     ProposalRequests proposals;
+    ReloadRequests reloads;
     LoadRequests loads;
     CopyRequests copies;
     ImageRequests images;

@@ -84,6 +84,10 @@ struct DeskSurroundings {
     const SceneFiles* files = nullptr;  ///< with `listBeside`: what may be looked through; null: nothing
     FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
 
+    bool watchesFiles = false;   ///< those that are in the scene are taken in again when they change on disk
+    /// Of any thread: has something done on the frame thread. Where files are watched.
+    std::function<void(WorkedOut then)> deliver = {};
+    std::function<void(const std::string& words, bool isWrong)> say = {};  ///< to the log; empty: nobody hears it
     AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it
 
     [[nodiscard]] Answers answers() const { return {session, audit}; }

@@ -13,9 +13,12 @@ namespace {
 constexpr std::size_t kMostNoteBytes = 500;
 }  // namespace
 
-ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, const Placing& placing) {
+ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, const Placing& placing,
+                                bool reload) {
     const auto refuse = [&](Error why) { return around_.answers().to(asker, tl::unexpected(std::move(why))); };
     if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(*why);
+    if (reload)
+        if (std::optional<ServerActions> begun = reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius)) return *std::move(begun);
     const ObjectId below = parent ? parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(below))
         return refuse({ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", below.value)});
@@ -37,6 +40,10 @@ void LoadRequests::loadContent(Preparation order) {
 }
 
 ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
+    if (around_.say) {
+        for (const std::string& note : made.notes) around_.say(note.starts_with(made.path) ? note : made.path + ": " + note, false);
+        if (made.refused && made.content) around_.say(fmt::format("{}: {}", made.path, made.refused->message), true);
+    }
     OpenEdits::Open* const open = edits_.find(made.ticket);
     if (!open) return {};
     if (made.refused) return edits_.refuse(made.ticket, *made.refused);
@@ -46,6 +53,11 @@ ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
         open->loaded.notes.emplace_back(cutUtf8(note, kMostNoteBytes));
     }
     open->edit.objects = made.objects;
+    if (std::optional<FileInScene> file = FileInScene::of(made))
+        open->given = [this, file = *std::move(file), held = made.held](ObjectId first) {
+            held->standsFrom(first);
+            reloads_.remember(file);
+        };
     open->parts = std::move(made.lists);
     return edits_.queue(made.ticket, std::move(made.arrays), now);
 }

@@ -4,17 +4,19 @@
 #include <string>
 
 #include "server/sim/desk/OpenEdits.h"
+#include "server/sim/desk/ReloadRequests.h"
 
 namespace tessera {
 
 /// Loads that applications ask for, and what Inlines hold. Read by `Loader`, beside the frames. Frame thread only.
 class LoadRequests {
 public:
-    LoadRequests(const DeskSurroundings& around, OpenEdits& edits) : around_(around), edits_(edits) {}
+    LoadRequests(const DeskSurroundings& around, OpenEdits& edits, ReloadRequests& reloads)
+        : around_(around), edits_(edits), reloads_(reloads) {}
 
-    /// `parent`: none means the root. kNotFound: there is no such node. kLimit: too many files wait.
+    /// `reload`: if the file is in the scene already it is taken in again. `parent`: none means the root, or wherever it is. kNotFound: there is no such node. kLimit: too many files wait.
     [[nodiscard]] ServerActions ask(const Asker& asker, const std::string& path, ObjectId parent,
-                                    const Placing& placing);
+                                    const Placing& placing, bool reload = false);
     /// What an Inline holds comes like any other load, but nobody is answered and it is no step of undo.
     void loadContent(Preparation order);
     [[nodiscard]] ServerActions loaded(Preparation made, TimePoint now);
@@ -22,6 +24,7 @@ public:
 private:
     const DeskSurroundings& around_;
     OpenEdits& edits_;
+    ReloadRequests& reloads_;
 };
 
 }  // namespace tessera

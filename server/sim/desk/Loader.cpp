@@ -7,12 +7,16 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
+#include "server/import/AssetFolders.h"
 #include "server/sim/frame/InlineContents.h"
 #include "server/sim/frame/LoadParts.h"
+#include "server/sim/reload/FileChange.h"
+#include "server/sim/reload/FileWatch.h"
 
 namespace tessera {
 namespace {
@@ -65,16 +69,19 @@ void Loader::carryOut(Preparation& order) const {
     constexpr int kLowestPriority = 19;
     // Of this thread, on Linux; the importer that it starts inherits it. Where that is forbidden the load is as it
     // would be.
-    if (order.asked) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
-    Expected<ImportedScene> scene = read(order);
+    if (order.asked || order.file) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);
+    Expected<ImportedScene> scene = order.file ? readQuiet(order) : readWatched(order);
     if (!scene) {
         order.refused = scene.error();
         return;
     }
+    std::optional<HeldFile> held = HeldFile::of(scene->list);
     order.top = scene->top;
     order.objects = scene->nodes + scene->cores;
     order.triangles = scene->triangles;
     order.notes = std::move(scene->notes);
+    if (order.file) return compare(order, std::move(scene->list), std::move(held));
+    if (held) order.held = std::make_shared<HeldFile>(*std::move(held));
     if (!order.asked) {
         order.lists.push_back(std::move(scene->list));
         return;
@@ -82,6 +89,56 @@ void Loader::carryOut(Preparation& order) const {
     // All that takes long with a large scene is done here, to the freeing of what is not needed any more.
     order.arrays = blobsOf(scene->list);
     order.lists = cutForFrames(std::move(scene->list));
+}
+
+std::shared_ptr<const WatchedFiles> Loader::filesOf(const Preparation& order, std::vector<std::string> others) const {
+    std::string file = order.path;
+    WatchedFiles files{.paths = {}, .stamps = {}, .called = {file}};
+    if (file.starts_with(kAssetScheme)) {
+        file = findAsset(std::string_view(file).substr(kAssetScheme.size()), options_.assetFolders).value_or(file);
+    } else {
+        std::error_code error;
+        files.called.push_back(std::filesystem::absolute(file, error).lexically_normal().string());
+        files.called.push_back(std::filesystem::weakly_canonical(file, error).string());
+    }
+    others.insert(others.begin(), std::move(file));
+    files.stamps = stampsOf(others);
+    files.paths = std::move(others);
+    return std::make_shared<const WatchedFiles>(std::move(files));
+}
+
+/// What is written while it is read is a change.
+Expected<ImportedScene> Loader::readWatched(Preparation& order) const {
+    const FileStamp before = filesOf(order, {})->stamps.front();
+    Expected<ImportedScene> scene = read(order);
+    if (!scene) return scene;
+    WatchedFiles files = *filesOf(order, std::move(scene->files));
+    files.stamps.front() = before;
+    order.files = std::make_shared<const WatchedFiles>(std::move(files));
+    return scene;
+}
+
+/// Whoever writes it may not be ready: what was read is one state of all its files.
+Expected<ImportedScene> Loader::readQuiet(Preparation& order) const {
+    constexpr int kTries = 5;
+    for (int i = 0; i < kTries; ++i) {
+        const std::vector<FileStamp> before = stampsOf(order.watched->paths);
+        Expected<ImportedScene> scene = read(order);
+        if (scene) order.files = filesOf(order, std::move(scene->files));
+        if (stampsOf(order.watched->paths) == before) return scene;
+        std::this_thread::sleep_for(FileWatch::kQuiet);
+    }
+    return fail(ErrorCode::kRefused, order.path + ": it changes again and again while it is read");
+}
+
+void Loader::compare(Preparation& order, ChangeList list, std::optional<HeldFile> held) {
+    if (!held) {
+        order.refused = Error{ErrorCode::kUnsupported, order.path + ": what it holds cannot be compared; load it anew"};
+    } else if (order.former) {
+        order.change = std::make_shared<FileChange>(order.former, std::move(list), *std::move(held));
+    } else {
+        order.held = std::make_shared<HeldFile>(*std::move(held));
+    }
 }
 
 Loader::~Loader() {
@@ -124,7 +181,7 @@ Expected<ImportedScene> Loader::readContent(const Preparation& order) const {
     Expected<ImportedScene> scene = importScene(*path, order.node, options);
     if (!scene) return scene;
     files_->add(scene->named);
-    addState(scene->list, *order.content);
+    if (!order.file) addState(scene->list, *order.content);
     return scene;
 }
 

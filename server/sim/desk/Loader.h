@@ -10,6 +10,7 @@
 #include "server/import/Importer.h"
 #include "server/sim/desk/SceneFiles.h"
 #include "server/sim/frame/Preparation.h"
+#include "server/sim/reload/HeldFile.h"
 
 namespace tessera {
 
@@ -34,6 +35,12 @@ private:
     void carryOut(Preparation& order) const;
     [[nodiscard]] Expected<ImportedScene> read(const Preparation& order) const;
     [[nodiscard]] Expected<ImportedScene> readContent(const Preparation& order) const;
+    /// And say which files that took.
+    [[nodiscard]] Expected<ImportedScene> readWatched(Preparation& order) const;
+    [[nodiscard]] Expected<ImportedScene> readQuiet(Preparation& order) const;
+    /// The file first.
+    [[nodiscard]] std::shared_ptr<const WatchedFiles> filesOf(const Preparation& order, std::vector<std::string> others) const;
+    static void compare(Preparation& order, ChangeList list, std::optional<HeldFile> held);
 
     ImportOptions options_;
     std::shared_ptr<SceneFiles> files_;

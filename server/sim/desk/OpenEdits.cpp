@@ -5,10 +5,15 @@
 
 #include "server/sim/desk/AuditNames.h"
 #include "server/sim/frame/Simulation.h"
+#include "server/sim/reload/ReloadPlan.h"
 
 namespace tessera {
 
 namespace {
+
+std::size_t partsOf(const OpenEdits::Open& open) {
+    return open.reload ? open.reload->parts.size() : open.parts.size();
+}
 
 ApplicationAnswer committedAnswer(const OpenEdits::Open& open, answer::Committed committed) {
     committed.removed = open.removed;
@@ -134,7 +139,7 @@ std::vector<Edit> OpenEdits::takeEdits() {
     for (const std::uint64_t ticket : std::exchange(ready_, {})) {
         Open& open = open_.at(ticket);
         const bool step = isStep(open.edit.kind);
-        if (!open.parts.empty()) {
+        if (!open.parts.empty() || open.reload) {
             loading_.push_back(ticket);
             continue;
         }
@@ -164,19 +169,37 @@ void OpenEdits::takePart(std::vector<Edit>& edits) {
     if (loading_.empty() || around_.simulation.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind))
         return;
     Open& open = open_.at(loading_.front());
-    Edit part = open.edit;
-    part.list = std::move(open.parts[open.nextPart++]);
+    Edit part = open.reload ? nextPartOf(open) : open.edit;
+    if (!open.reload) part.list = std::move(open.parts[open.nextPart++]);
     note(open, part);
-    const bool isLast = open.nextPart == open.parts.size();
+    const bool isLast = open.nextPart == partsOf(open);
     // What is one part only is an edit like others.
     if (open.parts.size() > 1) part.kind = isLast ? Edit::Kind::kLastPart : Edit::Kind::kPart;
-    edits.push_back(std::move(part));
+    edits.insert(open.reload ? edits.begin() : edits.end(), std::move(part));
     if (isLast) loading_.pop_front();
+}
+
+/// What has changed since it was planned stays. It comes first in its frame: nobody's edit of the same one is lost by it.
+Edit OpenEdits::nextPartOf(Open& open) const {
+    ReloadPlan& plan = *open.reload;
+    const std::size_t number = open.nextPart++;
+    ReloadPlan::Part& next = plan.parts[number];
+    leaveOutWhatChanged(around_.simulation.scene(), next, plan);
+    Edit part = open.edit;
+    part.objects = plan.objects;
+    if (number < plan.creating)
+        part.kind = number + 1 == plan.creating ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+    else if (plan.creating > 0)
+        replaceIds(next.list, [&](ObjectId id) {
+            return isPlaceholder(id) ? ObjectId(open.firstMade.value + (id.value - kFirstPlaceholder)) : id;
+        });
+    part.list = std::move(next.list);
+    return part;
 }
 
 void OpenEdits::note(const Open& open, const Edit& edit) const {
     AuditBook* const audit = around_.audit;
-    if (!audit || open.content) return;
+    if (!audit || open.content || !open.asker.connection) return;
     Simulation& simulation = around_.simulation;
     const ChangeListPtr step = isStep(edit.kind) ? simulation.listOf(edit.kind) : nullptr;
     const ChangeList& list = step ? *step : edit.list;
@@ -202,7 +225,11 @@ ServerActions OpenEdits::committed(std::vector<EditOutcome> outcomes) {
         const auto found = open_.find(outcome.ticket);
         if (found == open_.end() || outcome.underWay) continue;
         Open& open = found->second;
-        const bool morePartsFollow = open.nextPart < open.parts.size();
+        const bool morePartsFollow = open.nextPart < partsOf(open);
+        if (outcome.result && !outcome.result->ids.empty()) {
+            open.firstMade = outcome.result->ids.front().second;
+            if (open.given) open.given(open.firstMade);
+        }
         if (morePartsFollow && outcome.result) continue;
         append(actions, tell(open, answerOf(open, std::move(outcome.result))));
         if (morePartsFollow) {
@@ -217,6 +244,7 @@ ServerActions OpenEdits::committed(std::vector<EditOutcome> outcomes) {
 }
 
 ServerActions OpenEdits::tell(const Open& open, const Expected<ApplicationAnswer>& outcome) {
+    if (open.ended) return open.ended(outcome ? std::nullopt : std::optional(outcome.error()));
     if (!open.content) return around_.answers().to(open.asker, outcome);
     if (around_.inlines)
         around_.inlines->ended(open.content, outcome ? std::nullopt : std::optional(outcome.error().message));

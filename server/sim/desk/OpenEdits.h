@@ -12,6 +12,8 @@
 
 namespace tessera {
 
+struct ReloadPlan;
+
 /// What a list takes of a frame: its changes, and the references in them.
 [[nodiscard]] std::size_t weightOf(const ChangeList& list);
 
@@ -38,7 +40,13 @@ public:
         answer::Loaded loaded = {};          ///< of a load: its answer; `node` is a placeholder until the commit
         std::vector<ChangeList> parts = {};  ///< of a load, or a large copy, that takes several frames
         std::size_t nextPart = 0;
+        ObjectId firstMade = {};             ///< of a reload in parts: the id of the first object that it makes
         std::vector<Blob> announced = {};  ///< can be fetched until its outcome is known
+        std::shared_ptr<ReloadPlan> reload = {};  ///< of a file that is taken in again: its lists, instead of `parts`
+        /// Of what a file has brought: ids are given to it in a row from this one on.
+        std::function<void(ObjectId first)> given = {};
+        /// What is done when its outcome is known, instead of an answer; the error says why it was refused.
+        std::function<ServerActions(const std::optional<Error>& refused)> ended = {};
     };
 
     OpenEdits(const DeskSurroundings& around, const DeskLimits& limits) : around_(around), limits_(limits) {}
@@ -84,6 +92,8 @@ private:
 
     /// To whoever asked, or to who orders what Inlines hold.
     [[nodiscard]] ServerActions tell(const Open& open, const Expected<ApplicationAnswer>& outcome);
+    /// The part of a reload for the frame that is about to be made.
+    [[nodiscard]] Edit nextPartOf(Open& open) const;
     /// The audit log is told what it writes, before that is done.
     void note(const Open& open, const Edit& edit) const;
     /// Its outcome is known, or nobody wants it. What comes behind it.

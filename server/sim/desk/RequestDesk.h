@@ -27,7 +27,14 @@ public:
         return desk_.proposals.uploaded(std::move(finished), now);
     }
     [[nodiscard]] ServerActions prepared(Preparation made, TimePoint now) {
-        return made.copy ? desk_.copies.copied(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
+        if (made.copy) return desk_.copies.copied(std::move(made), now);
+        return made.file ? desk_.reloads.read(std::move(made), now) : desk_.loads.loaded(std::move(made), now);
+    }
+    /// Of the scene before the first frame.
+    void remember(FileInScene file) { desk_.reloads.remember(std::move(file)); }
+    /// Of one that goes on from a journal.
+    void findAgain(const std::vector<std::string>& files, const Placing& placing, const std::string& begunWith) {
+        desk_.reloads.findAgain(files, placing, begunWith);
     }
     void loadContent(Preparation order) { desk_.loads.loadContent(std::move(order)); }
     [[nodiscard]] ServerActions imageReceived(const server_action::ImageReceived& image, TimePoint now) {

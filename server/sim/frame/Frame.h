@@ -36,6 +36,7 @@ struct Edit {
     std::optional<NodeMove> move = {};
     ObjectId node = {};         ///< that moves
     std::uint64_t objects = 0;  ///< of parts: how many objects all of them create, from kFirstPlaceholder up
+    bool ofFile = false;        ///< of one that is not undoable: what a file says that is taken in again
 };
 
 /// It takes a step of the history back or does it again, whatever its list says.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,10 @@
 #include "common/scene/Clones.h"
 
 namespace tessera {
+
+struct HeldFile;
+struct FileChange;
+struct WatchedFiles;
 
 /// What a file holds, or a copy of much of a scene. It goes to the thread that makes it, and comes back with its lists.
 struct Preparation {
@@ -31,6 +36,9 @@ struct Preparation {
     };
     std::optional<Content> content = {};
     std::optional<CloneOptions> copy = {};  ///< none: a file is read
+    std::uint64_t file = 0;                      ///< that is taken in again, as its book calls it; 0: it is read for the first time
+    std::shared_ptr<const HeldFile> former = {};  ///< of such: what it held; null: it is to be found in the scene by its names
+    std::shared_ptr<const WatchedFiles> watched = {};  ///< of such: these must stay as they are while it is read
 
     std::optional<Error> refused = {};    ///< why there is nothing
     std::vector<ChangeList> lists = {};   ///< cut for frames where `asked`, or of a copy; else one
@@ -40,6 +48,9 @@ struct Preparation {
     std::uint64_t bytes = 0;              ///< of memory that the lists of a copy take; arrays are the scene's
     std::uint64_t triangles = 0;          ///< of a file, as drawn
     std::vector<std::string> notes = {};  ///< of the importer, for a person
+    std::shared_ptr<const WatchedFiles> files = {};  ///< that it was read from, or that were looked for
+    std::shared_ptr<HeldFile> held = {};  ///< of a file that is read for the first time; null: it cannot be taken in again
+    std::shared_ptr<FileChange> change = {};  ///< of one that is taken in again
 };
 
 }  // namespace tessera

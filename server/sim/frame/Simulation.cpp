@@ -21,6 +21,15 @@
 
 namespace tessera {
 
+namespace {
+
+Actor::Incoming::From fromOf(const Edit& edit) {
+    if (edit.undoable) return Actor::Incoming::From::kPeople;
+    return edit.ofFile ? Actor::Incoming::From::kFiles : Actor::Incoming::From::kServer;
+}
+
+}  // namespace
+
 Simulation::Simulation(const SimulationOptions& options)
     : maxObjects_(options.scene.maxObjects),
       committer_(options.scene),
@@ -146,8 +155,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (edit.undoable && sound) sound = serversNodes_.check(scene(), edit.list);
     if (sound)
         sound =
-            actors_.receive(scene(), edit.list,
-                            {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer});
+            actors_.receive(scene(), edit.list, {.from = fromOf(edit)});
     if (sound) sound = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!sound) return refused(std::move(sound.error()));
     ChangeList list = std::move(edit.list);
@@ -170,7 +178,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (edit.undoable) step.overlaps = pipeline_.overlaps(scene(), moved);
     if (!list.empty()) {
         ServersHand hand = this->hand();
-        const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, list, Actor::ListOf::kEdit);
+        const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, list, edit.ofFile ? Actor::ListOf::kStep : Actor::ListOf::kEdit);
         Expected<Committer::Applied> applied =
             committer_.apply(std::move(list), edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
         if (!applied) return refused(std::move(applied.error()));
@@ -201,7 +209,7 @@ EditOutcome Simulation::applyPart(Edit edit) {
     }
     Expected<void> wanted =
         actors_.receive(scene(), edit.list,
-                        {.from = edit.undoable ? Actor::Incoming::From::kPeople : Actor::Incoming::From::kServer,
+                        {.from = fromOf(edit),
                          .own = arriving_->ids});
     if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =

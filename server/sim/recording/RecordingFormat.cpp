@@ -28,7 +28,7 @@ constexpr std::uint64_t kindOf() {
 }
 
 struct EditRecord {
-    static constexpr std::uint64_t kUndoable = 1;
+    static constexpr std::uint64_t kUndoable = 1, kOfFile = 2;
     std::uint64_t ticket = 0, kind = 0, flags = 0, gestureBy = 0, gesture = 0, objects = 0;
 };
 /// question, decision, translation, rotation w x y z, scale: numbers as their bits.
@@ -160,7 +160,7 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
     record::Inputs inputs{.frame = FrameNumber(head.frame()), .first = head.first(), .edits = {}, .replies = {}};
     for (std::size_t i = 0; i < edits->size(); ++i) {
         const EditRecord& edit = (*edits)[i];
-        if ((edit.flags & ~EditRecord::kUndoable) != 0) return malformed("an edit has flags that are none");
+        if ((edit.flags & ~(EditRecord::kUndoable | EditRecord::kOfFile)) != 0) return malformed("an edit has flags that are none");
         if (edit.kind > static_cast<std::uint64_t>(Edit::Kind::kLastPart)) return malformed("an edit is of a kind that is none");
         Expected<ChangeList> list = listFrom(split->parts[kFixedParts + i], arrays);
         if (!list) return failWith(fmt::format("edit {}", i + 1), list.error());
@@ -169,7 +169,8 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
                                 .kind = static_cast<Edit::Kind>(edit.kind),
                                 .undoable = (edit.flags & EditRecord::kUndoable) != 0,
                                 .gesture = {edit.gestureBy, edit.gesture},
-                                .objects = edit.objects});
+                                .objects = edit.objects,
+                                .ofFile = (edit.flags & EditRecord::kOfFile) != 0});
     }
     for (const MoveRecord& move : *moves) {
         if (move.edit >= inputs.edits.size() || (move.flags & ~MoveRecord::kAll) != 0) return malformed("a move is of no edit, or of a kind that is none");
@@ -243,11 +244,11 @@ RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> 
     std::vector<MoveRecord> moves;
     std::vector<Bytes> lists;
     for (const Edit& edit : edits) {
-        const auto& [ticket, list, kind, undoable, gesture, move, node, objects] = edit;
+        const auto& [ticket, list, kind, undoable, gesture, move, node, objects, ofFile] = edit;
         if (move) moves.push_back(pack(editRecords.size(), node, *move));
         editRecords.push_back({.ticket = ticket,
                                .kind = static_cast<std::uint64_t>(kind),
-                               .flags = undoable ? EditRecord::kUndoable : 0,
+                               .flags = (undoable ? EditRecord::kUndoable : 0) | (ofFile ? EditRecord::kOfFile : 0),
                                .gestureBy = gesture.by,
                                .gesture = gesture.id,
                                .objects = objects});

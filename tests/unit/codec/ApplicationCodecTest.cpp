@@ -153,6 +153,7 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_FALSE(load.placing.fit);
     EXPECT_EQ(load.placing.up, UpAxis::kZ);
     EXPECT_EQ(load.placing.pointRadius, 0.25);
+    EXPECT_TRUE(load.reload);
 
     const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4]))).wish;
     EXPECT_EQ(*view.position, Vec3d(1, 2, 3));
@@ -201,6 +202,8 @@ TEST(ApplicationCodec, AnAnswerKeepsItsFields) {
     EXPECT_EQ(loaded.node, ObjectId{25});
     EXPECT_EQ(loaded.objects, 26u);
     EXPECT_EQ(loaded.triangles, 27u);
+    EXPECT_TRUE(loaded.reloaded);
+    EXPECT_EQ(loaded.changed + loaded.created + loaded.removed + loaded.kept, 28u + 29 + 30 + 31);
 
     const auto picked = std::get<answer::Picked>(*decodeAnswer(encodeAnswer(answers[4])));
     EXPECT_TRUE(picked.hit);

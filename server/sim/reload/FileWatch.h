@@ -1,0 +1,75 @@
+/// Files that are looked at again and again: who is told when one has changed.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/Clock.h"
+#include "common/base/Turn.h"
+
+namespace tessera {
+
+/// What tells one state of a file from another one. Of what is not there all is 0.
+struct FileStamp {
+    std::uint64_t device = 0, node = 0, bytes = 0;
+    std::int64_t written = 0, changed = 0;  ///< ns
+    bool operator==(const FileStamp&) const = default;
+};
+/// Links are followed: one that leads elsewhere is another state.
+[[nodiscard]] std::vector<FileStamp> stampsOf(const std::vector<std::string>& files);
+
+struct WatchedFiles {
+    std::vector<std::string> paths;  ///< the first one is the file itself: without it there is nothing to be read
+    std::vector<FileStamp> stamps;   ///< as they were when they were read
+    std::vector<std::string> called;  ///< names that lead to the file: as it was asked for, and whole ones
+};
+
+/// Looks at all of them kLooks times a second, on a thread of its own. So it works on file systems of other machines, for files
+/// that are replaced by renaming, that are gone for a while, and whose folders are. One look at 4,096 files takes some
+/// milliseconds of that thread.
+///
+/// A group of files is told once any of them has changed and all have been as they are for kQuiet. What is gone is not told
+/// until it is back; when it has been gone for kGone, that is told once.
+class FileWatch {
+public:
+    static constexpr int kLooks = 10;
+    static constexpr std::chrono::milliseconds kQuiet{200}, kGone{2000};
+
+    enum class News : std::uint8_t { kChanged, kGone };
+    /// On the watch's thread.
+    using Tell = std::function<void(std::uint64_t group, News news)>;
+    explicit FileWatch(Tell tell);
+    ~FileWatch();
+    FileWatch(const FileWatch&) = delete;
+    FileWatch& operator=(const FileWatch&) = delete;
+
+    /// In place of what the group had. Frame thread; does not wait for any file.
+    void watch(std::uint64_t group, WatchedFiles files);
+    void forget(std::uint64_t group);
+
+private:
+    struct Group {
+        WatchedFiles files;           ///< with their stamps when it was told last
+        std::vector<FileStamp> seen;  ///< at the last look
+        TimePoint since = {};         ///< as they were then
+        bool goneTold = false;
+    };
+    void run();
+    void takeOrders();
+    void lookAt(std::uint64_t number, Group& group, TimePoint now) const;
+
+    Tell tell_;
+    Turn turn_;
+    std::map<std::uint64_t, std::optional<WatchedFiles>> orders_;  ///< for the thread; nothing: the group is over
+    std::map<std::uint64_t, Group> groups_;                        ///< of the thread
+    int stop_ = -1;
+    std::thread thread_;
+};
+
+}  // namespace tessera

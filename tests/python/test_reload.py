@@ -1,0 +1,179 @@
+"""Files that change on disk while a wall of real processes shows them: what is taken in again, and what people keep."""
+import json
+import os
+import struct
+import time
+import unittest
+
+import tessera
+from live import PATIENCE, Live, run_folder
+
+
+def hall(crane=(1, 0, 0), crate=(2, 0, 0), size=1.0, more=""):
+    place = "transform {{ translation {{ x: {} y: {} z: {} }} }}".format
+    return f"""
+node {{ name: "hall" {place(0, 0, 0)}
+  node {{ name: "crane" {place(*crane)} node {{ name: "shape" box {{ size {{ x: {size} y: 1 z: 1 }} }} }} }}
+  node {{ name: "crate" {place(*crate)} }}
+  {more}
+}}
+"""
+
+
+def triangle(height):
+    """A model and its array, in two files."""
+    array = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, height, 0)
+    model = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "sail", "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, height, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(array)}],
+        "buffers": [{"uri": "sail.bin", "byteLength": len(array)}],
+    }
+    return json.dumps(model), array
+
+
+def replace(path, text):
+    """As editors do: whoever looks sees the old file or the new one."""
+    beside = path.with_name(path.name + ".new")
+    beside.write_text(text)
+    os.replace(beside, path)
+
+
+def wait_until(holds, what):
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"{what}: not within {PATIENCE} s")
+        time.sleep(0.02)
+
+
+class Changing(Live):
+    """Its scene lies in a folder of its own."""
+
+    def __init__(self, text, options=("--reload",), name="hall.tsct", **others):
+        super().__init__(surface="none", options=options, **others)
+        self.files = self.folder / "files"
+        self.files.mkdir()
+        self._scene = self.file = self.files / name
+        self.file.write_text(text)
+
+    def said(self, words):
+        return self.log("server").count(words)
+
+
+def place(wall, path):
+    return tuple(float(x) for x in wall[path].translation)
+
+
+class Reload(unittest.TestCase):
+    def setUp(self):
+        self.enterContext(run_folder())
+
+    def test_a_file_that_is_replaced_is_taken_in_again_and_what_people_moved_stays(self):
+        with Changing(hall()) as live, live.connect() as wall:
+            ids = {path: wall[path].id for path in ("/hall/crane", "/hall/crate", "/hall/crane/shape")}
+            wall["/hall/crane"].translation = (7, 7, 7)
+            replace(live.file, hall(crate=(3, 0, 0)))
+            wait_until(lambda: place(wall, "/hall/crate") == (3, 0, 0), "the crate moves")
+            self.assertEqual(place(wall, "/hall/crane"), (7, 7, 7), "the file has not touched it")
+            replace(live.file, hall(crane=(5, 0, 0), crate=(4, 0, 0), more='node { name: "lamp" }'))
+            wait_until(lambda: place(wall, "/hall/crate") == (4, 0, 0), "the crate moves again")
+            self.assertEqual(place(wall, "/hall/crane"), (7, 7, 7), "both have changed it")
+            wait_until(lambda: live.said("the Transform of /hall/crane: translation stays as it is here") == 1, "that is named")
+            self.assertEqual([child.name for child in wall["/hall"].children], ["crane", "crate", "lamp"])
+            for path, number in ids.items():
+                self.assertEqual(wall[path].id, number, f"{path} is the same node")
+            wall.undo()
+            self.assertEqual(place(wall, "/hall/crane"), (1, 0, 0), "undo takes back what the person did")
+            self.assertEqual(place(wall, "/hall/crate"), (4, 0, 0), "and nothing of the file")
+            with self.assertRaises(tessera.Refused):
+                wall.undo()
+
+    def test_a_file_that_is_broken_changes_nothing_and_is_watched_on(self):
+        with Changing(hall()) as live, live.connect() as wall:
+            with open(live.file, "w") as file:  # cut off, then written where it lies
+                file.write(hall(crate=(3, 0, 0))[:60])
+            wait_until(lambda: live.said("what it held before stays") == 1, "that is said")
+            self.assertEqual(place(wall, "/hall/crate"), (2, 0, 0))
+            with open(live.file, "w") as file:
+                file.write(hall(crate=(3, 0, 0)))
+            wait_until(lambda: place(wall, "/hall/crate") == (3, 0, 0), "whole again")
+            live.file.unlink()
+            wait_until(lambda: live.said("it is gone; what it held stays") == 1, "that is said, too")
+            self.assertEqual(place(wall, "/hall/crate"), (3, 0, 0))
+            live.file.write_text(hall(crate=(6, 0, 0)))
+            wait_until(lambda: place(wall, "/hall/crate") == (6, 0, 0), "back")
+            # Quickly one after the other: the last one counts.
+            for x in range(10, 20):
+                replace(live.file, hall(crate=(x, 0, 0)))
+            wait_until(lambda: place(wall, "/hall/crate") == (19, 0, 0), "the last one")
+            self.assertEqual(live.said("what it held before stays"), 1, live.log("server"))
+
+    def test_files_that_a_file_names_are_watched_too(self):
+        text, array = triangle(1.0)
+        live = Changing(text, name="sail.gltf")
+        (live.files / "sail.bin").write_bytes(array)
+        with live, live.connect() as wall:
+            (shape,) = wall.find("/**", type="Geometry")
+            self.assertEqual(shape.positions[2][1], 1.0)
+            (live.files / "sail.bin").write_bytes(triangle(2.0)[1])
+            wait_until(lambda: shape.positions[2][1] == 2.0, "the sail is higher")
+
+    def test_what_an_inline_holds_is_taken_in_again(self):
+        text = hall(more='node { name: "inner" inline { file: "inner.tsct" } }')
+        live = Changing(text)
+        inner = live.files / "inner.tsct"
+        inner.write_text(hall())
+        with live, live.connect() as wall:
+            path = "/hall/inner/hall/crate"
+            wait_until(lambda: any(node.path == path for node in wall.find("/**/crate")), "it is there")
+            number = wall[path].id
+            replace(inner, hall(crate=(5, 0, 0)))
+            wait_until(lambda: place(wall, path) == (5, 0, 0), "the crate moves")
+            self.assertEqual(wall[path].id, number)
+            replace(live.file, hall())
+            wait_until(lambda: not list(wall.find("/**/inner")), "the Inline goes, and what it held")
+            self.assertEqual(len(list(wall.find("/**/crate"))), 1)
+
+    def test_by_hand_once(self):
+        with Changing(hall(), options=()) as live, live.connect() as wall:
+            replace(live.file, hall(crate=(3, 0, 0), size=2.0))
+            done = live.run("tessera-ctl", "--server", live.address, "--json", "load", "--reload", str(live.file))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(done.stdout)
+            self.assertEqual(told["reloaded"], {"changed": 2, "created": 0, "removed": 0, "kept": 0}, told)
+            self.assertEqual(told["path"], "/hall")
+            self.assertEqual(place(wall, "/hall/crate"), (3, 0, 0))
+            text = live.run("tessera-ctl", "--server", live.address, "load", "--reload", str(live.file)).stdout
+            self.assertIn("0 values changed", text)
+            # A viewer of another file: the rules of `load` hold.
+            other = live.files / "other.tsct"
+            other.write_text(hall())
+            refused = live.run("tessera-ctl", "--server", live.address, "load", "--reload", str(other))
+            self.assertNotEqual(refused.returncode, 0)
+            self.assertIn("--allow", refused.stderr)
+
+    def test_what_an_application_loaded_is_watched(self):
+        live = Changing(hall())
+        models = live.folder / "models"
+        models.mkdir()
+        file = models / "box.tsct"
+        file.write_text('node { name: "box" transform { translation { x: 1 } } }')
+        live._options += ["--allow", str(models)]
+        with live, live.connect() as wall:
+            box = wall.load(str(file), under="/hall", reload=True)  # it is not there yet
+            self.assertEqual(place(wall, "/hall/box"), (1, 0, 0))
+            replace(file, 'node { name: "box" transform { translation { x: 2 } } }')
+            wait_until(lambda: place(wall, "/hall/box") == (2, 0, 0), "it moves")
+            self.assertEqual(wall["/hall/box"].id, box.id)
+            wall.remove("/hall/box")
+            replace(file, 'node { name: "box" transform { translation { x: 3 } } }')
+            again = wall.load(str(file), under="/hall", reload=True)
+            self.assertNotEqual(again.id, box.id, "what was removed is loaded anew")
+            self.assertEqual(place(wall, "/hall/box"), (3, 0, 0))
+
+
+if __name__ == "__main__":
+    unittest.main()
