@@ -62,6 +62,7 @@ class Edit:
         self._columns: dict[tuple[int, int], tuple[Type, Field, _Column]] = {}
         self._ranges: list[tuple[Any, ...]] = []
         self._range_bytes = _wire.Chain()
+        self._destroyed: list[int] = []
         self._made: dict[int, Object] = {}
         self._paths: dict[str, Node] = {}
         self._parents: dict[str, Node] = {}  # that were there before
@@ -81,7 +82,7 @@ class Edit:
 
     @property
     def empty(self) -> bool:
-        return not (self._creations or self._placements or self._columns or self._ranges)
+        return not (self._creations or self._placements or self._columns or self._ranges or self._destroyed)
 
     # ---- what goes in
 
@@ -129,6 +130,26 @@ class Edit:
         self._placements.append((node._id, parent._id, _index(index)))
         self._or_back(self._placements.pop)
         return node
+
+    def add(self, under: Node, name: str, core: Optional[Object] = None, index: int = _changes.LAST) -> Node:
+        """A new node below one that is there or new, with a core of its own or of others. Its name may be any text; nothing is asked."""
+        if not isinstance(under, Node):
+            raise BadInput(f"under: {under!r} is no node")
+        if core is not None and (not isinstance(core, Object) or not core._type.is_core):
+            raise BadInput(f"core: {core!r} cannot be the core of a node")
+        with self._all_or_nothing():
+            self._names(under)
+            if core is not None:
+                self._names(core)
+            return self._new_node(under, name, f"{under.path.rstrip('/')}/{name}", core, index)
+
+    def destroy(self, *objects: Object) -> None:
+        """Objects that nothing uses any more. Refused where something does; of nodes, `Node.remove` takes what is below them too."""
+        for each in objects:
+            if not isinstance(each, Object) or isinstance(each, Node):
+                raise BadInput(f"{each!r} is no object beside the tree; a node has remove()")
+        self._names(*objects)
+        self._destroyed.extend(each._number() for each in objects)
 
     def object(self, type: str, **fields: Any) -> Object:
         """A new object that something else refers to: a material, an image, key frames."""
@@ -248,7 +269,7 @@ class Edit:
         if self.empty:
             return None
         columns = [(kind, field, *column.rows(field)) for kind, field, column in self._columns.values()]
-        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE), self._range_bytes, ())
+        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE), self._range_bytes, self._destroyed)
         most = self._wall.schema.limits["proposal_bytes"]
         if changes.size > most:
             raise LimitExceeded(f"the edit has {changes.size} bytes beside its arrays, and {most} is the most; make it in parts")
