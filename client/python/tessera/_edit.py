@@ -62,7 +62,6 @@ class Edit:
         self._columns: dict[tuple[int, int], tuple[Type, Field, _Column]] = {}
         self._ranges: list[tuple[Any, ...]] = []
         self._range_bytes = _wire.Chain()
-        self._destroyed: list[int] = []
         self._made: dict[int, Object] = {}
         self._paths: dict[str, Node] = {}
         self._parents: dict[str, Node] = {}  # that were there before
@@ -82,7 +81,7 @@ class Edit:
 
     @property
     def empty(self) -> bool:
-        return not (self._creations or self._placements or self._columns or self._ranges or self._destroyed)
+        return not (self._creations or self._placements or self._columns or self._ranges)
 
     # ---- what goes in
 
@@ -142,14 +141,6 @@ class Edit:
             if core is not None:
                 self._names(core)
             return self._new_node(under, name, f"{under.path.rstrip('/')}/{name}", core, index)
-
-    def destroy(self, *objects: Object) -> None:
-        """Objects that nothing uses any more. Refused where something does; of nodes, `Node.remove` takes what is below them too."""
-        for each in objects:
-            if not isinstance(each, Object) or isinstance(each, Node):
-                raise BadInput(f"{each!r} is no object beside the tree; a node has remove()")
-        self._names(*objects)
-        self._destroyed.extend(each._number() for each in objects)
 
     def object(self, type: str, **fields: Any) -> Object:
         """A new object that something else refers to: a material, an image, key frames."""
@@ -269,7 +260,7 @@ class Edit:
         if self.empty:
             return None
         columns = [(kind, field, *column.rows(field)) for kind, field, column in self._columns.values()]
-        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE), self._range_bytes, self._destroyed)
+        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE), self._range_bytes, ())
         most = self._wall.schema.limits["proposal_bytes"]
         if changes.size > most:
             raise LimitExceeded(f"the edit has {changes.size} bytes beside its arrays, and {most} is the most; make it in parts")

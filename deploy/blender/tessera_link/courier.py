@@ -181,7 +181,7 @@ class Courier:
         if len(nodes) < 2:
             return nodes
         with wall.edit(undo=batch.gesture or None) as edit:
-            bin_of_all = edit.add(wall.handle(batch.root, "Node"), "removed in Blender")
+            bin_of_all = edit.add(wall.handle(batch.root.number, "Node"), "removed in Blender")
             for node in nodes:
                 edit.place(node, bin_of_all)
         return [bin_of_all]
@@ -212,8 +212,6 @@ class Courier:
                 edit.set(handle(mirror), **fields_of(step[2]))
             elif kind == "place":
                 edit.place(handle(mirror), handle(step[2]))
-            elif kind == "destroy":
-                edit.destroy(handle(mirror))
             elif kind == "shape":
                 for slot, core in mirror.cores.items():
                     edit.set(handle(core), **meshes.shape_of(step[2], slot))

@@ -16,7 +16,8 @@ _MESH_SHARE = 10  # a mesh is read again after so many times what reading it too
 _PAUSE = 1.0  # s without a change end a gesture
 _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
-_ORDER = {"objects": 0, "lights": 1, "materials": 2, "images": 3, "meshes": 4}
+_KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
+_SLICE = 64  # objects, between two looks at the clock
 _PLACE_ONLY = {"EMPTY", "CAMERA"}
 
 
@@ -35,8 +36,9 @@ class Link:
         self.notes = {}
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
-        self.dirty, self.removals, self.rescan, self._news = {}, [], True, {}
-        self._under_way, self._taking_up = None, None
+        self._dirty = {kind: {} for kind in _KINDS}
+        self.removals, self.rescan, self._news = [], True, {}
+        self._under_way, self._taking_up, self._scanning = None, None, None
         self._epoch = 0
         self._gesture = self._gesture_of = self._gesture_token = None
         self._gesture_at, self._gestures = 0.0, 0
@@ -69,21 +71,31 @@ class Link:
             elif isinstance(thing, (bpy.types.Collection, bpy.types.Scene)):
                 self.rescan = True
 
+    def dirty(self, subject):
+        """Something of it may be news."""
+        self._dirty[subject.kind][subject] = None
+
+    def dirty_all(self, kind, subjects):
+        self._dirty[kind].update(dict.fromkeys(subjects))
+
+    def clean(self, subject):
+        self._dirty[subject.kind].pop(subject, None)
+
     def _mark_object(self, name, geometry):
         subject = self.by_name.get(name)
         if subject is None:
             self.rescan = True
             return
-        self.dirty[subject] = None
+        self.dirty(subject)
         if geometry:
             self._choose_content(subject, subject.get())
             if isinstance(subject.content, MeshSubject):
-                self.dirty[subject.content] = None
+                self.dirty(subject.content)
 
     def _mark_content(self, kind, name):
         for subject in self.contents[kind].values():
             if subject.name == name:
-                self.dirty[subject] = None
+                self.dirty(subject)
 
     def _mark_material(self, name):
         known = self.contents["materials"]
@@ -93,14 +105,16 @@ class Link:
                 known[name] = known.pop(lost[0])
                 known[name].name = name
         if name in known:
-            self.dirty[known[name]] = None
+            self.dirty(known[name])
 
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
         self.rescan, self.undone = True, self.undone or undone
-        self.dirty.update(dict.fromkeys(self.objects.values()))
+        for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
+            subject.thing = None
+        self.dirty_all("objects", self.objects.values())
         for kind in ("materials", "lights", "meshes"):
-            self.dirty.update(dict.fromkeys(self.contents[kind].values()))
+            self.dirty_all(kind, self.contents[kind].values())
 
     # ---- the pump
 
@@ -110,17 +124,15 @@ class Link:
         events = self.courier.events()
         if any(event[0] == "gone" and event[1] is self.root for event in events):
             self._lost_root()  # with it all go: that is no word about each of them
+        if self.rescan and self._scanning is None and self._epoch and self.collection is not None:
+            self._scanning = self._scan()
         for event in events:
             getattr(self, f"_on_{event[0]}")(*event[1:])
-        if self._taking_up is not None:
-            for _ in self._taking_up:
-                if time.perf_counter() > end:
-                    break
-            else:
-                self._taking_up = None
-        if self._epoch and self._taking_up is None and self.courier.state == "linked" and self.collection is not None:
-            if self.rescan:
-                self.scan()
+        self._scanning = self._go_on(self._scanning, end)
+        if self._scanning is None and not self.rescan:
+            self._taking_up = self._go_on(self._taking_up, end)
+        busy = self._scanning or self._taking_up or self.rescan
+        if self._epoch and not busy and self.courier.state == "linked" and self.collection is not None:
             self._take_news(end)
             if self._under_way is None and not self.root_lost:
                 self._send(end)
@@ -128,14 +140,24 @@ class Link:
         self.counts["pumps"] += 1
         self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
 
+    def _go_on(self, work, end):
+        """With what is done slice by slice; None: it is done."""
+        try:
+            for _ in work or ():
+                if time.perf_counter() > end:
+                    return work
+        except ReferenceError:  # an object was deleted between two slices
+            self.rescan = True
+        return None
+
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        return self.courier.state == "linked" and not (self._taking_up or self.rescan or self._under_way or self.removals or self._news or self.dirty)
+        return self.courier.state == "linked" and not (self._taking_up or self.rescan or self._under_way or self.removals or self._scanning or self._news or any(self._dirty.values()))
 
     @property
     def waiting(self):
-        return len(self.dirty) + len(self.removals) + (len(self._under_way.subjects) if self._under_way else 0)
+        return sum(map(len, self._dirty.values())) + len(self.removals) + (len(self._under_way.subjects) if self._under_way else 0)
 
     def close(self):
         self.keep()
@@ -158,15 +180,17 @@ class Link:
 
     # ---- who is linked
 
-    def scan(self):
+    def _scan(self):
         """Objects come, go, hang elsewhere, have other names."""
         self.rescan = False
         groups = {}
-        for thing in self.collection.all_objects:
+        for at, thing in enumerate(list(self.collection.all_objects)):
             key = key_of(thing)
             if not key and thing.name in self.by_name:
                 key = self.by_name[thing.name].key  # Blender's undo went back to before it was linked
             groups.setdefault(key or new_key(), []).append(thing)
+            if at % _SLICE == 0:
+                yield
         present, fresh = {}, []
         for key, things in groups.items():
             subject = self.objects.get(key)
@@ -176,7 +200,7 @@ class Link:
                 present[key if thing is first else new_key()] = thing
         for key in [key for key in self.objects if key not in present]:
             self._deleted(self.objects.pop(key))
-        for key, thing in present.items():
+        for at, (key, thing) in enumerate(present.items()):
             subject = self.objects.get(key)
             if subject is None:
                 subject = self._came(key, thing)
@@ -185,13 +209,20 @@ class Link:
                 fresh.append(subject)
             elif subject.name != thing.name:
                 subject.name = thing.name
-                self.dirty[subject] = None
+                self.dirty(subject)
+            subject.thing = thing
+            if at % _SLICE == 0:
+                yield
         self.by_name = {subject.name: subject for subject in self.objects.values()}
-        for subject in self.objects.values():
+        for at, subject in enumerate(list(self.objects.values())):
             self._hang(subject, subject.get())
-        for subject in fresh:
+            if at % _SLICE == 0:
+                yield
+        for at, subject in enumerate(fresh):
             self._choose_content(subject, subject.get())
-            self.dirty[subject] = None
+            self.dirty(subject)
+            if at % _SLICE == 0:
+                yield
 
     def _hang(self, subject, thing):
         """Below the nearest object above it that is linked."""
@@ -201,7 +232,7 @@ class Link:
         parent = self.by_name[above.name] if above is not None else None
         if parent is not subject.parent:
             subject.parent = parent
-            self.dirty[subject] = None
+            self.dirty(subject)
 
     def _came(self, key, thing):
         if key in self.removed_there:
@@ -227,7 +258,7 @@ class Link:
         if subject.content is not None:
             self._without(subject.content, subject)
         self.deleted_here[subject.key] = subject
-        self.dirty.pop(subject, None)
+        self.clean(subject)
         if subject.node.exists:
             self.removals.append(subject)
         while len(self.deleted_here) > _MOST_GONE:
@@ -237,10 +268,8 @@ class Link:
         if isinstance(content, MeshSubject):
             content.users.pop(subject, None)
             if not content.users:
-                self.dirty.pop(content, None)
+                self.clean(content)
                 self.contents["meshes"] = {key: each for key, each in self.contents["meshes"].items() if each is not content}
-            elif content.name == subject.name:
-                content.name = next(iter(content.users)).name
 
     def _choose_content(self, subject, thing):
         """What it shows: shared with whoever shows the same."""
@@ -253,7 +282,7 @@ class Link:
             content = self.contents["lights"].get((thing.data.name, thing.data.type))
             if content is None:
                 content = self.contents["lights"][thing.data.name, thing.data.type] = LightSubject(thing.data.name, thing.data.type)
-                self.dirty[content] = None
+                self.dirty(content)
         elif thing.type not in _PLACE_ONLY or thing.instance_type != "NONE":
             kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else f"{thing.type.lower()}{'' if thing.instance_type == 'NONE' else ' with instances'}"
             said = f"{thing.name} ({kind}): only its place is shown"
@@ -262,7 +291,7 @@ class Link:
             if before is not None:
                 self._without(before, subject)
             subject.content = content
-            self.dirty[subject] = None
+            self.dirty(subject)
         if isinstance(content, MeshSubject) and subject not in content.users:
             content.users[subject] = None
 
@@ -279,9 +308,9 @@ class Link:
                 self.contents["meshes"] = known = {each: value for each, value in known.items() if value is not before}
                 content = before  # nobody else shows it: the same Geometry gets other arrays
             else:
-                content = MeshSubject(subject.name)
+                content = MeshSubject(thing.data.name)
             known[key] = content
-            self.dirty[content] = None
+            self.dirty(content)
         return content
 
     def material_of(self, material):
@@ -300,8 +329,6 @@ class Link:
         self.by_name.pop(subject.name, None)
         subject.name = name
         self.by_name[name] = subject
-        if isinstance(subject.content, MeshSubject):
-            subject.content.name = name
 
     def at(self, number):
         """The object whose node has this number."""
@@ -323,28 +350,9 @@ class Link:
 
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
-        later = {}
-        for subject in sorted(self.dirty, key=lambda each: _ORDER[each.kind]):
-            now = time.perf_counter()
-            if batch.subjects and (now > end or batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
-                break
-            del self.dirty[subject]
-            if isinstance(subject, MeshSubject):
-                if now < subject.due:
-                    later[subject] = None
-                    continue
-                before = batch.changes
-                subject.collect(self, batch)
-                took = time.perf_counter() - now
-                subject.due = time.perf_counter() + _MESH_SHARE * took if batch.changes > before else 0.0
-            else:
-                before = len(batch.steps) + len(batch.removed)
-                subject.collect(self, batch)
-                if len(batch.steps) + len(batch.removed) == before:
-                    continue
-            batch.subjects[subject] = None
-        self.dirty.update(later)
-        if not self.dirty:
+        for kind in _KINDS:
+            self._collect(kind, batch, end)
+        if not any(self._dirty.values()):
             self.undone = False
             for subject in self.removals:
                 if subject.node.number:
@@ -356,6 +364,24 @@ class Link:
             self.counts["sent"] += batch.changes
             self.counts["batches"] += 1
             self.courier.send(batch)
+
+    def _collect(self, kind, batch, end):
+        dirty, later = self._dirty[kind], {}
+        while dirty:
+            now, subject = time.perf_counter(), next(iter(dirty))
+            if batch.subjects and (now > end or batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+                break
+            del dirty[subject]
+            if kind == "meshes" and now < subject.due:
+                later[subject] = None
+                continue
+            before = len(batch.steps) + len(batch.removed)
+            subject.collect(self, batch)
+            if len(batch.steps) + len(batch.removed) > before:
+                batch.subjects[subject] = None
+            if kind == "meshes":
+                subject.due = time.perf_counter() * (1 + _MESH_SHARE) - _MESH_SHARE * now
+        dirty.update(later)
 
     def _gesture_for(self, of):
         """What changes in a row by one drag is one step of the wall's undo."""
@@ -416,7 +442,7 @@ class Link:
         for subject in batch.subjects:
             if len(batch.subjects) > 1:
                 subject.alone = True
-                self.dirty[subject] = None
+                self.dirty(subject)
             else:
                 subject.alone = False
                 self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
@@ -451,7 +477,7 @@ class Link:
         """By others, at the wall."""
         del self.objects[subject.key]
         self.removed_there[subject.key] = subject
-        self.dirty.pop(subject, None)
+        self.clean(subject)
         thing = subject.get()
         if thing is not None:
             self._take_out(subject, thing)
@@ -525,7 +551,6 @@ class Link:
         if isinstance(subject.content, MeshSubject):
             known = self.contents["meshes"]
             subject.content.users[subject] = None
-            subject.content.name = subject.name
             if subject.content not in known.values():
                 known.setdefault(("mesh", thing.data.name, ()) if thing.type == "MESH" and thing.data else ("object", subject.key), subject.content)
 

@@ -81,44 +81,40 @@ def slots_of(raw):
 
 
 def _normals(raw, corners, polygons):
-    """Of corners of triangles."""
+    """Of corners of these polygons."""
     if raw.corner_normals is not None:
         return raw.corner_normals[corners]
     if raw.polygon_normals is None:
         return raw.vertex_normals[raw.corners[corners]]
-    flat = np.repeat(raw.polygon_normals[polygons], 3, axis=0)
-    if raw.vertex_normals is None:
-        return flat
-    smooth = np.repeat(raw.smooth[polygons], 3)[:, None]
-    return np.where(smooth, raw.vertex_normals[raw.corners[corners]], flat)
+    flat = raw.polygon_normals[polygons]
+    return flat if raw.vertex_normals is None else np.where(raw.smooth[polygons, None], raw.vertex_normals[raw.corners[corners]], flat)
 
 
 def shape_of(raw, slot):
-    """The fields of a Geometry: the triangles of one material slot. Corners of one vertex that agree in all become one."""
+    """The fields of a Geometry: the triangles of one material slot. Corners of one vertex that look as its first one become one."""
     chosen = slice(None) if raw.materials is None else np.flatnonzero(raw.materials[raw.polygons] == slot)
-    corners = raw.triangles[chosen].reshape(-1)
+    triangles, polygons = raw.triangles[chosen], raw.polygons[chosen]
+    polygon_of = np.full(len(raw.corners), -1, np.int32)
+    polygon_of[triangles] = polygons[:, None]
+    corners = np.flatnonzero(polygon_of >= 0)
+    corners = corners[np.argsort(raw.corners[corners], kind="stable")]
     vertices = raw.corners[corners]
-    looks = [_normals(raw, corners, raw.polygons[chosen])]
+    looks = [_normals(raw, corners, polygon_of[corners])]
     if raw.texcoords is not None:
         looks.append(raw.texcoords[corners])
-    # Sorted by vertex, each corner is compared with the first one of its vertex: with equal looks they are one.
-    order = np.argsort(vertices, kind="stable")
-    ordered = vertices[order]
-    begins = np.empty(len(ordered), bool)
+    begins = np.empty(len(vertices), bool)
     begins[:1] = True
-    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
-    first = np.maximum.accumulate(np.where(begins, np.arange(len(ordered)), 0))
-    same = np.ones(len(ordered), bool)
+    np.not_equal(vertices[1:], vertices[:-1], out=begins[1:])
+    first = np.maximum.accumulate(np.where(begins, np.arange(len(vertices)), 0))
+    same = np.ones(len(vertices), bool)
     for look in looks:
-        sorted_look = look[order]
-        same &= (sorted_look == sorted_look[first]).all(axis=1)
+        same &= (look == look[first]).all(axis=1)
     own = begins | ~same
     numbers = np.cumsum(own) - 1
-    indices = np.empty(len(corners), np.uint32)
-    indices[order] = np.where(same, numbers[first], numbers)
-    kept = order[own]
-    fields = {"positions": raw.positions[vertices[kept]], "normals": looks[0][kept], "indices": indices, "texcoords": None}
+    number_of = np.empty(len(raw.corners), np.uint32)
+    number_of[corners] = np.where(same, numbers[first], numbers)
+    fields = {"positions": raw.positions[vertices[own]], "normals": looks[0][own], "indices": number_of[triangles].reshape(-1), "texcoords": None}
     if raw.texcoords is not None:
-        texcoords = looks[1][kept]
+        texcoords = looks[1][own]
         fields["texcoords"] = np.stack([texcoords[:, 0], 1 - texcoords[:, 1]], axis=1)  # the wall's pictures begin above
     return fields

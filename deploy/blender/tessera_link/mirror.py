@@ -63,7 +63,7 @@ class Batch:
     def __init__(self, epoch, root, gesture=""):
         self.epoch, self.root = epoch, root
         self.gesture = gesture  # changes in a row of one gesture are one step of the wall's undo
-        self.steps = []  # ("object" | "node" | "set" | "place" | "destroy" | "shape", Mirror, …)
+        self.steps = []  # ("object" | "node" | "set" | "place" | "shape" | "pixels", Mirror or subject, …)
         self.removed = []  # Mirrors of nodes, with all that is below them
         self.subjects = {}  # whose changes these are, in order
         self.changes = 0  # fields, for the count
@@ -96,12 +96,6 @@ class Batch:
         self.steps.append(("place", mirror, under))
         self.changes += 1
 
-    def core(self, node, core):
-        """Another one at a node that is there."""
-        self.steps.append(("set", node, {"core": core}))
-        node.core = core
-        self.changes += 1
-
     def shape(self, mesh, raw):
         """Arrays as Blender has them: what the wall wants is made of them beside Blender's thread."""
         self.steps.append(("shape", mesh, raw))
@@ -113,9 +107,6 @@ class Batch:
             self.create(mirror, {})
         self.steps.append(("pixels", mirror, fields, linear))
         self.changes += len(fields)
-
-    def destroy(self, mirror):
-        self.steps.append(("destroy", mirror))
 
     def remove(self, node):
         self.removed.append(node)

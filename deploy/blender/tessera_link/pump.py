@@ -1,6 +1,7 @@
 """What Blender calls: its handlers mark what changed, its timer pumps the link. A program, or a test, calls `pump` itself."""
 import os
 import socket
+import traceback
 import uuid
 
 import bpy
@@ -59,7 +60,11 @@ def _tick():
     if link is None:
         return None
     before = (link.courier.state, link.waiting, len(link.notes))
-    pump()
+    try:
+        pump()
+    except Exception as error:  # a timer that raises is not called again
+        traceback.print_exc()
+        link.note(("fault",), f"a fault of this add-on: {type(error).__name__}: {error}")
     if link is not None and (link.courier.state, link.waiting, len(link.notes)) != before:
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:

@@ -92,12 +92,9 @@ def view_of(camera, root, plan, units_per_metre):
     place = matrix_of(root) @ np.array(camera.matrix_world, float)
     axes = place[:3, :3] / np.linalg.norm(place[:3, :3], axis=0)
     screen = plan.screens[0]
-    corner = np.array([screen.lower_left.x, screen.lower_left.y, screen.lower_left.z])
-    right = np.array([screen.lower_right.x, screen.lower_right.y, screen.lower_right.z]) - corner
-    up = np.array([screen.upper_left.x, screen.upper_left.y, screen.upper_left.z]) - corner
+    corner = np.array(screen.lower_left)
+    right, up = np.array(screen.lower_right) - corner, np.array(screen.upper_left) - corner
     right, up = right / np.linalg.norm(right), up / np.linalg.norm(up)
     turn = axes @ np.stack([right, up, np.cross(right, up)])  # what looks along -Z looks into the screen
-    head = plan.users[0].position if len(plan.users) else None
-    at = np.array([head.x, head.y, head.z]) if head is not None else np.zeros(3)
-    w, x, y, z = Matrix(turn.tolist()).to_quaternion()
-    return {"position": tuple(place[:3, 3] - turn @ at * units_per_metre), "orientation": (w, x, y, z), "world_units_per_metre": units_per_metre}
+    head = np.array(plan.users[0].position if len(plan.users) else (0, 0, 0))
+    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre), "orientation": tuple(Matrix(turn.tolist()).to_quaternion()), "world_units_per_metre": units_per_metre}

@@ -1,5 +1,6 @@
 """What is linked, one class for each kind of thing in Blender: each says what of it is news, and takes in what the wall says."""
 import collections
+import re
 import uuid
 
 import bpy
@@ -8,9 +9,9 @@ from . import lights, materials, meshes, stand
 from .courier import MARK
 from .mirror import Mirror
 
+_KEY = re.compile("[0-9a-f]{32}")
 PROPERTY = "tessera"  # of objects and collections: what is kept in the file
-_OVERRIDDEN = 8  # values that the wall replaced, which Blender's undo may bring back
-_STANDING = {"translation": (0.0, 0.0, 0.0), "rotation": (1.0, 0.0, 0.0, 0.0), "scale": (1.0, 1.0, 1.0)}
+_REMEMBERED = 32  # places, by which undo is told from undo
 
 
 class Subject:
@@ -19,6 +20,7 @@ class Subject:
     def __init__(self, name):
         self.name = name  # Blender's, by which it is found: its address changes with each undo
         self.alone = False  # was refused among others: is sent by itself
+        self.unsent = False  # under way
 
     def collect(self, link, batch):
         """Adds what is news."""
@@ -145,15 +147,15 @@ class MeshSubject(Subject):
     kind = "meshes"
 
     def __init__(self, name):
-        super().__init__(name)  # of an object that shows it
+        super().__init__(name)
         self.cores = {}  # by slot
         self.users = {}  # objects, in order
         self.found = []  # Geometries that the wall has already, and their materials
         self.due = 0.0  # a large mesh that is being edited is not read again at once
-        self.unsent = False  # under way
 
     def collect(self, link, batch):
-        thing = bpy.data.objects.get(self.name)
+        user = next(iter(self.users), None)
+        thing = user.get() if user is not None else None
         if thing is None:
             return
         raw = meshes.read(thing, link.depsgraph())
@@ -164,6 +166,7 @@ class MeshSubject(Subject):
             core = self.cores.get(slot)
             if core is None:
                 core = self.cores[slot] = Mirror("Geometry", self)
+                link.dirty_all("objects", self.users)
                 if self.found:
                     core.number, of_material = self.found.pop(0)
                     link.courier.watch(core)
@@ -177,17 +180,12 @@ class MeshSubject(Subject):
                 batch.set(core, core.news(fields))
             else:
                 batch.create(core, fields)
-        dropped = [core for slot, core in self.cores.items() if slot not in slots]
-        self.cores = {slot: self.cores[slot] for slot in slots}
+        if list(self.cores) != slots:
+            self.cores = {slot: self.cores[slot] for slot in slots}
+            link.dirty_all("objects", self.users)  # they show other parts
         if raw is not None:
             batch.shape(self, raw)
             self.unsent = True
-        for user in self.users:
-            user.settle(link, batch)
-        with_their_nodes = [part.core for part in batch.removed]
-        for core in dropped:
-            if core.number and core not in with_their_nodes:
-                batch.destroy(core)
 
 
 class ObjectSubject(Subject):
@@ -198,6 +196,7 @@ class ObjectSubject(Subject):
     def __init__(self, name, key):
         super().__init__(name)
         self.key = key
+        self.thing = None  # Blender's; looking one up by its name takes as long as there are objects
         self.node, self.core, self.mark = Mirror("Node", self), Mirror("Transform", self), Mirror("Node", self)
         self.parent = None  # an ObjectSubject
         self.hung = None  # below which it hangs at the wall; None: below the root
@@ -207,10 +206,17 @@ class ObjectSubject(Subject):
         self.was = False  # at the wall, as far as is known
         self.away = []  # removed at the wall: the collections that it was in
         self.remains = ("", "")  # once it is deleted here: what it showed
-        self.overridden = collections.deque(maxlen=_OVERRIDDEN)
+        self.own = collections.deque(maxlen=_REMEMBERED)  # where it was put here
+        self.overridden = collections.deque(maxlen=_REMEMBERED)  # where it was when others put it elsewhere
 
     def get(self):
-        return bpy.data.objects.get(self.name)
+        try:
+            if self.thing is not None and self.thing.name is not None:
+                return self.thing
+        except ReferenceError:  # deleted, or made anew by undo
+            pass
+        self.thing = bpy.data.objects.get(self.name)
+        return self.thing
 
     def parent_thing(self):
         return self.parent.get() if self.parent else None
@@ -219,6 +225,7 @@ class ObjectSubject(Subject):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
         self.parts, self.hung, self.was = [], None, False
+        self.own.clear()
         self.overridden.clear()
 
     def now(self, link, thing):
@@ -237,22 +244,29 @@ class ObjectSubject(Subject):
         if self.node.asked:
             return None
         now = self.now(link, thing)
-        if link.undone and self.core.news(now) and self._overridden(now):
-            self.put(link, self.core.there)  # Blender's undo brought back what others have changed since
-            now = self.now(link, thing)
-        batch.set(self.core, self.core.news(now))
+        news = self.core.news(now)
+        if news and link.undone and self._is_of_others(now):
+            self.put(link, dict(self.core.there))
+            news = self.core.news(self.now(link, thing))
+        if news:
+            self.own.append(_place(now))
+            batch.set(self.core, news)
         batch.set(self.node, self.node.news({"name": self.name}))
         if self.hung is not self.parent:
             batch.hang(self.node, self.parent.node if self.parent else link.root)
             self.hung = self.parent
         return self.settle(link, batch)
 
-    def _overridden(self, now):
-        return tuple(now[name] for name in stand.FIELDS) in self.overridden
+    def _is_of_others(self, now):
+        """Blender's undo goes back to a whole file: it has taken back what others did since, too, which was no step of Blender's."""
+        place = _place(now)
+        return place in self.overridden and (place == self.own[-1] if place in self.own else True)
 
     def _create(self, link, batch, thing):
         link.ensure_root(batch)
-        batch.create(self.core, self.now(link, thing))
+        now = self.now(link, thing)
+        self.own.append(_place(now))
+        batch.create(self.core, now)
         batch.node(self.node, self.parent.node if self.parent else link.root, self.name, self.core)
         batch.node(self.mark, self.node, MARK + self.key, link.marks)
         self.hung, self.was = self.parent, True
@@ -265,22 +279,25 @@ class ObjectSubject(Subject):
         if isinstance(self.content, LightSubject) and not self.content.mirror.exists:
             self.content.collect(link, batch)
         cores = [core for core in self.content.cores.values() if core.exists] if self.content else []
+        self.parts = [part for part in self.parts if part.exists]
+        shown = {part.core for part in self.parts}
         for at, core in enumerate(cores):
-            if at == len(self.parts):
+            if core not in shown:
                 part = Mirror("Node", self)
                 self.parts.append(part)
                 batch.node(part, self.node, f"{self.name} {at + 1}" if at else self.name, core)
-            elif self.parts[at].core is not core:
-                batch.core(self.parts[at], core)
-        for part in self.parts[len(cores):]:
-            batch.remove(part)
-        del self.parts[len(cores):]
+        for part in [part for part in self.parts if part.core not in cores]:
+            self.parts.remove(part)
+            if part.number:
+                batch.remove(part)
 
     def put(self, link, fields):
         thing = self.get()
-        if thing is not None:
-            stand.write(thing, self.parent_thing(), {**_STANDING, **self.core.here, **fields})
-            self.core.in_step(stand.read(thing, self.parent_thing())[0], fields)
+        if thing is not None and fields:
+            now = stand.read(thing, self.parent_thing())[0]
+            stand.write(thing, self.parent_thing(), {**now, **fields})
+            now = stand.read(thing, self.parent_thing())[0]
+            self.core.in_step({name: now[name] for name in fields}, fields)
 
     def take(self, link, mirror, name, value):
         thing = self.get()
@@ -295,7 +312,7 @@ class ObjectSubject(Subject):
         now = self.now(link, thing)
         if mirror is not self.core or now[name] != self.core.here.get(name):
             return
-        self.overridden.append(tuple(now[each] for each in stand.FIELDS))
+        self.overridden.append(_place(now))
         self.put(link, {name: value})
 
     def adopt(self, link, found):
@@ -323,6 +340,7 @@ class ObjectSubject(Subject):
             self.node.here, self.node.there = {"name": self.kept["name"]}, {"name": self.kept["name"]}
         elif not self.core.here:
             self.core.here, self.node.here = dict(now), {"name": self.name}
+        self.own.append(_place({**now, **self.core.here}))
         self.hung = link.at(found.parent)
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
@@ -353,12 +371,17 @@ class ObjectSubject(Subject):
             self.kept = None
 
 
+def _place(fields):
+    return tuple(fields[name] for name in stand.FIELDS)
+
+
 def key_of(thing):
     """As the file has it, or ""."""
     kept = thing.get(PROPERTY)
     try:
-        return uuid.UUID(kept["key"]).hex
-    except (TypeError, KeyError, ValueError, AttributeError):
+        key = kept["key"]
+        return key if _KEY.fullmatch(key) else ""
+    except (TypeError, KeyError):
         return ""
 
 

@@ -1,16 +1,13 @@
 """What the wall had when we came: each object that is there already is taken up, and nothing is made twice."""
 import itertools
 
-from .subjects import PROPERTY, MaterialSubject, ObjectSubject
+from .subjects import PROPERTY, MaterialSubject
 
 
 def take_up(link, found):
     """A step for each object; between them Blender may go on."""
     if link.collection is None:
         return
-    if link.rescan:
-        link.scan()
-    yield
     _contents(link, found)
     link.root.number, link.root_core.number, link.marks.number = found.root, found.root_core, found.marks
     for mirror in (link.root, link.root_core, link.marks, link.root_mark):
@@ -36,11 +33,11 @@ def take_up(link, found):
         elif found.root and (subject.was or subject.kept):
             subject.node.gone()
             link.removed(subject)
+            continue
         else:
             subject.forget()
-        link.dirty[subject] = None
+        link.dirty(subject)
         yield
-    link.dirty = {subject: None for subject in link.dirty if not isinstance(subject, ObjectSubject) or subject.key in link.objects}
     for key, each in found.objects.items():
         if key in link.deleted_here:
             subject = link.deleted_here[key]
@@ -86,14 +83,14 @@ def _contents(link, found):
             subject.image = None
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
-        link.dirty[subject] = None
+        link.dirty(subject)
     if not found.root:
         for subject in link.contents["images"].values():
             subject.mirror.forget()
     for subject in link.contents["meshes"].values():
         whole = subject.cores and all(core.number in geometries for core in subject.cores.values())
         if not whole or subject.unsent:
-            link.dirty[subject] = None
+            link.dirty(subject)
         if not whole:
             subject.cores, subject.found = {}, []
         for core in subject.cores.values():
