@@ -6,11 +6,10 @@ import unittest
 
 import bpy
 import numpy as np
-from blender_side import add, box, install_again, only, settle, start, until, update
+from blender_side import add, box, only, settle, start, until, update
 from live import Live, run_folder
 from mathutils import Euler, Matrix
 
-import tessera
 from tessera_link import pump
 
 
@@ -232,7 +231,7 @@ class Shown(OnAWall):
         camera = add(self.stage, "camera", bpy.data.cameras.new("camera"), (3, -8, 2))
         camera.rotation_euler = Euler((math.radians(80), 0, math.radians(20)))
         bpy.context.scene.camera = camera
-        thing = add(self.stage, "box", box("a"), camera.matrix_basis @ camera.location * 0)
+        thing = add(self.stage, "box", box("a"))
         update()
         thing.location = camera.matrix_world @ Matrix.Translation((0, 0, -6)).translation  # in the middle of what it sees
         link = self.link()
@@ -271,7 +270,6 @@ class BothWays(OnAWall):
     def test_a_drag_here_is_seen_by_others_and_is_one_step_of_undo(self):
         thing = add(self.stage, "box", box("a"), (0, 0, 0))
         link = self.link()
-        steps = self.wall.status().undo_changes if hasattr(self.wall.status(), "undo_changes") else None
         with self.wall.follow("changes", timeout=60) as changes:
             number, seen = self.node("box").core.id, []
             for at in range(1, 31):
@@ -284,7 +282,7 @@ class BothWays(OnAWall):
                 for column in next(changes).columns:
                     if column.field.name == "translation" and number in column.ids:
                         seen.append(column.values[column.ids.tolist().index(number)][0])
-        self.assertEqual((seen, steps), (sorted(set(seen)), steps))  # it never went back
+        self.assertEqual(seen, sorted(set(seen)))  # it never went back
         self.assertEqual(thing.location.x, 30)
         self.assertGreater(link.counts["batches"], 2)
         self.wall.undo()
@@ -417,17 +415,18 @@ class Undo(OnAWall):
 
     def test_blenders_undo_is_an_edit_of_the_wall(self):
         link = self.link()
-        steps = self.wall.status()
         self.box().location.x = 3
         update()
         bpy.ops.ed.undo_push(message="move")
         settle()
         self.assertEqual(self.node("box").translation[0], 3)
-        before = self.wall.status()
         bpy.ops.ed.undo()
         settle()
         self.assertEqual((self.box().location.x, self.node("box").translation[0]), (0, 0))
-        self.assertGreater(self.wall.status().undo_steps if hasattr(before, "undo_steps") else 1, 0, steps)
+        self.wall.undo()  # of that edit, which is a step of the wall's own
+        until("it is taken back there", lambda: self.box().location.x == 3)
+        self.wall.redo()
+        until("and done again", lambda: self.box().location.x == 0)
         bpy.ops.ed.redo()
         settle()
         self.assertEqual((self.box().location.x, self.node("box").translation[0]), (3, 3))
@@ -499,7 +498,7 @@ class Undo(OnAWall):
         self.assertEqual(self.node("box").translation[0], 6)
 
 
-class Much(OnAWall):
+class Many(OnAWall):
     def test_ten_thousand_objects(self):
         mesh = box("a", 0.2)
         for at in range(10000):
@@ -522,6 +521,8 @@ class Much(OnAWall):
         again = start(self.stage, self.live.address)
         self.assertEqual((len(self.marks()), again.notes), (10000, {}))
 
+
+class Large(OnAWall):
     def test_a_million_triangles(self):
         side = 708
         x, y = np.meshgrid(np.linspace(-1, 1, side, dtype=np.float32), np.linspace(-1, 1, side, dtype=np.float32))
@@ -579,9 +580,6 @@ class NotLetIn(OnAWall):
         state, said = self.ends(self.live.address, token_file=self.live.token_file("viewer"))
         self.assertEqual((state, "/Stage" in self.wall), ("failed", False))
         self.assertIn("viewer's: it may look, and not edit", said)
-        with self.assertRaises(RuntimeError):
-            bpy.ops.tessera.unlink.poll() and pump.stop()
-            bpy.ops.tessera.unlink()  # nothing is linked
         start(self.stage, self.live.address, token_file=self.live.token_file("editor"))
         self.assertIn("/Stage/box", self.wall)
 
@@ -665,7 +663,3 @@ class Server(unittest.TestCase):
                     self.assertEqual(wall["/Stage/box/box"].material.roughness, 0.5)
                     self.assertEqual(wall["/Stage/lamp/lamp"].core.type, "PointLight")
                 self.assertEqual(link.notes, {})
-
-
-if __name__ == "__main__":
-    install_again()

@@ -61,7 +61,7 @@ def start(collection, address, **words):
     return link
 
 
-def only(*names):
+def only():
     """An empty file with one collection."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     install_again()
@@ -100,7 +100,6 @@ def main():
     words = sys.argv[sys.argv.index("--") + 1:]
     install()
     module = __import__(words[0])
-    sys.modules["blender_side"] = sys.modules["__main__"]
     names = words[1:]
     suite = unittest.TestSuite(unittest.defaultTestLoader.loadTestsFromName(name, module) for name in names) if names else \
         unittest.defaultTestLoader.loadTestsFromModule(module)

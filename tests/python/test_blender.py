@@ -46,8 +46,11 @@ class Blender(unittest.TestCase):
     def test_undo_is_kept_apart(self):
         self.within("blender_cases", "Undo")
 
-    def test_much_of_it(self):
-        self.within("blender_cases", "Much")
+    def test_many_objects(self):
+        self.within("blender_cases", "Many")
+
+    def test_a_large_mesh(self):
+        self.within("blender_cases", "Large")
 
     def test_who_is_not_let_in(self):
         self.within("blender_cases", "NotLetIn")

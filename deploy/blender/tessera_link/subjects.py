@@ -140,6 +140,10 @@ class LightSubject(FieldsSubject):
     def cores(self):
         return {0: self.mirror}
 
+    def known(self, number, kind, _):
+        """The Mirror of a light that the wall has."""
+        return self.mirror if kind == self.mirror.type and self.mirror.number in (0, number) else Mirror(kind)
+
 
 class MeshSubject(Subject):
     """Triangles that one or more objects show: a Geometry for each material slot in use."""
@@ -150,8 +154,17 @@ class MeshSubject(Subject):
         super().__init__(name)
         self.cores = {}  # by slot
         self.users = {}  # objects, in order
-        self.found = []  # Geometries that the wall has already, and their materials
+        self.found = {}  # Mirrors of Geometries that the wall has already, by their numbers, with the numbers of their materials
         self.due = 0.0  # a large mesh that is being edited is not read again at once
+
+    def known(self, number, kind, material):
+        """The Mirror of a Geometry that the wall has."""
+        for core in self.cores.values():
+            if core.number == number:
+                return core
+        if kind != "Geometry" or self.cores:
+            return Mirror(kind)
+        return self.found.setdefault(number, (Mirror(kind, self), material))[0]
 
     def collect(self, link, batch):
         user = next(iter(self.users), None)
@@ -168,8 +181,8 @@ class MeshSubject(Subject):
                 core = self.cores[slot] = Mirror("Geometry", self)
                 link.dirty_all("objects", self.users)
                 if self.found:
-                    core.number, of_material = self.found.pop(0)
-                    link.courier.watch(core)
+                    core, of_material = self.found.pop(next(iter(self.found)))
+                    self.cores[slot] = core
                     if subject is not None and of_material and not subject.mirror.exists:
                         subject.mirror.number = of_material
                         link.courier.watch(subject.mirror)
@@ -319,19 +332,17 @@ class ObjectSubject(Subject):
         """The wall has it already. Who has changed it since both were last in step?"""
         self.node.number, self.core.number, self.mark.number = found.node, found.core, found.mark
         self.node.core, self.mark.core = self.core, link.marks
-        cores = self.content.cores.values() if self.content else ()
         self.parts = []
-        for number, core, kind, _ in found.parts:
+        for number, core, kind, material in found.parts:
             part = Mirror("Node", self)
-            part.number = number
-            part.core = next((each for each in cores if each.number == core), None) or Mirror(kind)
+            part.number, part.core = number, self.content.known(core, kind, material) if self.content else Mirror(kind)
             part.core.number = core
             self.parts.append(part)
         for mirror in (self.node, self.core, self.mark, *self.parts):
             mirror.refused()  # what was under way may have been granted or not
             link.courier.watch(mirror)
-        if isinstance(self.content, MeshSubject) and not self.content.cores and not self.content.found:
-            self.content.found = [(core, material) for _, core, kind, material in found.parts if kind == "Geometry"]
+        for part in self.parts:
+            link.courier.watch(part.core)
         self.was = True
         thing = self.get()
         now = self.now(link, thing)

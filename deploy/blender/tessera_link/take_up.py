@@ -92,7 +92,7 @@ def _contents(link, found):
         if not whole or subject.unsent:
             link.dirty(subject)
         if not whole:
-            subject.cores, subject.found = {}, []
+            subject.cores, subject.found = {}, {}
         for core in subject.cores.values():
             core.refused()
             link.courier.watch(core)
