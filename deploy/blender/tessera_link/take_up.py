@@ -9,6 +9,7 @@ def take_up(link, found):
     if link.collection is None:
         return
     _contents(link, found)
+    yield
     link.root.number, link.root_core.number, link.marks.number = found.root, found.root_core, found.marks
     for mirror in (link.root, link.root_core, link.marks, link.root_mark):
         mirror.refused()
@@ -19,11 +20,13 @@ def take_up(link, found):
         link.root.core = link.root_core
         link.root_core.in_step(found.root_stand, found.root_stand)
     _by_names(link, found)
+    yield
     numbers = sorted(link.objects.items(), key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
     for key, subject in numbers:
         if key in found.objects:
             subject.node.number = found.objects[key].node
             link.courier.watch(subject.node)
+    yield
     for key, subject in numbers:
         if link.objects.get(key) is not subject or subject.get() is None:
             continue
