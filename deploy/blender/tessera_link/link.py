@@ -455,7 +455,8 @@ class Link:
             if name in mirror.sending:
                 continue  # once that is granted, it is known which of both is the newer one
             del self._news[mirror, name]
-            if sequence < mirror.granted or mirror.there.get(name) == value:
+            there = mirror.there.get(name)
+            if sequence < mirror.granted or (there.number if isinstance(there, Mirror) else there) == value:
                 continue
             self.counts["taken"] += 1
             if isinstance(mirror.owner, Link):

@@ -1,4 +1,20 @@
 """What both sides have of one object of the wall, so that each change travels once and only where it is news."""
+import struct
+
+_FLOAT = struct.Struct("f")
+
+
+
+def single(fields):
+    """As the wall keeps them: numbers of materials and lights are floats there, and come back rounded."""
+    found = {}
+    for name, value in fields.items():
+        if isinstance(value, float):
+            value = _FLOAT.unpack(_FLOAT.pack(value))[0]
+        elif isinstance(value, tuple):
+            value = tuple(_FLOAT.unpack(_FLOAT.pack(part))[0] for part in value)
+        found[name] = value
+    return found
 
 
 class Mirror:

@@ -101,6 +101,7 @@ class VIEW3D_PT_tessera(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("tessera.link", icon="LINKED")
         row.operator("tessera.unlink", icon="UNLINKED")
+        layout.use_property_split = False  # these words are long, and the sidebar is narrow
         layout.prop(settings, "camera_leads")
         row = layout.row()
         row.enabled = settings.camera_leads

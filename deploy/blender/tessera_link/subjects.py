@@ -7,7 +7,7 @@ import bpy
 
 from . import lights, materials, meshes, stand
 from .courier import MARK
-from .mirror import Mirror
+from .mirror import Mirror, single
 
 _KEY = re.compile("[0-9a-f]{32}")
 PROPERTY = "tessera"  # of objects and collections: what is kept in the file
@@ -82,7 +82,7 @@ class MaterialSubject(FieldsSubject):
     def now(self, link, thing):
         fields, left = materials.read(thing)
         link.note(("material", self.name), left and f"material {self.name}: {left}")
-        return fields
+        return single(fields)
 
     def put(self, thing, name, value):
         materials.write(thing, name, value)
@@ -131,7 +131,7 @@ class LightSubject(FieldsSubject):
         return found if found is not None and found.type == self.of else None
 
     def now(self, link, thing):
-        return lights.read(thing)
+        return single(lights.read(thing))
 
     def put(self, thing, name, value):
         lights.write(thing, name, value)
