@@ -11,7 +11,6 @@ import argparse
 import json
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import threading
@@ -22,7 +21,7 @@ BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 
 from live import PATIENCE, Live, run_folder  # noqa: E402
-from test_blender import blender  # noqa: E402
+from blender_process import blender  # noqa: E402
 
 
 def over(values, part):

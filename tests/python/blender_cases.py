@@ -385,6 +385,25 @@ class BothWays(OnAWall):
         settle()
         self.assertEqual((self.node("box").translation[0], len(self.marks())), (4, 2))
 
+    def test_what_went_with_its_last_user_is_made_again(self):
+        image = bpy.data.images.new("checks", 2, 2)
+        material = principled("pictured")
+        node = material.node_tree.nodes.new("ShaderNodeTexImage")
+        node.image = image
+        material.node_tree.links.new(node.outputs["Color"], material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+        add(self.stage, "box", box("a", materials=(material,)))
+        link = self.link()
+        bpy.data.objects.remove(bpy.data.objects["box"])
+        settle()
+        until("that is known", lambda: not link.contents["images"]["checks"].mirror.number)
+        add(self.stage, "again", bpy.data.meshes["a"])
+        settle()
+        self.assertEqual(self.node("again/again").material.baseColorImage.widthPx, 2)
+        self.stage.name = "Bühne"
+        bpy.data.objects["again"].location.x = 3
+        settle()
+        self.assertEqual((self.node("again").translation[0], link.notes), (3, {}))
+
     def test_copies_in_blender_are_others(self):
         thing = add(self.stage, "box", box("a"))
         self.link()

@@ -1,43 +1,15 @@
 """The add-on for Blender (deploy/blender), within Debian's Blender without a window, before walls of real processes. What is claimed
 stands in blender_cases.py; here Blender is started, and killed."""
 import os
-import pathlib
-import shutil
 import signal
-import subprocess
-import tempfile
 import time
 import unittest
 
+from blender_process import InBlender, blender
 from live import PATIENCE, Live, run_folder
 
-HERE = pathlib.Path(__file__).resolve().parent
-WHY_NOT = "" if shutil.which("blender") else "blender is not installed (./deploy/set-up --blender installs it)"
 
-
-def blender(folder, *words, script="blender_side.py"):
-    """Debian's, with settings of its own; its output goes to a file that is shown when it fails."""
-    # It takes its libraries of Python from beside the first python3 in PATH: the system's has numpy.
-    environment = {**os.environ, "PATH": "/usr/bin:/bin", "BLENDER_USER_CONFIG": folder, "BLENDER_USER_SCRIPTS": folder, "HOME": folder}
-    environment.pop("DISPLAY", None)
-    command = ["blender", "--background", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python", str(HERE / script), "--", *words]
-    return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-
-
-@unittest.skipIf(WHY_NOT, WHY_NOT)
-class Blender(unittest.TestCase):
-    def setUp(self):
-        self.folder = self.enterContext(tempfile.TemporaryDirectory(prefix="tessera-blender-"))
-
-    def within(self, *words):
-        process = blender(self.folder, *words)
-        try:
-            said, _ = process.communicate(timeout=10 * PATIENCE)
-        finally:
-            process.kill()
-        self.assertEqual(process.returncode, 0, said)
-        self.assertRegex(said, r"Ran [1-9]\d* test")
-
+class Blender(InBlender):
     def test_what_is_shown(self):
         self.within("blender_cases", "Shown")
 
@@ -46,12 +18,6 @@ class Blender(unittest.TestCase):
 
     def test_undo_is_kept_apart(self):
         self.within("blender_cases", "Undo")
-
-    def test_many_objects(self):
-        self.within("blender_cases", "Many")
-
-    def test_a_large_mesh(self):
-        self.within("blender_cases", "Large")
 
     def test_who_is_not_let_in(self):
         self.within("blender_cases", "NotLetIn")

@@ -9,10 +9,7 @@ bl_info = {
     "category": "3D View",
 }
 
-if "bpy" not in locals():
-    import bpy  # noqa: F401
-
-    from . import panel, pump
+from . import panel, pump  # noqa: E402
 
 
 def register():

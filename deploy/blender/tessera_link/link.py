@@ -25,7 +25,8 @@ class Link:
     """`pump` does all that is to be done now, within its budget; nothing here waits for the network."""
 
     def __init__(self, tessera, way, collection, link_key):
-        self.key, self._name = link_key, collection.name
+        self.key, self._collection, self._name = link_key, collection, collection.name
+        self._scene = next((scene.name for scene in bpy.data.scenes if scene.collection == collection), None)  # whose whole it is
         self.courier = Courier(tessera, way, link_key)
         self.root, self.root_core = Mirror("Node", self), Mirror("Transform", self)
         self.marks, self.root_mark = Mirror("ApplicationData", self), Mirror("Node", self)
@@ -50,7 +51,16 @@ class Link:
 
     @property
     def collection(self):
-        return bpy.data.collections.get(self._name) or (bpy.context.scene.collection if bpy.context.scene.collection.name == self._name else None)
+        try:
+            if self._collection is not None:
+                self._name = self._collection.name
+                return self._collection
+        except ReferenceError:  # deleted, or made anew by undo
+            pass
+        scene = bpy.data.scenes.get(self._scene) if self._scene is not None else None
+        self._collection = scene.collection if scene is not None else bpy.data.collections.get(self._name)
+        self.note(("collection",), "" if self._collection is not None else f"the collection {self._name} is gone: nothing is followed")
+        return self._collection
 
     @staticmethod
     def depsgraph():
@@ -109,7 +119,7 @@ class Link:
 
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
-        self.rescan, self.undone = True, self.undone or undone
+        self.rescan, self.undone, self._collection = True, self.undone or undone, None
         for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
             subject.thing = None
         self.dirty_all("objects", self.objects.values())

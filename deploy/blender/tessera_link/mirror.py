@@ -90,7 +90,7 @@ class Batch:
 
     def create(self, mirror, fields):
         self.steps.append(("object", mirror, fields))
-        mirror.asked = True
+        mirror.asked, mirror.here, mirror.there = True, {}, {}
         mirror.send(fields)
         self.changes += len(fields)
         self.creates = True

@@ -9,7 +9,7 @@ from bpy.app.handlers import persistent
 
 from . import package
 from .link import Link
-from .subjects import PROPERTY, key_of
+from .subjects import key_of
 
 PERIOD = 1 / 60  # s
 _SLOW = 0.1  # s, while nothing is linked to

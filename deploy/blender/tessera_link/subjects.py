@@ -63,8 +63,8 @@ class FieldsSubject(Subject):
         if thing is None:
             return
         now = self.now(link, thing)
-        if name in now and now[name] != mirror.here.get(name):
-            return  # changed here too, and on its way: the last writer wins
+        if name not in now or now[name] != mirror.here.get(name):
+            return  # Blender's alone, or changed here too and on its way: the last writer wins
         self.put(thing, name, value)
         mirror.in_step({name: self.now(link, thing).get(name)}, {name: value})
 
@@ -74,7 +74,6 @@ class MaterialSubject(FieldsSubject):
 
     def __init__(self, name):
         super().__init__(name, "Material")
-        self.image = None
 
     def get(self):
         return bpy.data.materials.get(self.name)
@@ -94,9 +93,8 @@ class MaterialSubject(FieldsSubject):
         image = link.image_of(picture) if picture is not None else None
         if image is not None and not image.mirror.exists:
             image.collect(link, batch)
-        if image is not self.image:
-            batch.set(self.mirror, {"baseColorImage": image and image.mirror})
-            self.image = image
+        if thing is not None:
+            batch.set(self.mirror, self.mirror.news({"baseColorImage": image and image.mirror}))
 
 
 class ImageSubject(Subject):

@@ -83,13 +83,14 @@ def _contents(link, found):
     for subject in itertools.chain(link.contents["materials"].values(), link.contents["lights"].values()):
         if subject.mirror.number not in (materials_there if isinstance(subject, MaterialSubject) else cores_there):
             subject.mirror.forget()
-            subject.image = None
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
         link.dirty(subject)
-    if not found.root:
-        for subject in link.contents["images"].values():
+    for subject in link.contents["images"].values():
+        if not any(material.mirror.number and material.mirror.here.get("baseColorImage") is subject.mirror for material in link.contents["materials"].values()):
             subject.mirror.forget()
+        subject.mirror.refused()
+        link.courier.watch(subject.mirror)
     for subject in link.contents["meshes"].values():
         whole = subject.cores and all(core.number in geometries for core in subject.cores.values())
         if not whole or subject.unsent:
