@@ -56,7 +56,7 @@ install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera 
 
 # What deploy/install builds: all that is installed.
 add_custom_target(installable)
-add_dependencies(installable programs ${application_targets} tessera_proto scene_schema tessera_python)
+add_dependencies(installable programs ${application_targets} tessera_proto scene_schema tessera_python tessera_blender)
 
 # For deploy/build: a name a line.
 get_property(offered GLOBAL PROPERTY TESSERA_PROGRAMS)

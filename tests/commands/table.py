@@ -63,6 +63,7 @@ ROWS = {
     "tessera-wall --wall 2x2 --assets /usr/share/assimp/models": Row("", elsewhere="the beginning of a line"),
     "./deploy/install": Row("Install", code=2, says="usage: ./deploy/install"),
     "./deploy/install /opt/tessera": Row("", elsewhere="install PREFIX, to another place"),
+    "./deploy/build build tessera_blender": Row("Build", "./deploy/build build tessera_blender", leaves=("build/blender/tessera_link.zip",)),
     "./deploy/build build tessera-collide": Row(
         "Build", 'mkdir -p out/bin; ln -sf /nowhere/tessera-gone out/bin/; '
                    './deploy/build build tessera-collide && out/bin/tessera-collide --help >$T/log; [ ! -L out/bin/tessera-gone ]; '
@@ -144,6 +145,7 @@ ROWS = {
     "tessera-ctl steps": asked("ctl move /post 1 0 0 && ctl steps", says="undo  sets Transform.translation of /post"),
     "tessera-ctl link": asked("ctl link", says="/?token="),
     "tessera-ctl link --role viewer": asked("ctl link --role viewer", says="/?token="),
+    "tessera-ctl link --role editor": asked("ctl link --role editor", says="/?token="),
     "tessera-ctl link --role ROLE": Row("", elsewhere="link --role viewer"),
     "tessera-ctl measure FROM TO": asked("ctl measure 0,9,0 /post && ctl measure 0,0,0 3,4,0", says="/post"),
     "tessera-ctl pick --wand NAME": asked("ctl pick --wand right", code=3, says="right"),
@@ -299,7 +301,7 @@ ROWS = {
 # Of benchmarks in --real: as little as they can, where the line does not say how much.
 LITTLE = {
     **{name: "--quick" for name in ("collision", "realignment", "spherical", "deforming", "freeform", "neighbours", "ray", "pipeline", "scene")},
-    "cull": "--frames 1", "drawing": "--frames 1", "sorting": "--frames 1", "screen": "--frames 4", "load": "--quick --nodes 10000", "follow": "--edits 4", "rules": "--edits 4",
+    "cull": "--frames 1", "drawing": "--frames 1", "sorting": "--frames 1", "screen": "--frames 4", "load": "--quick --nodes 10000", "follow": "--edits 4", "rules": "--edits 4", "blender": "--moves 20 --rows few",
 }
 
 # What no document shows as a line: what was installed, and the options of `./deploy/run-wall --help` that no line above uses. Together they use each once.

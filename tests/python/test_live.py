@@ -477,6 +477,31 @@ class Told(OnAWall):
             self.assertEqual(column.values[column.ids.tolist().index(node.core.id)].tolist(), [1, 2, 3])
             self.assertEqual(self.wall.status().applications, 2)
 
+    def test_a_tree_is_told_and_its_numbers_are_handles(self):
+        with self.wall.edit(undo="tree") as edit:
+            top = edit.add(self.wall.root, "a/b[1]", edit.object("Transform", translation=(1, 2, 3)))
+            shared = edit.object("Geometry", positions=[[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+            parts = [edit.add(top, "part", shared) for _ in range(700)]  # more than a page
+        rows, names, cores = [], {}, {}
+        for page, content in self.wall.tree(top):
+            rows += page.tolist()
+            for column in content.columns:
+                if column.type.name == "Node":
+                    {"name": names, "core": cores}[column.field.name].update(zip(column.ids.tolist(), column.values))
+        self.assertEqual((len(rows), rows[0][0], rows[0][2]), (701, top.id, 700))
+        self.assertEqual((names[top.id], {int(cores[part.id]) for part in parts}), ("a/b[1]", {shared.id}))
+        handle = self.wall.handle(top.id, "Node", top.core.id, "Transform")
+        self.assertEqual((handle, handle.translation), (top, (1, 2, 3)))
+        self.assertEqual(self.wall.handle(shared.id, "Geometry").positions.shape, (3, 3))
+        for wrong in (lambda: self.wall.handle(-1), lambda: self.wall.handle(1 << 63), lambda: self.wall.handle(1, "Nothing"),
+                      lambda: next(self.wall.tree("/")), lambda: self.wall.edit().add("/", "x"), lambda: self.wall.edit().add(self.wall.root, 7),
+                      lambda: self.wall.edit().add(self.wall.root, "x", self.wall.handle(7, "Material"))):
+            with self.assertRaises(tessera.BadInput):
+                wrong()
+        with self.assertRaises(tessera.NotFound):
+            next(self.wall.tree(self.wall.handle(10 ** 9)))
+        handle.remove()
+
     def test_nothing_in_time(self):
         with self.wall.follow("questions", timeout=0.05) as questions, self.assertRaisesRegex(tessera.Timeout, '"questions" came within 0.05 s'):
             next(questions)

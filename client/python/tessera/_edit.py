@@ -130,6 +130,18 @@ class Edit:
         self._or_back(self._placements.pop)
         return node
 
+    def add(self, under: Node, name: str, core: Optional[Object] = None, index: int = _changes.LAST) -> Node:
+        """A new node below one that is there or new, with a core of its own or of others. Its name may be any text; nothing is asked."""
+        if not isinstance(under, Node):
+            raise BadInput(f"under: {under!r} is no node")
+        if core is not None and (not isinstance(core, Object) or not core._type.is_core):
+            raise BadInput(f"core: {core!r} cannot be the core of a node")
+        with self._all_or_nothing():
+            self._names(under)
+            if core is not None:
+                self._names(core)
+            return self._new_node(under, name, f"{under.path.rstrip('/')}/{name}", core, index)
+
     def object(self, type: str, **fields: Any) -> Object:
         """A new object that something else refers to: a material, an image, key frames."""
         kind = self._wall.schema.type(type)

@@ -5,11 +5,11 @@ import os
 import threading
 import time
 import weakref
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._types import Array, items_of, seconds, utf8
+from ._types import Array, items_of, seconds, utf8, whole
 from . import _changes, _door, _values, _wire
 from ._arrays import Fetcher, uploads_of
 from ._channel import ByPort, Way
@@ -28,6 +28,7 @@ from .shapes import Shown
 _NAMES_AT_ONCE = 64  # what is asked for costs the server time between two frames
 _LOAD_TIMEOUT = 120.0
 _MOST_TAKEN = 4096  # names of arrays
+_ALL_LEVELS = 2 ** 32 - 1
 
 
 def _way_to(said: str, token_file: Optional[str], keys: Optional[str]) -> Way:
@@ -144,6 +145,29 @@ class Wall:
     @property
     def root(self) -> Node:
         return self._node("/")
+
+    def handle(self, number: int, type: str = "Node", core: int = 0, core_type: Optional[str] = None) -> Object:
+        """Of an object whose number and type are known, as `tree` and `follow("changes")` tell them: nothing is asked."""
+        kind, of_core = self.schema.type(type), self.schema.type(core_type) if core_type is not None else None
+        number = whole(number, _changes.FIRST_PLACEHOLDER - 1, "number: of an object")
+        if kind.name != "Node":
+            return Object(self, number, kind, self._link.generation)
+        return Node(self, number, kind, self._link.generation, f"#{number}", whole(core, _changes.FIRST_PLACEHOLDER - 1, "core: of an object"), of_core)
+
+    def tree(self, node: Node) -> Iterator[tuple[Array, _changes.Changes]]:
+        """What is at and below a node, page by page: rows of "node", "parent" and "children" (how many), and a list that would make
+        these nodes and their cores."""
+        if not isinstance(node, Node):
+            raise BadInput(f"node: {node!r} is no node")
+        node._on(self)
+        number, since = node._number(), node._generation
+        after: Any = ()
+        while True:
+            page = self._ask("GetTree", since, {"node": number, "levels": _ALL_LEVELS, "after": after})
+            yield page.nodes, _changes.decode(self.schema, page.content, page.sequence)
+            after, since = page.next, page._generation
+            if not len(after):
+                return
 
     def find(self, expression: str, type: Optional[str] = None, below: Optional[Node] = None) -> list[Node]:
         """The nodes that an expression names: "/hall/**/wheel*"; with `type` only those with such a core."""

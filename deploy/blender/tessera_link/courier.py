@@ -1,0 +1,334 @@
+"""The thread that speaks with the wall: Blender's own never waits for the network. Nothing here touches Blender's data."""
+import collections
+import contextlib
+import queue
+import threading
+import time
+
+import numpy as np
+
+from . import lights, materials, meshes
+from .mirror import Mirror
+
+MARK = "blender:"  # names of the nodes by which objects are found again, before their keys
+ROOT_MARK = "blender-link:"
+_PAUSES = (0.1, 0.2, 0.5, 1.0, 2.0)  # s, between one dial that failed and the next
+_UNREAD = 4096  # lists of changes: with more of them we begin anew
+_CONTENT = ("Geometry", *lights.TYPES.values())
+_FOLLOWED = {"Node": {"name"}, "Transform": {"translation", "rotation", "scale"}}  # of other types all that is mirrored
+
+
+class FoundObject:
+    """An object that stands at the wall already."""
+
+    __slots__ = ("node", "core", "mark", "parent", "name", "stand", "parts")
+
+
+class Found:
+    """What a wall has of a collection: taken up instead of made again."""
+
+    def __init__(self, role, plan):
+        self.role, self.plan = role, plan
+        self.root = self.root_core = self.marks = 0
+        self.root_stand = None
+        self.objects = {}  # by key
+        self.epoch = 0
+        self.others = 0  # nodes below the root that are not of Blender
+
+
+class Courier:
+    """Dials, finds what is there, sends batches one after the other, and notes what others change. All that it has to tell is taken by
+    `events` and `changed`, which never wait."""
+
+    def __init__(self, tessera, way, link_key):
+        self._tessera, self._way, self._key = tessera, way, link_key
+        self.state, self.message = "connecting", "connecting"
+        self.watched = {}  # numbers of the wall's objects to their Mirrors
+        self._sorted = np.zeros(0, "<u8")  # the same numbers, for long lists
+        self._events = collections.deque()
+        self._news = {}  # (Mirror, field) to (sequence, value): of each field the newest alone
+        self._lock = threading.Lock()  # of _news
+        self._gate = threading.Lock()  # lists are not looked at while numbers are being given
+        self._jobs = queue.SimpleQueue()
+        self._view = None
+        self._closing = threading.Event()
+        self._follow = threading.Event()
+        self._broken = None
+        self._epoch = 0  # of sessions: what was made for another one has numbers that mean something else
+        self._thread = threading.Thread(target=self._run, name="tessera link", daemon=True)
+        self._thread.start()
+
+    # ---- what Blender's thread calls: nothing here waits
+
+    def send(self, batch):
+        self._jobs.put(batch)
+
+    def look(self, view):
+        """Of those that wait, the newest is sent."""
+        self._view = view
+        self._jobs.put(None)
+
+    def begin(self):
+        """What was found has been taken up: changes are told from the list on at which it was found."""
+        self._follow.set()
+
+    def watch(self, mirror):
+        if mirror.number:
+            self.watched[mirror.number] = mirror
+
+    def events(self):
+        found = []
+        while self._events:
+            found.append(self._events.popleft())
+        return found
+
+    def changed(self):
+        with self._lock:
+            found, self._news = self._news, {}
+        return found
+
+    def close(self):
+        self._closing.set()
+        self._jobs.put(None)
+
+    # ---- its thread
+
+    def _run(self):
+        failed, before = 0, False
+        while not self._closing.is_set():
+            try:
+                self._session()
+            except self._tessera.TesseraError as error:
+                last = error
+            except OSError as error:
+                last = self._tessera.NetworkError(str(error))
+            else:
+                continue
+            welcomed, before = self.state == "linked", before or self.state == "linked"
+            if not before and not isinstance(last, self._tessera.NetworkError):
+                self._say("failed", str(last))
+                return
+            failed = 0 if welcomed else failed + 1
+            self._say("reconnecting", str(last))
+            self._closing.wait(_PAUSES[min(failed, len(_PAUSES) - 1)])
+        self._say("closed", "")
+
+    def _say(self, state, message):
+        self.state, self.message = state, message
+        self._events.append(("state", state, message))
+
+    def _session(self):
+        """Until it is closed, or breaks."""
+        self.watched, self._sorted, self._broken = {}, np.zeros(0, "<u8"), None
+        self._follow.clear()
+        with self._tessera.connect(**self._way, name="blender", redial=0) as wall:
+            role = wall.whoami().role
+            if role == "viewer":
+                raise self._tessera.Refused(f"the token for the wall at {wall.address} is a viewer's: it may look, and not edit; ask for an editor's")
+            changes = wall.follow("changes", most=_UNREAD)
+            try:
+                found = self._take_up(wall, role)
+                self._epoch += 1
+                found.epoch = self._epoch
+                with self._lock:
+                    self._news = {}
+                self._events.append(("found", found))
+                self._say("linked", f"linked with the wall at {wall.address}")
+                follower = threading.Thread(target=self._listen, args=(changes,), name="tessera changes", daemon=True)
+                follower.start()
+                self._serve(wall)
+            finally:
+                changes.close()
+                self._follow.set()
+
+    def _serve(self, wall):
+        while not self._closing.is_set():
+            try:
+                batch = self._jobs.get(timeout=0.2)
+            except queue.Empty:
+                batch = None
+            if self._broken is not None:
+                raise self._broken
+            if not wall.connected:
+                wall.status()  # says why
+            view, self._view = self._view, None
+            if view is not None:
+                try:
+                    wall.view(**view)
+                except (self._tessera.Refused, self._tessera.BadInput) as error:
+                    self._events.append(("note", "view", str(error)))
+            if batch is not None and batch.epoch == self._epoch:
+                self._do(wall, batch)
+
+    def _do(self, wall, batch):
+        begun = time.perf_counter()
+        try:
+            with self._gate if batch.creates else contextlib.nullcontext():
+                told = self._commit(wall, batch) if batch.steps else None
+            sequence = told.sequence if told is not None else 0
+            for node in self._one_of_many(wall, batch):
+                sequence = node.remove().sequence
+        except self._tessera.NetworkError:
+            raise
+        except Exception as error:  # whatever is wrong with it: the link goes on
+            self._events.append(("refused", batch, str(error) if isinstance(error, self._tessera.TesseraError) else f"{type(error).__name__}: {error}"))
+        else:
+            self._events.append(("done", batch, sequence, time.perf_counter() - begun))
+
+    def _one_of_many(self, wall, batch):
+        """What is to be removed: a node, or one below which all have been hung, as a removal takes a frame."""
+        nodes = [wall.handle(each.number, "Node", each.core.number if each.core else 0, each.core.type if each.core else None) for each in batch.removed]
+        if len(nodes) < 2:
+            return nodes
+        with wall.edit(undo=batch.gesture or None) as edit:
+            bin_of_all = edit.add(wall.handle(batch.root.number, "Node"), "removed in Blender")
+            for node in nodes:
+                edit.place(node, bin_of_all)
+        return [bin_of_all]
+
+    # ---- a batch as an edit
+
+    def _commit(self, wall, batch):
+        edit = wall.edit(undo=batch.gesture or None)
+        made = {}
+
+        def handle(mirror):
+            found = made.get(mirror)
+            if found is None:
+                core = mirror.core
+                found = wall.handle(mirror.number, mirror.type, *((core.number, core.type) if core is not None and core.number else ()))
+            return found
+
+        def fields_of(fields):
+            return {name: handle(value) if isinstance(value, Mirror) else value for name, value in fields.items()}
+
+        for step in batch.steps:
+            kind, mirror = step[:2]
+            if kind == "object":
+                made[mirror] = edit.object(mirror.type, **fields_of(step[2]))
+            elif kind == "node":
+                made[mirror] = edit.add(handle(step[2]), step[3], handle(step[4]) if step[4] is not None else None)
+            elif kind == "set":
+                edit.set(handle(mirror), **fields_of(step[2]))
+            elif kind == "place":
+                edit.place(handle(mirror), handle(step[2]))
+            elif kind == "shape":
+                for slot, core in mirror.cores.items():
+                    edit.set(handle(core), **meshes.shape_of(step[2], slot))
+            elif kind == "pixels":
+                fields = dict(step[2])
+                edit.set(handle(mirror), **{**fields, "pixels": materials.bytes_of(fields["pixels"], step[3])})
+        told = edit.commit()
+        for mirror, given in made.items():
+            mirror.number = given.id
+            self.watched[given.id] = mirror
+        return told
+
+    # ---- what is there
+
+    def _take_up(self, wall, role):
+        found = Found(role, wall.ask("GetWall"))
+        marks = wall.find(f"/**/{ROOT_MARK}{self._key}")
+        root = next((mark.parent for mark in sorted(marks, key=lambda mark: mark.id)), None)
+        if root is None:
+            return found
+        names, cores, parents, values, types = {}, {}, {}, {}, {}
+        for rows, content in wall.tree(root):
+            parents.update(zip(rows["node"].tolist(), rows["parent"].tolist()))
+            types.update(zip(content.created["id"].tolist(), content.created["type"].tolist()))
+            for column in content.columns:
+                if (column.type.name, column.field.name) == ("Node", "name"):
+                    names.update(zip(column.ids.tolist(), column.values))
+                elif (column.type.name, column.field.name) == ("Node", "core"):
+                    cores.update(zip(column.ids.tolist(), column.values.tolist()))
+                elif column.type.name == "Transform" or column.field.name == "material":
+                    for number, value in zip(column.ids.tolist(), column.values.tolist()):
+                        values.setdefault(number, {})[column.field.name] = tuple(value) if isinstance(value, list) else value
+        kinds = wall.schema.types_by_number
+
+        def stand_of(core):
+            return {"translation": (0.0, 0.0, 0.0), "rotation": (1.0, 0.0, 0.0, 0.0), "scale": (1.0, 1.0, 1.0), **values.get(core, {})}
+
+        def is_type(number, name):
+            return number in types and kinds[types[number]].name == name
+
+        found.root, found.root_core = root.id, cores.get(root.id, 0)
+        found.root_stand = stand_of(found.root_core)
+        ours = {root.id}
+        for number in sorted(names):  # the first one keeps the key: copies that people made at the wall are theirs
+            name, parent = names[number], parents.get(number, 0)
+            key = name[len(MARK):]
+            if number == root.id or not is_type(cores.get(number, 0), "ApplicationData"):
+                continue
+            if parent == root.id and name.startswith(ROOT_MARK):
+                found.marks = cores[number]
+                ours.add(number)
+            elif name.startswith(MARK) and key not in found.objects and is_type(cores.get(parent, 0), "Transform"):
+                each = FoundObject()
+                each.node, each.core, each.mark, each.parent = parent, cores[parent], number, parents.get(parent, 0)
+                each.name, each.stand, each.parts = names.get(parent, ""), stand_of(each.core), []
+                found.objects[key] = each
+                ours.update((number, parent))
+        by_node = {each.node: each for each in found.objects.values()}
+        for number, parent in sorted(parents.items()):
+            core = cores.get(number, 0)
+            if number not in ours and parent in by_node and core in types and kinds[types[core]].name in _CONTENT:
+                by_node[parent].parts.append((number, core, kinds[types[core]].name, values.get(core, {}).get("material", 0)))
+                ours.add(number)
+        found.others = len(parents) - len(ours & set(parents))
+        return found
+
+    # ---- what others change
+
+    def _listen(self, changes):
+        self._follow.wait()
+        try:
+            for change in changes:
+                if changes.missed or changes.gaps:
+                    raise self._tessera.NetworkError("changes of the wall were missed")
+                with self._gate:
+                    self._look_at(change)
+        except self._tessera.TesseraError as error:
+            self._broken = error
+        else:
+            self._broken = self._tessera.NetworkError("the wall is over")
+        self._jobs.put(None)
+
+    def _ours(self, numbers):
+        """Which of these are watched, by place."""
+        if not len(numbers) or not self.watched:
+            return ()
+        if len(numbers) < 64:
+            return [at for at, number in enumerate(numbers.tolist()) if number in self.watched]
+        if len(self._sorted) != len(self.watched):  # it only grows
+            self._sorted = np.sort(np.array(list(self.watched), "<u8"))
+        at = np.minimum(np.searchsorted(self._sorted, numbers), len(self._sorted) - 1)
+        return np.flatnonzero(self._sorted[at] == numbers).tolist()
+
+    def _look_at(self, change):
+        for at in self._ours(change.created["id"]):
+            number = int(change.created["id"][at])
+            self._events.append(("back", self.watched[number], number))
+        for at in self._ours(change.placed["node"]):
+            node, parent = int(change.placed["node"][at]), int(change.placed["parent"][at])
+            if parent:
+                self._events.append(("placed", self.watched[node], parent))
+        for column in change.columns:
+            kept = _FOLLOWED.get(column.type.name)
+            if kept is not None and column.field.name not in kept:
+                continue
+            for at in self._ours(column.ids):
+                mirror = self.watched[int(column.ids[at])]
+                if mirror.type != column.type.name or column.field.name not in mirror.here:
+                    continue
+                value = column.values[at]
+                value = tuple(value.tolist()) if isinstance(value, np.ndarray) else value.item() if isinstance(value, np.generic) else value
+                word = next((word for word, number in column.field.words.items() if number == value), value)
+                with self._lock:
+                    self._news[mirror, column.field.name] = (change.sequence, bool(word) if isinstance(mirror.here[column.field.name], bool) else word)
+        for at in self._ours(change.destroyed):
+            number = int(change.destroyed[at])
+            self._events.append(("gone", self.watched[number], number))
+
+
+_LIGHTS = ("PointLight", "SpotLight", "DirectionalLight")

@@ -1,0 +1,583 @@
+"""A collection and a wall, kept in step: what is linked, what is news on either side, and in which order it goes."""
+import time
+
+import bpy
+
+from . import meshes, stand
+from .courier import ROOT_MARK, Courier
+from .lights import TYPES as LIGHTS
+from .mirror import Batch, Mirror
+from .take_up import take_up
+from .subjects import (PROPERTY, ImageSubject, LightSubject, MaterialSubject, MeshSubject, ObjectSubject, key_of, new_key)
+
+BUDGET = 0.004  # s of Blender's thread, each time
+_MOST_CHANGES = 4000  # in one batch
+_MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
+_PAUSE = 1.0  # s without a change end a gesture
+_MOST_GONE = 20000  # objects that undo may bring back
+_MOST_NOTES = 200
+_KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
+_SLICE = 64  # objects, between two looks at the clock
+_PLACE_ONLY = {"EMPTY", "CAMERA"}
+
+
+class Link:
+    """`pump` does all that is to be done now, within its budget; nothing here waits for the network."""
+
+    def __init__(self, tessera, way, collection, link_key):
+        self.key, self._collection, self._name = link_key, collection, collection.name
+        self._scene = next((scene.name for scene in bpy.data.scenes if scene.collection == collection), None)  # whose whole it is
+        self.courier = Courier(tessera, way, link_key)
+        self.root, self.root_core = Mirror("Node", self), Mirror("Transform", self)
+        self.marks, self.root_mark = Mirror("ApplicationData", self), Mirror("Node", self)
+        self.objects = {}  # by key
+        self.by_name = {}
+        self.contents = {"materials": {}, "images": {}, "lights": {}, "meshes": {}}  # by what they are found by
+        self.removed_there, self.deleted_here = {}, {}  # by key
+        self.notes = {}
+        self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
+        self.plan, self.undone, self.root_lost = None, False, False
+        self._dirty = {kind: {} for kind in _KINDS}
+        self.removals, self.rescan, self._news = [], True, {}
+        self._under_way, self._taking_up, self._scanning = None, None, None
+        self._epoch = 0
+        self._gesture = self._gesture_of = self._gesture_token = None
+        self._gesture_at, self._gestures = 0.0, 0
+        self._camera = None
+        self.camera_leads, self.units_per_metre = False, 1.0
+        self.token = 0  # changes with each operator that Blender finishes
+
+    # ---- what Blender says
+
+    @property
+    def collection(self):
+        try:
+            if self._collection is not None:
+                self._name = self._collection.name
+                return self._collection
+        except ReferenceError:  # deleted, or made anew by undo
+            pass
+        scene = bpy.data.scenes.get(self._scene) if self._scene is not None else None
+        self._collection = scene.collection if scene is not None else bpy.data.collections.get(self._name)
+        self.note(("collection",), "" if self._collection is not None else f"the collection {self._name} is gone: nothing is followed")
+        return self._collection
+
+    @staticmethod
+    def depsgraph():
+        return bpy.context.evaluated_depsgraph_get()
+
+    def mark(self, updates):
+        """What a depsgraph has updated."""
+        for update in updates:
+            thing = update.id
+            if isinstance(thing, bpy.types.Object):
+                self._mark_object(thing.name, update.is_updated_geometry)
+            elif isinstance(thing, bpy.types.Material):
+                self._mark_material(thing.name)
+            elif isinstance(thing, bpy.types.Light):
+                self._mark_content("lights", thing.name)
+            elif isinstance(thing, bpy.types.Image):
+                self._mark_content("images", thing.name)
+            elif isinstance(thing, (bpy.types.Collection, bpy.types.Scene)):
+                self.rescan = True
+
+    def dirty(self, subject):
+        """Something of it may be news."""
+        self._dirty[subject.kind][subject] = None
+
+    def dirty_all(self, kind, subjects):
+        self._dirty[kind].update(dict.fromkeys(subjects))
+
+    def clean(self, subject):
+        self._dirty[subject.kind].pop(subject, None)
+
+    def _mark_object(self, name, geometry):
+        subject = self.by_name.get(name)
+        if subject is None:
+            self.rescan = True
+            return
+        self.dirty(subject)
+        if geometry:
+            self._choose_content(subject, subject.get())
+            if isinstance(subject.content, MeshSubject):
+                self.dirty(subject.content)
+
+    def _mark_content(self, kind, name):
+        for subject in self.contents[kind].values():
+            if subject.name == name:
+                self.dirty(subject)
+
+    def _mark_material(self, name):
+        known = self.contents["materials"]
+        if name not in known:
+            lost = [each for each in known if each not in bpy.data.materials]
+            if len(lost) == 1:  # it has another name
+                known[name] = known.pop(lost[0])
+                known[name].name = name
+        if name in known:
+            self.dirty(known[name])
+
+    def mark_all(self, undone=False):
+        """Anything may have changed; `undone`: by Blender's undo."""
+        self.rescan, self.undone, self._collection = True, self.undone or undone, None
+        for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
+            subject.thing = None
+        self.dirty_all("objects", self.objects.values())
+        for kind in ("materials", "lights", "meshes"):
+            self.dirty_all(kind, self.contents[kind].values())
+
+    # ---- the pump
+
+    def pump(self, budget=BUDGET):
+        begun = time.perf_counter()
+        end = begun + budget
+        events = self.courier.events()
+        if any(event[0] == "gone" and event[1] is self.root for event in events):
+            self._lost_root()  # with it all go: that is no word about each of them
+        if self.rescan and self._scanning is None and self._epoch and self.collection is not None:
+            self._scanning = self._scan()
+        for event in events:
+            getattr(self, f"_on_{event[0]}")(*event[1:])
+        self._scanning = self._go_on(self._scanning, end)
+        if self._scanning is None and not self.rescan:
+            self._taking_up = self._go_on(self._taking_up, end)
+        busy = self._scanning or self._taking_up or self.rescan
+        if self._epoch and not busy and self.courier.state == "linked" and self.collection is not None:
+            self._take_news(end)
+            if self._under_way is None and not self.root_lost:
+                self._send(end)
+            self._lead()
+        self.counts["pumps"] += 1
+        self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
+
+    def _go_on(self, work, end):
+        """With what is done slice by slice; None: it is done."""
+        try:
+            for _ in work or ():
+                if time.perf_counter() > end:
+                    return work
+        except ReferenceError:  # an object was deleted between two slices
+            self.rescan = True
+        return None
+
+    @property
+    def idle(self):
+        """All that is known has been sent and granted."""
+        return self.courier.state == "linked" and not (self._taking_up or self.rescan or self._under_way or self.removals or self._scanning or self._news or any(self._dirty.values()))
+
+    @property
+    def waiting(self):
+        return sum(map(len, self._dirty.values())) + len(self.removals) + (len(self._under_way.subjects) if self._under_way else 0)
+
+    def close(self):
+        self.keep()
+        self.courier.close()
+
+    def keep(self):
+        """In Blender's data, which are about to be saved."""
+        collection = self.collection
+        if collection is not None and collection.library is None:
+            collection[PROPERTY] = {"key": self.key}
+        for subject in self.objects.values():
+            subject.keep()
+
+    def note(self, key, text):
+        """What a person should know; an empty text takes it back."""
+        if text and (key in self.notes or len(self.notes) < _MOST_NOTES):
+            self.notes[key] = text
+        elif not text:
+            self.notes.pop(key, None)
+
+    # ---- who is linked
+
+    def _scan(self):
+        """Objects come, go, hang elsewhere, have other names."""
+        self.rescan = False
+        groups = {}
+        for at, thing in enumerate(list(self.collection.all_objects)):
+            key = key_of(thing)
+            if not key and thing.name in self.by_name:
+                key = self.by_name[thing.name].key  # Blender's undo went back to before it was linked
+            groups.setdefault(key or new_key(), []).append(thing)
+            if at % _SLICE == 0:
+                yield
+        present, fresh = {}, []
+        for key, things in groups.items():
+            subject = self.objects.get(key)
+            # A copy in Blender has the key, too: the one with the name that is known keeps it.
+            first = next((thing for thing in things if subject is not None and thing.name == subject.name), things[0])
+            for thing in things:
+                present[key if thing is first else new_key()] = thing
+        for key in [key for key in self.objects if key not in present]:
+            self._deleted(self.objects.pop(key))
+        for at, (key, thing) in enumerate(present.items()):
+            subject = self.objects.get(key)
+            if subject is None:
+                subject = self._came(key, thing)
+                if subject is None:
+                    continue
+                fresh.append(subject)
+            elif subject.name != thing.name:
+                subject.name = thing.name
+                self.dirty(subject)
+            subject.thing = thing
+            if at % _SLICE == 0:
+                yield
+        self.by_name = {subject.name: subject for subject in self.objects.values()}
+        for at, subject in enumerate(list(self.objects.values())):
+            self._hang(subject, subject.get())
+            if at % _SLICE == 0:
+                yield
+        for at, subject in enumerate(fresh):
+            self._choose_content(subject, subject.get())
+            self.dirty(subject)
+            if at % _SLICE == 0:
+                yield
+
+    def _hang(self, subject, thing):
+        """Below the nearest object above it that is linked."""
+        above = thing.parent
+        while above is not None and self.by_name.get(above.name) is None:
+            above = above.parent
+        parent = self.by_name[above.name] if above is not None else None
+        if parent is not subject.parent:
+            subject.parent = parent
+            self.dirty(subject)
+
+    def _came(self, key, thing):
+        if key in self.removed_there:
+            subject = self.removed_there[key]
+            self._take_out(subject, thing)  # Blender's undo brought it back: at the wall it is removed
+            return None
+        subject = self.deleted_here.pop(key, None)
+        if subject is not None:
+            self.removals = [each for each in self.removals if each is not subject]
+            subject.name, subject.alone = thing.name, False
+        else:
+            subject = ObjectSubject(thing.name, key)
+            subject.read_kept(thing)
+        if thing.library is None:
+            kept = thing.get(PROPERTY)
+            if kept is None or key_of(thing) != key:
+                thing[PROPERTY] = {"key": key}
+        self.objects[key] = subject
+        return subject
+
+    def _deleted(self, subject):
+        """Here; what it showed may be needed again."""
+        if subject.content is not None:
+            self._without(subject.content, subject)
+        self.deleted_here[subject.key] = subject
+        self.clean(subject)
+        if subject.node.exists:
+            self.removals.append(subject)
+        while len(self.deleted_here) > _MOST_GONE:
+            self.deleted_here.pop(next(iter(self.deleted_here)))
+
+    def _without(self, content, subject):
+        if isinstance(content, MeshSubject):
+            content.users.pop(subject, None)
+            if not content.users:
+                self.clean(content)
+                self.contents["meshes"] = {key: each for key, each in self.contents["meshes"].items() if each is not content}
+
+    def _choose_content(self, subject, thing):
+        """What it shows: shared with whoever shows the same."""
+        before, content = subject.content, None
+        subject.remains = (thing.type, thing.data.name if thing.data else "")
+        said = ""
+        if thing.type in meshes.KINDS:
+            content = self._mesh_of(subject, thing)
+        elif thing.type == "LIGHT" and thing.data.type in LIGHTS:
+            content = self.contents["lights"].get((thing.data.name, thing.data.type))
+            if content is None:
+                content = self.contents["lights"][thing.data.name, thing.data.type] = LightSubject(thing.data.name, thing.data.type)
+                self.dirty(content)
+        elif thing.type not in _PLACE_ONLY or thing.instance_type != "NONE":
+            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else f"{thing.type.lower()}{'' if thing.instance_type == 'NONE' else ' with instances'}"
+            said = f"{thing.name} ({kind}): only its place is shown"
+        self.note(("kind", subject.key), said)
+        if content is not before:
+            if before is not None:
+                self._without(before, subject)
+            subject.content = content
+            self.dirty(subject)
+        if isinstance(content, MeshSubject) and subject not in content.users:
+            content.users[subject] = None
+
+    def _mesh_of(self, subject, thing):
+        own = thing.type != "MESH" or any(each.show_viewport for each in thing.modifiers) or thing.data.shape_keys
+        looks = tuple(slot.material.name if slot.material else "" for slot in thing.material_slots) if any(
+            slot.link == "OBJECT" for slot in thing.material_slots) else ()
+        key = ("object", subject.key) if own else ("mesh", thing.data.name, looks)
+        known = self.contents["meshes"]
+        content = known.get(key)
+        if content is None:
+            before = subject.content
+            if isinstance(before, MeshSubject) and list(before.users) == [subject]:
+                self.contents["meshes"] = known = {each: value for each, value in known.items() if value is not before}
+                content = before  # nobody else shows it: the same Geometry gets other arrays
+            else:
+                content = MeshSubject(thing.data.name)
+            known[key] = content
+            self.dirty(content)
+        return content
+
+    def material_of(self, material):
+        known = self.contents["materials"]
+        if material.name not in known:
+            known[material.name] = MaterialSubject(material.name)
+        return known[material.name]
+
+    def image_of(self, image):
+        known = self.contents["images"]
+        if image.name not in known:
+            known[image.name] = ImageSubject(image.name)
+        return known[image.name]
+
+    def renamed(self, subject, name):
+        self.by_name.pop(subject.name, None)
+        subject.name = name
+        self.by_name[name] = subject
+
+    def at(self, number):
+        """The object whose node has this number."""
+        mirror = self.courier.watched.get(number)
+        return mirror.owner if mirror is not None and isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node else None
+
+    # ---- to the wall
+
+    def ensure_root(self, batch):
+        if self.root.exists:
+            return
+        batch.create(self.root_core, {"translation": (0.0, 0.0, 0.0), "rotation": stand.UP, "scale": (1.0, 1.0, 1.0)})
+        batch.create(self.marks, {"key": "blender"})
+        self.root.owner = self
+        top = Mirror("Node")
+        top.number = 1
+        batch.node(self.root, top, self._name, self.root_core)
+        batch.node(self.root_mark, self.root, ROOT_MARK + self.key, self.marks)
+
+    def _send(self, end):
+        batch = Batch(self._epoch, self.root)
+        for kind in _KINDS:
+            self._collect(kind, batch, end)
+        if not any(self._dirty.values()):
+            self.undone = False
+            for subject in self.removals:
+                if subject.node.number:
+                    batch.remove(subject.node)
+            self.removals = []
+        batch.gesture = self._gesture_for(frozenset(batch.subjects))
+        if batch:
+            self._under_way = batch
+            self.counts["sent"] += batch.changes
+            self.counts["batches"] += 1
+            self.courier.send(batch)
+
+    def _collect(self, kind, batch, end):
+        dirty, later = self._dirty[kind], {}
+        while dirty:
+            now, subject = time.perf_counter(), next(iter(dirty))
+            if batch.subjects and (now > end or batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+                break
+            del dirty[subject]
+            if kind == "meshes" and now < subject.due:
+                later[subject] = None
+                continue
+            before = len(batch.steps) + len(batch.removed)
+            subject.collect(self, batch)
+            if len(batch.steps) + len(batch.removed) > before:
+                batch.subjects[subject] = None
+            if kind == "meshes":
+                subject.due = time.perf_counter() * (1 + _MESH_SHARE) - _MESH_SHARE * now
+        dirty.update(later)
+
+    def _gesture_for(self, of):
+        """What changes in a row by one drag is one step of the wall's undo."""
+        now = time.perf_counter()
+        if not of:
+            if self._gesture_token != self.token:
+                self._gesture = None  # the operator is done
+            return ""
+        if self._gesture is None or of != self._gesture_of or now - self._gesture_at > _PAUSE:
+            self._gestures += 1
+            self._gesture, self._gesture_of, self._gesture_token = f"blender {self._gestures}", of, self.token
+        said = self._gesture
+        self._gesture_at = now
+        if self._gesture_token != self.token:
+            self._gesture = None  # this was its last
+        return said
+
+    def _lead(self):
+        """The wall's view follows the scene's camera."""
+        camera = bpy.context.scene.camera if self.camera_leads else None
+        if camera is None or self.plan is None or not len(self.plan.screens):
+            self._camera = None
+            return
+        stand_of_root = {**self.root_core.here, **self.root_core.there}
+        now = (tuple(map(tuple, camera.matrix_world)), tuple(stand_of_root.get("translation", ())), self.units_per_metre, self._epoch)
+        if now != self._camera and stand_of_root:
+            self._camera = now
+            self.courier.look(stand.view_of(camera, stand_of_root, self.plan, self.units_per_metre))
+
+    # ---- from the wall
+
+    def _on_state(self, state, message):
+        if state != "linked":
+            self._under_way = None
+
+    def _on_note(self, key, text):
+        self.note(key, text)
+
+    def _on_found(self, found):
+        self._epoch, self.plan = found.epoch, found.plan
+        self._under_way, self._news, self._taking_up = None, {}, take_up(self, found)
+
+    def _on_done(self, batch, sequence, _):
+        if batch is self._under_way:
+            self._under_way = None
+            for mirror in batch.mirrors():
+                mirror.done(sequence)
+            for subject in batch.subjects:
+                subject.alone = subject.unsent = False
+                self.note(("refused", subject.kind, subject.name), "")
+
+    def _on_refused(self, batch, message):
+        if batch is not self._under_way:
+            return
+        self._under_way = None
+        for mirror in batch.mirrors():
+            mirror.refused()
+        for subject in batch.subjects:
+            if len(batch.subjects) > 1:
+                subject.alone = True
+                self.dirty(subject)
+            else:
+                subject.alone = False
+                self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
+        if not batch.subjects:
+            self.note(("refused", "removal"), f"the wall refuses a removal: {message}")
+
+    def _take_news(self, end):
+        self._news.update(self.courier.changed())
+        for (mirror, name), (sequence, value) in list(self._news.items()):
+            if name in mirror.sending:
+                continue  # once that is granted, it is known which of both is the newer one
+            del self._news[mirror, name]
+            there = mirror.there.get(name)
+            if sequence < mirror.granted or (there.number if isinstance(there, Mirror) else there) == value:
+                continue
+            self.counts["taken"] += 1
+            if isinstance(mirror.owner, Link):
+                mirror.in_step({name: value}, {name: value})
+            else:
+                mirror.owner.take(self, mirror, name, value)
+            if time.perf_counter() > end:
+                break
+
+    def _on_gone(self, mirror, number):
+        if mirror.number != number:
+            return
+        mirror.gone()
+        subject = mirror.owner
+        if isinstance(subject, ObjectSubject) and mirror is subject.node and subject.key in self.objects and not self.root_lost:
+            self.removed(subject)
+
+    def removed(self, subject):
+        """By others, at the wall."""
+        del self.objects[subject.key]
+        self.removed_there[subject.key] = subject
+        self.clean(subject)
+        thing = subject.get()
+        if thing is not None:
+            self._take_out(subject, thing)
+        while len(self.removed_there) > _MOST_GONE:
+            self.removed_there.pop(next(iter(self.removed_there)))
+
+    def _lost_root(self):
+        self.root_lost = True
+        self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the removal back there")
+
+    def _take_out(self, subject, thing):
+        """Of its collections; the file keeps it."""
+        subject.away = [each.name for each in thing.users_collection] or subject.away
+        for each in thing.users_collection:
+            each.objects.unlink(thing)
+        thing.use_fake_user = True
+        self.by_name.pop(subject.name, None)
+        self.note(("removed", subject.key), f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
+
+    def _on_back(self, mirror, number):
+        """By undo, under its old number."""
+        if mirror.number == number:
+            return
+        if not mirror.exists:
+            mirror.number = number
+        if mirror is self.root:
+            self.root_lost = False
+            self.note(("root",), "")
+        subject = mirror.owner
+        if not isinstance(subject, ObjectSubject) or mirror is not subject.node or mirror.number != number:
+            return
+        if self.removed_there.pop(subject.key, None) is not None:
+            self.put_back(subject)
+        elif self.deleted_here.pop(subject.key, None) is not None:
+            self._make_again(subject)
+
+    def put_back(self, subject):
+        thing = subject.get()
+        if thing is None:
+            return self._make_again(subject)
+        for name in subject.away:
+            collection = bpy.data.collections.get(name) or self.collection
+            if thing.name not in collection.objects:
+                collection.objects.link(thing)
+        thing.use_fake_user = False
+        self.note(("removed", subject.key), "")
+        return self._linked_again(subject, thing)
+
+    def _make_again(self, subject):
+        """It was deleted here, and its removal has been taken back at the wall."""
+        kind, name = subject.remains
+        kept = {"MESH": bpy.data.meshes, "LIGHT": bpy.data.lights, "CAMERA": bpy.data.cameras, "CURVE": bpy.data.curves,
+                "SURFACE": bpy.data.curves, "FONT": bpy.data.curves, "META": bpy.data.metaballs}.get(kind)
+        data = kept.get(name) if kept is not None else None
+        if data is None and name:
+            self.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
+        thing = bpy.data.objects.new(subject.name, data)
+        thing[PROPERTY] = {"key": subject.key}
+        self.collection.objects.link(thing)
+        subject.name = thing.name
+        parent = subject.parent.get() if subject.parent and subject.parent.key in self.objects else None
+        if parent is not None:
+            thing.parent = parent
+        self._linked_again(subject, thing)
+        subject.put(self, subject.core.there)
+
+    def _linked_again(self, subject, thing):
+        self.objects[subject.key] = self.by_name[subject.name] = subject
+        if subject.parent is not None and subject.parent.key not in self.objects:
+            subject.parent = None
+        if isinstance(subject.content, MeshSubject):
+            known = self.contents["meshes"]
+            subject.content.users[subject] = None
+            if subject.content not in known.values():
+                known.setdefault(("mesh", thing.data.name, ()) if thing.type == "MESH" and thing.data else ("object", subject.key), subject.content)
+
+    def _on_placed(self, mirror, parent):
+        """Hung elsewhere at the wall."""
+        subject = mirror.owner
+        if not isinstance(subject, ObjectSubject) or mirror is not subject.node or subject.key not in self.objects or self._under_way is not None:
+            return
+        above = self.at(parent)
+        if above is subject.hung and (above is not None or parent == self.root.number):
+            return
+        if above is None and parent != self.root.number:
+            self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here")
+            return
+        thing = subject.get()
+        thing.parent = above.get() if above is not None else None
+        thing.matrix_parent_inverse.identity()
+        subject.parent = subject.hung = above
+        subject.put(self, subject.core.there)

@@ -1,0 +1,100 @@
+"""Where objects stand: Blender's matrices and the wall's Transforms, and the two conventions of axes.
+
+Blender has +Z up and its cameras and lights look along -Z, as the wall's do; the wall has +Y up. One Transform at the link's root turns
+the whole collection, so that everything below has the same numbers on both sides."""
+import math
+
+import numpy as np
+from mathutils import Matrix, Quaternion, Vector
+
+UP = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)  # w, x, y, z: a quarter around x, +Z up becomes +Y up
+FIELDS = ("translation", "rotation", "scale")
+SHEAR = 1e-4  # of the longest column: more is said
+_ROTATION_NOISE = 4e-7  # a rotation is taken out of a matrix of floats anew each time
+_SCALE_NOISE = 1e-6
+_THROUGH_WORLD = 2e-6  # where a matrix came by two others
+
+
+def simple(thing):
+    """Blender computes its matrix from its own fields and its parent's alone."""
+    return not thing.constraints and (thing.parent is None or thing.parent_type == "OBJECT")
+
+
+def local_matrix(thing, parent):
+    """Relative to `parent` (an object, or None: to the world)."""
+    if simple(thing) and thing.parent == parent:
+        return thing.matrix_parent_inverse @ thing.matrix_basis if parent else thing.matrix_basis.copy()
+    if parent is None:
+        return thing.matrix_world.copy()
+    return parent.matrix_world.inverted_safe() @ thing.matrix_world
+
+
+def read(thing, parent):
+    """Its fields as a Transform has them, and whether it is sheared, which a Transform cannot hold."""
+    matrix = local_matrix(thing, parent)
+    translation, rotation, scale = matrix.decompose()
+    if rotation.w < 0:
+        rotation.negate()
+    made = Matrix.LocRotScale(None, rotation, scale)
+    longest = max(matrix.col[i].xyz.length for i in range(3)) or 1.0
+    sheared = any((made.col[i].xyz - matrix.col[i].xyz).length > SHEAR * longest for i in range(3))
+    return dict(zip(FIELDS, (tuple(translation), tuple(rotation), tuple(scale)))), sheared
+
+
+def without_noise(now, here, exact):
+    """`now`, with what differs from `here` by rounding alone as it was there."""
+    found = dict(now)
+    for name, value in now.items():
+        before = here.get(name)
+        if before is None or before == value:
+            continue
+        apart = max(abs(a - b) for a, b in zip(value, before))
+        size = max(map(abs, before))
+        if name == "rotation":
+            same = apart <= _ROTATION_NOISE
+        elif name == "scale":
+            same = apart <= _SCALE_NOISE * size
+        else:
+            same = not exact and apart <= _THROUGH_WORLD * max(size, 1.0)
+        if same:
+            found[name] = before
+    return found
+
+
+def write(thing, parent, fields):
+    """Puts it where a Transform of these fields stands. Blender makes no step of undo of it."""
+    matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]), Vector(fields["scale"]))
+    if simple(thing) and thing.parent == parent:
+        thing.matrix_basis = thing.matrix_parent_inverse.inverted_safe() @ matrix if parent else matrix
+    else:
+        thing.matrix_world = parent.matrix_world @ matrix if parent else matrix
+
+
+def turn_of(quaternion):
+    """3 × 3, of w, x, y, z."""
+    w, x, y, z = np.asarray(quaternion, float) / np.linalg.norm(quaternion)
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+
+def matrix_of(fields):
+    """4 × 4, in doubles."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn_of(fields["rotation"]) * np.asarray(fields["scale"], float)
+    matrix[:3, 3] = fields["translation"]
+    return matrix
+
+
+def view_of(camera, root, plan, units_per_metre):
+    """Where a wall stands through whose first screen its first user sees what the camera sees: SetView's members. Screens have sizes of
+    their own: the camera's angle of view stays Blender's."""
+    place = matrix_of(root) @ np.array(camera.matrix_world, float)
+    axes = place[:3, :3] / np.linalg.norm(place[:3, :3], axis=0)
+    screen = plan.screens[0]
+    corner = np.array(screen.lower_left)
+    right, up = np.array(screen.lower_right) - corner, np.array(screen.upper_left) - corner
+    right, up = right / np.linalg.norm(right), up / np.linalg.norm(up)
+    turn = axes @ np.stack([right, up, np.cross(right, up)])  # what looks along -Z looks into the screen
+    head = np.array(plan.users[0].position if len(plan.users) else (0, 0, 0))
+    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre), "orientation": tuple(Matrix(turn.tolist()).to_quaternion()), "world_units_per_metre": units_per_metre}
