@@ -137,6 +137,37 @@ class Reload(unittest.TestCase):
             wait_until(lambda: not list(wall.find("/**/inner")), "the Inline goes, and what it held")
             self.assertEqual(len(list(wall.find("/**/crate"))), 1)
 
+    def test_a_wall_that_goes_on_from_its_journal_finds_its_files_again(self):
+        with Changing(hall(), journal=True) as live:
+            with live.connect() as wall:
+                number = wall["/hall/crate"].id
+                wall["/hall/crane"].translation = (7, 7, 7)
+            live.kill_server()
+            live.start_server()
+            with live.connect() as wall:
+                wait_until(lambda: live.said("objects are in the scene; what it changes from now on is taken in") == 1, "it is found")
+                self.assertIn("8 of its 8 objects", live.log("server"))
+                replace(live.file, hall(crane=(5, 0, 0), crate=(4, 0, 0)))
+                wait_until(lambda: place(wall, "/hall/crate") == (4, 0, 0), "the crate moves")
+                self.assertEqual(place(wall, "/hall/crane"), (7, 7, 7))
+                self.assertEqual(wall["/hall/crate"].id, number)
+
+    def test_what_is_large_comes_in_parts_and_leads_back(self):
+        def plant(nodes, x):
+            below = "".join(f'node {{ name: "n{i}" transform {{ translation {{ x: {x} y: {i} }} }} }}\n' for i in range(nodes))
+            return hall(more=f'node {{ name: "plant" {below} }}')
+        with Changing(plant(0, 0)) as live, live.connect() as wall:
+            replace(live.file, plant(9000, 1))
+            wait_until(lambda: live.said("18000 objects made") == 1, "they come")
+            self.assertEqual(len(wall["/hall/plant"].children), 9000)
+            replace(live.file, plant(9000, 2))
+            wait_until(lambda: live.said("9000 values changed, 0 objects made") == 1, "they move")
+            self.assertEqual(place(wall, "/hall/plant/n8999"), (2, 8999, 0))
+            replace(live.file, plant(0, 0))
+            wait_until(lambda: live.said("18000 removed") == 1, "they go")
+            self.assertEqual(len(wall["/hall/plant"].children), 0)
+            self.assertEqual(wall.status().undo_depth, 0)
+
     def test_by_hand_once(self):
         with Changing(hall(), options=()) as live, live.connect() as wall:
             replace(live.file, hall(crate=(3, 0, 0), size=2.0))

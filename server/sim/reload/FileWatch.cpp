@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/Error.h"
@@ -57,11 +58,15 @@ void FileWatch::forget(std::uint64_t group) {
 }
 
 void FileWatch::run() {
-    for (;;) {
+    constexpr int kShare = 10;  // of its time: one in so many parts
+    for (Duration took{};;) {
+        const auto pause = std::chrono::duration_cast<std::chrono::milliseconds>(took * kShare).count();
         pollfd wait{stop_, POLLIN, 0};
-        if (::poll(&wait, 1, 1000 / kLooks) > 0) return;
+        if (::poll(&wait, 1, std::max(1000 / kLooks, static_cast<int>(std::min<std::int64_t>(pause, 60'000)))) > 0) return;
         takeOrders();
+        const TimePoint begin = clockNow();
         for (auto& [number, group] : groups_) lookAt(number, group, clockNow());
+        took = clockNow() - begin;
     }
 }
 
