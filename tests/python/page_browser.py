@@ -2,6 +2,7 @@
 import importlib.util
 import os
 import pathlib
+import re
 import shutil
 import time
 
@@ -10,6 +11,7 @@ WHY_NOT = next((f"{what} is not installed (./deploy/set-up installs it)" for wha
     ("chromium-driver", shutil.which("chromedriver"))) if not is_there), "")
 PATIENCE = 30.0  # s
 SHOTS = os.environ.get("TESSERA_PAGE_SHOTS")  # a folder for pictures of the page; without it none are made
+FILM = os.environ.get("TESSERA_PAGE_FILM")  # a folder for a picture of all that was waited for, one after the other
 SIZES = ((360, 740), (1280, 800))
 
 # Of all texts that are shown: those whose contrast with what is behind them is less than 4.5 (WCAG 2.1, 1.4.3).
@@ -123,7 +125,14 @@ class Browser:
         return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || at.id")
 
     def until(self, what, condition):
-        return until(what, condition)
+        found = until(what, condition)
+        if FILM:
+            self._save(FILM, f"{time.time_ns() // 1_000_000}-{re.sub('[^A-Za-z0-9]+', '-', what)[:60]}")
+        return found
+
+    def _save(self, folder, name):
+        pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+        self.driver.save_screenshot(os.path.join(folder, f"{name}.png"))
 
     def sizes_and_themes(self):
         """Goes through both sizes in both themes; the width and the theme that it is now."""
@@ -141,8 +150,7 @@ class Browser:
 
     def shoot(self, name):
         if SHOTS:
-            pathlib.Path(SHOTS).mkdir(parents=True, exist_ok=True)
-            self.driver.save_screenshot(os.path.join(SHOTS, f"{name}.png"))
+            self._save(SHOTS, name)
 
     def logged(self):
         return [f"{entry['source']}: {entry['message']}" for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE" or entry["source"] == "security"]
