@@ -17,7 +17,8 @@ DROP = """
 const data = new DataTransfer();
 for (const [name, bytes] of arguments[0]) data.items.add(new File([new Uint8Array(bytes)], name));
 for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
-"""BUTTON = """
+"""
+BUTTON = """
 const [within, text] = arguments;
 return [...document.querySelectorAll(`${within} button`)].find((one) => one.checkVisibility() && one.textContent.includes(text));
 """
