@@ -360,8 +360,9 @@ class Link:
 
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
+        looked_at = 0
         for kind in _KINDS:
-            self._collect(kind, batch, end)
+            looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
             for subject in self.removals:
@@ -376,11 +377,15 @@ class Link:
             self.courier.send(batch)
 
     def _collect(self, kind, batch, end):
-        dirty, later = self._dirty[kind], {}
-        while dirty:
+        """How many it has looked at: one at least, unless there is no time at all."""
+        dirty, later, looked_at = self._dirty[kind], {}, 0
+        while dirty and end:
             now, subject = time.perf_counter(), next(iter(dirty))
-            if batch.subjects and (now > end or batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+            if looked_at and now > end:
                 break
+            if batch.subjects and (batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+                break
+            looked_at += 1
             del dirty[subject]
             if kind == "meshes" and now < subject.due:
                 later[subject] = None
@@ -392,6 +397,7 @@ class Link:
             if kind == "meshes":
                 subject.due = time.perf_counter() * (1 + _MESH_SHARE) - _MESH_SHARE * now
         dirty.update(later)
+        return looked_at
 
     def _gesture_for(self, of):
         """What changes in a row by one drag is one step of the wall's undo."""
