@@ -163,7 +163,8 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        return self.courier.state == "linked" and not (self._taking_up or self.rescan or self._under_way or self.removals or self._scanning or self._news or any(self._dirty.values()))
+        looking = self._taking_up or self._scanning or self.rescan
+        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or any(self._dirty.values()))
 
     @property
     def waiting(self):
@@ -294,7 +295,8 @@ class Link:
                 content = self.contents["lights"][thing.data.name, thing.data.type] = LightSubject(thing.data.name, thing.data.type)
                 self.dirty(content)
         elif thing.type not in _PLACE_ONLY or thing.instance_type != "NONE":
-            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else f"{thing.type.lower()}{'' if thing.instance_type == 'NONE' else ' with instances'}"
+            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else thing.type.lower()
+            kind += "" if thing.instance_type == "NONE" else " with instances"
             said = f"{thing.name} ({kind}): only its place is shown"
         self.note(("kind", subject.key), said)
         if content is not before:
