@@ -30,7 +30,8 @@ def over(values, part):
 
 def told(seen, sent):
     took = [(seen[at] - when) * 1e3 for at, when in sent if at in seen]
-    return {"moves": len(sent), "seen": len(took), "p50_ms": round(over(took, 0.5), 1), "p99_ms": round(over(took, 0.99), 1), "longest_ms": round(max(took), 1)}
+    return {"moves": len(sent), "seen": len(took), "p50_ms": round(over(took, 0.5), 1), "p99_ms": round(over(took, 0.99), 1),
+            "longest_ms": round(max(took), 1)}
 
 
 def row_of(name, moves):

@@ -54,8 +54,8 @@ def objects(count, address, moves):
         pump.pump()
         held += time.perf_counter() - now
     ticks(lambda: link.idle)
-    drag = {"changes_sent": link.counts["sent"] - changes, "pump_ms": round(held / moves * 1e3, 3), "longest_pump_ms": round(link.counts["longest_ms"], 2),
-            "core_share": round((time.process_time() - begun) / (sent[-1][1] - sent[0][1]), 3)}
+    drag = {"changes_sent": link.counts["sent"] - changes, "pump_ms": round(held / moves * 1e3, 3),
+            "longest_pump_ms": round(link.counts["longest_ms"], 2), "core_share": round((time.process_time() - begun) / (sent[-1][1] - sent[0][1]), 3)}
     pump.stop()
     link, again = linked(stage, address)
     import tessera
@@ -69,7 +69,7 @@ def objects(count, address, moves):
     return {"objects": count, "link": first, "link_again": again, "sent": sent, "of_drag": drag, "back": {"p50_ms": took[50], "p99_ms": took[98]}}
 
 
-def large(address, _):
+def large(address):
     stage = only()
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=707, y_subdivisions=707)
     thing = bpy.context.object
@@ -88,7 +88,7 @@ def large(address, _):
 def main():
     name, address, moves, report = sys.argv[sys.argv.index("--") + 1:]
     blender_side.install()
-    found = {"few": lambda: objects(100, address, int(moves)), "many": lambda: objects(10000, address, int(moves)), "large": lambda: large(address, 0)}[name]()
+    found = large(address) if name == "large" else objects({"few": 100, "many": 10000}[name], address, int(moves))
     pathlib.Path(report).write_text(json.dumps(found))
 
 

@@ -296,6 +296,33 @@ class BothWays(OnAWall):
         self.assertEqual(self.node("box").translation, (0, 0, 0))
         self.assertIn("/Stage/box", self.wall)
 
+    def test_drags_of_two_things_are_two_steps(self):
+        first, second = add(self.stage, "first", box("a")), add(self.stage, "second", box("b"))
+        self.link()
+        for thing in (first, second):
+            for at in range(1, 11):
+                thing.location.x = at
+                update()
+                pump.pump()
+                time.sleep(0.005)
+            settle()
+        self.wall.undo()
+        until("the second one is taken back", lambda: second.location.x == 0)
+        settle()
+        self.assertEqual((first.location.x, self.node("first").translation[0]), (10, 10))
+
+    def test_many_moved_at_once_go_there_and_back_as_one(self):
+        for at in range(40):
+            add(self.stage, f"box {at}", bpy.data.meshes.get("a") or box("a"))
+        link = self.link()
+        batches = link.counts["batches"]
+        for thing in self.stage.objects:
+            thing.location = (1, 2, 3)
+        settle()
+        self.assertEqual(link.counts["batches"], batches + 1)
+        self.wall.undo()
+        until("all are back", lambda: not any(thing.location.length for thing in self.stage.objects))
+
     def test_while_it_is_dragged_others_do_not_pull_it_back(self):
         thing = add(self.stage, "box", box("a"))
         self.link()

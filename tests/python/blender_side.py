@@ -12,7 +12,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", HERE.parents[1] / "build"))
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE)]
-PUMPS = 6000
+PUMPS = 12000
 PERIOD = 0.005  # s, between two pumps
 
 

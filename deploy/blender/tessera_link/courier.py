@@ -171,13 +171,14 @@ class Courier:
         except self._tessera.NetworkError:
             raise
         except Exception as error:  # whatever is wrong with it: the link goes on
-            self._events.append(("refused", batch, str(error) if isinstance(error, self._tessera.TesseraError) else f"{type(error).__name__}: {error}"))
+            kind = "" if isinstance(error, self._tessera.TesseraError) else f"{type(error).__name__}: "
+            self._events.append(("refused", batch, f"{kind}{error}"))
         else:
             self._events.append(("done", batch, sequence, time.perf_counter() - begun))
 
     def _one_of_many(self, wall, batch):
         """What is to be removed: a node, or one below which all have been hung, as a removal takes a frame."""
-        nodes = [wall.handle(each.number, "Node", each.core.number if each.core else 0, each.core.type if each.core else None) for each in batch.removed]
+        nodes = [wall.handle(each.number, "Node") for each in batch.removed]
         if len(nodes) < 2:
             return nodes
         with wall.edit(undo=batch.gesture or None) as edit:
@@ -324,8 +325,9 @@ class Courier:
                 value = column.values[at]
                 value = tuple(value.tolist()) if isinstance(value, np.ndarray) else value.item() if isinstance(value, np.generic) else value
                 word = next((word for word, number in column.field.words.items() if number == value), value)
+                word = bool(word) if isinstance(mirror.here[column.field.name], bool) else word
                 with self._lock:
-                    self._news[mirror, column.field.name] = (change.sequence, bool(word) if isinstance(mirror.here[column.field.name], bool) else word)
+                    self._news[mirror, column.field.name] = (change.sequence, word)
         for at in self._ours(change.destroyed):
             number = int(change.destroyed[at])
             self._events.append(("gone", self.watched[number], number))

@@ -163,7 +163,8 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        return self.courier.state == "linked" and not (self._taking_up or self.rescan or self._under_way or self.removals or self._scanning or self._news or any(self._dirty.values()))
+        looking = self._taking_up or self._scanning or self.rescan
+        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or any(self._dirty.values()))
 
     @property
     def waiting(self):
@@ -294,7 +295,8 @@ class Link:
                 content = self.contents["lights"][thing.data.name, thing.data.type] = LightSubject(thing.data.name, thing.data.type)
                 self.dirty(content)
         elif thing.type not in _PLACE_ONLY or thing.instance_type != "NONE":
-            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else f"{thing.type.lower()}{'' if thing.instance_type == 'NONE' else ' with instances'}"
+            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else thing.type.lower()
+            kind += "" if thing.instance_type == "NONE" else " with instances"
             said = f"{thing.name} ({kind}): only its place is shown"
         self.note(("kind", subject.key), said)
         if content is not before:
@@ -360,8 +362,9 @@ class Link:
 
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
+        looked_at = 0
         for kind in _KINDS:
-            self._collect(kind, batch, end)
+            looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
             for subject in self.removals:
@@ -376,11 +379,15 @@ class Link:
             self.courier.send(batch)
 
     def _collect(self, kind, batch, end):
-        dirty, later = self._dirty[kind], {}
-        while dirty:
+        """How many it has looked at: one at least, unless there is no time at all."""
+        dirty, later, looked_at = self._dirty[kind], {}, 0
+        while dirty and end:
             now, subject = time.perf_counter(), next(iter(dirty))
-            if batch.subjects and (now > end or batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+            if looked_at and now > end:
                 break
+            if batch.subjects and (batch.changes > _MOST_CHANGES or subject.alone or next(iter(batch.subjects)).alone):
+                break
+            looked_at += 1
             del dirty[subject]
             if kind == "meshes" and now < subject.due:
                 later[subject] = None
@@ -392,6 +399,7 @@ class Link:
             if kind == "meshes":
                 subject.due = time.perf_counter() * (1 + _MESH_SHARE) - _MESH_SHARE * now
         dirty.update(later)
+        return looked_at
 
     def _gesture_for(self, of):
         """What changes in a row by one drag is one step of the wall's undo."""

@@ -2,6 +2,7 @@
 import struct
 
 _FLOAT = struct.Struct("f")
+_NOTHING = {}  # one for all, as there are many Mirrors: never written to
 
 
 
@@ -35,7 +36,7 @@ class Mirror:
         self.number, self.asked = 0, False
         self.core = None  # of a node: the Mirror of its core
         self.here, self.there = {}, {}
-        self.sending = {}  # under way: fields with their values
+        self.sending = _NOTHING  # under way: fields with their values
         self.granted = 0  # the list in which the wall granted what was sent last
 
     @property
@@ -45,7 +46,7 @@ class Mirror:
 
     def gone(self):
         """Destroyed at the wall. With undo it comes back as it was."""
-        self.number, self.asked, self.sending = 0, False, {}
+        self.number, self.asked, self.sending = 0, False, _NOTHING
 
     def news(self, now):
         """Those of the fields that Blender has now which were changed here."""
@@ -54,18 +55,18 @@ class Mirror:
     def send(self, now):
         """They are under way."""
         self.here.update(now)
-        self.sending.update(now)
+        self.sending = {**self.sending, **now}
 
     def done(self, sequence):
         self.there.update(self.sending)
-        self.sending, self.asked = {}, False
+        self.sending, self.asked = _NOTHING, False
         self.granted = sequence
 
     def refused(self):
         """They are as if they had never been read: whoever reads again sends again."""
         for name in self.sending:
             self.here.pop(name, None)
-        self.sending, self.asked = {}, False
+        self.sending, self.asked = _NOTHING, False
 
     def in_step(self, now, there):
         """Both have the same now."""

@@ -22,7 +22,8 @@ class TesseraLinkPreferences(bpy.types.AddonPreferences):
                                       "Empty: TESSERA_SERVER, or the one wall of this user on this machine")
     token_file: bpy.props.StringProperty(name="Token File", subtype="FILE_PATH", description="Its first line lets you in at ADDR:PORT. Empty: what "
                                          "the server has left for its own user, or TESSERA_TOKEN")
-    keys: bpy.props.StringProperty(name="Key", subtype="DIR_PATH", description="Folder with your key, for walls of other machines (tessera-keys person)")
+    keys: bpy.props.StringProperty(name="Key", subtype="DIR_PATH",
+                                   description="Folder with your key, for walls of other machines (tessera-keys person)")
     package_folder: bpy.props.StringProperty(name="Package", subtype="DIR_PATH", description="Folder that holds the Python package tessera. "
                                              "Empty: the one that came with this add-on")
 

@@ -97,4 +97,5 @@ def view_of(camera, root, plan, units_per_metre):
     right, up = right / np.linalg.norm(right), up / np.linalg.norm(up)
     turn = axes @ np.stack([right, up, np.cross(right, up)])  # what looks along -Z looks into the screen
     head = np.array(plan.users[0].position if len(plan.users) else (0, 0, 0))
-    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre), "orientation": tuple(Matrix(turn.tolist()).to_quaternion()), "world_units_per_metre": units_per_metre}
+    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre), "orientation": tuple(Matrix(turn.tolist()).to_quaternion()),
+            "world_units_per_metre": units_per_metre}

@@ -1,5 +1,4 @@
 """What is linked, one class for each kind of thing in Blender: each says what of it is news, and takes in what the wall says."""
-import collections
 import re
 import uuid
 
@@ -217,8 +216,8 @@ class ObjectSubject(Subject):
         self.was = False  # at the wall, as far as is known
         self.away = []  # removed at the wall: the collections that it was in
         self.remains = ("", "")  # once it is deleted here: what it showed
-        self.own = collections.deque(maxlen=_REMEMBERED)  # where it was put here
-        self.overridden = collections.deque(maxlen=_REMEMBERED)  # where it was when others put it elsewhere
+        self.own = ()  # where it was put here
+        self.overridden = ()  # where it was when others put it elsewhere
 
     def get(self):
         try:
@@ -236,8 +235,7 @@ class ObjectSubject(Subject):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
         self.parts, self.hung, self.was = [], None, False
-        self.own.clear()
-        self.overridden.clear()
+        self.own = self.overridden = ()
 
     def now(self, link, thing):
         fields, sheared = stand.read(thing, self.parent_thing())
@@ -260,7 +258,7 @@ class ObjectSubject(Subject):
             self.put(link, dict(self.core.there))
             news = self.core.news(self.now(link, thing))
         if news:
-            self.own.append(_place(now))
+            self.own = _remembered(self.own, now)
             batch.set(self.core, news)
         batch.set(self.node, self.node.news({"name": self.name}))
         if self.hung is not self.parent:
@@ -276,7 +274,7 @@ class ObjectSubject(Subject):
     def _create(self, link, batch, thing):
         link.ensure_root(batch)
         now = self.now(link, thing)
-        self.own.append(_place(now))
+        self.own = _remembered(self.own, now)
         batch.create(self.core, now)
         batch.node(self.node, self.parent.node if self.parent else link.root, self.name, self.core)
         batch.node(self.mark, self.node, MARK + self.key, link.marks)
@@ -323,7 +321,7 @@ class ObjectSubject(Subject):
         now = self.now(link, thing)
         if mirror is not self.core or now[name] != self.core.here.get(name):
             return
-        self.overridden.append(_place(now))
+        self.overridden = _remembered(self.overridden, now)
         self.put(link, {name: value})
 
     def adopt(self, link, found):
@@ -349,7 +347,7 @@ class ObjectSubject(Subject):
             self.node.here, self.node.there = {"name": self.kept["name"]}, {"name": self.kept["name"]}
         elif not self.core.here:
             self.core.here, self.node.here = dict(now), {"name": self.name}
-        self.own.append(_place({**now, **self.core.here}))
+        self.own = _remembered(self.own, {**now, **self.core.here})
         self.hung = link.at(found.parent)
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
@@ -382,6 +380,10 @@ class ObjectSubject(Subject):
 
 def _place(fields):
     return tuple(fields[name] for name in stand.FIELDS)
+
+
+def _remembered(places, fields):
+    return (*places, _place(fields))[-_REMEMBERED:]
 
 
 def key_of(thing):

@@ -86,8 +86,10 @@ def _contents(link, found):
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
         link.dirty(subject)
+    materials = [subject.mirror for subject in link.contents["materials"].values() if subject.mirror.number]
+    images_there = {mirror.here.get("baseColorImage") for mirror in materials}
     for subject in link.contents["images"].values():
-        if not any(material.mirror.number and material.mirror.here.get("baseColorImage") is subject.mirror for material in link.contents["materials"].values()):
+        if subject.mirror not in images_there:
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
