@@ -11,9 +11,9 @@ const kBookmarks = 9;
 export class FlyTool {
   name = 'Fly';
   hint = 'Drag to look, with Shift, another button or two fingers to shift; part two fingers to go forward.';
-  keys = 'Keys on the picture: W A S D and arrows go, E and Q rise and sink, Shift is faster, Z and C roll, L levels, ' +
-         'F fits what is below the mouse, Home goes home, M is the next way to move, 1 to 9 go to bookmarks, ' +
-         'with Shift they keep one.';
+  keys = 'Keys on the picture: W A S D and arrows go, E and Q rise and sink, Shift is faster, Z and C roll, ' +
+         'L levels, F fits what is below the mouse, Home goes home, M is the next way to move, ' +
+         '1 to 9 go to bookmarks, with Shift they keep one.';
   edits = true;
   surface = 'raw';
   #around;
