@@ -74,7 +74,8 @@ bool ReloadRequests::stands(const FileInScene& file) const {
     });
 }
 
-std::optional<ServerActions> ReloadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent, bool otherwise) {
+std::optional<ServerActions> ReloadRequests::ask(const Asker& asker, const std::string& path, ObjectId parent,
+                                                 bool otherwise) {
     const auto isMeant = [&](const Files::value_type& entry) {
         const FileInScene& file = entry.second.file;
         return std::ranges::find(file.files->called, path) != file.files->called.end() && !file.content &&
@@ -84,7 +85,8 @@ std::optional<ServerActions> ReloadRequests::ask(const Asker& asker, const std::
     for (auto known = files_.begin(); known != files_.end(); ++known)
         if (isMeant(*known)) found = known;
     if (found == files_.end()) return std::nullopt;
-    if (std::optional<Error> why = around_.whyNoEdit()) return around_.answers().to(asker, tl::unexpected(*std::move(why)));
+    if (std::optional<Error> why = around_.whyNoEdit())
+        return around_.answers().to(asker, tl::unexpected(*std::move(why)));
     Known& known = found->second;
     if (known.waiting.size() >= kMostWaiting)
         return around_.answers().to(asker, fail(ErrorCode::kLimit, "too many wait for this file already"));
@@ -138,7 +140,9 @@ ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
     known.files = std::move(made.files);
     if (!known.change) {
         const auto look = [this, number = made.file, held = made.held](const Aspect& scene) -> WorkedOut {
-            return withoutWord([this, number, held, objects = tessera::findAgain(scene, kRootNode, *held)] { found(number, held, objects); });
+            return withoutWord([this, number, held, objects = tessera::findAgain(scene, kRootNode, *held)] {
+                found(number, held, objects);
+            });
         };
         if (!around_.lookBeside) return look(around_.simulation.scene())(now);
         around_.lookBeside(look);
@@ -150,9 +154,12 @@ ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
     return known.change->empty() ? end(made.file, std::nullopt) : plan(made.file, now);
 }
 
-void ReloadRequests::findAgain(const std::vector<std::string>& paths, const Placing& placing, const std::string& begunWith) {
+void ReloadRequests::findAgain(const std::vector<std::string>& paths, const Placing& placing,
+                               const std::string& begunWith) {
     if (begunWith != optionsText(placing))
-        return say("--reload: the scene was begun with another placing than this command says; its files are not watched", true);
+        return say(
+            "--reload: the scene was begun with another placing than this command says; its files are not watched",
+            true);
     for (const std::string& path : paths) findAgain(path, placing);
 }
 
@@ -163,15 +170,22 @@ void ReloadRequests::findAgain(const std::string& path, const Placing& placing) 
                            .asked = false,
                            .held = std::make_shared<const HeldFile>(),
                            .files = std::make_shared<const WatchedFiles>()};
-    Preparation order{.ticket = edits_.newTicket(), .node = file.node, .path = path, .placing = placing, .asked = false, .file = next_, .watched = file.files};
-    if (!around_.loader.order(std::move(order))) return say(path + ": too many files wait to be loaded; it is not watched", true);
+    Preparation order{.ticket = edits_.newTicket(),
+                      .node = file.node,
+                      .path = path,
+                      .placing = placing,
+                      .asked = false,
+                      .file = next_,
+                      .watched = file.files};
+    if (!around_.loader.order(std::move(order)))
+        return say(path + ": too many files wait to be loaded; it is not watched", true);
     files_.emplace(next_++, Known{.file = file, .busy = true});
 }
 
 void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects) {
     Known& known = files_.at(number);
-    say(fmt::format("{}: {} of its {} objects are in the scene; what it changes from now on is taken in", known.file.path, objects,
-                    held->ids.size()));
+    say(fmt::format("{}: {} of its {} objects are in the scene; what it changes from now on is taken in",
+                    known.file.path, objects, held->ids.size()));
     bytes_ += held->bytes;
     known.file.held = held;
     known.file.files = std::exchange(known.files, nullptr);
@@ -200,15 +214,18 @@ ServerActions ReloadRequests::planned(std::uint64_t number, Expected<ReloadPlan>
     std::vector<Blob> arrays = std::exchange(shared->arrays, {});
     const Asker asker = known.askers.empty() ? Asker() : known.askers.front();
     const auto given = [change = known.change, shared](ObjectId first) {
-        for (std::size_t i = 0; i < shared->made.size(); ++i) change->next.ids[shared->made[i]] = ObjectId(first.value + i);
+        for (std::size_t i = 0; i < shared->made.size(); ++i)
+            change->next.ids[shared->made[i]] = ObjectId(first.value + i);
     };
-    return edits_.enter({.asker = asker,
-                         .edit = {.undoable = false, .ofFile = true},
-                         .isLoad = true,
-                         .reload = shared,
-                         .given = given,
-                         .ended = [this, number, shared, now](const std::optional<Error>& refused) { return committed(number, shared, refused, now); }},
-                        std::move(arrays), now);
+    return edits_.enter(
+        {.asker = asker,
+         .edit = {.undoable = false, .ofFile = true},
+         .isLoad = true,
+         .reload = shared,
+         .given = given,
+         .ended = [this, number, shared,
+                   now](const std::optional<Error>& refused) { return committed(number, shared, refused, now); }},
+        std::move(arrays), now);
 }
 
 void ReloadRequests::count(Known& known, const ReloadPlan& plan) const {
@@ -220,8 +237,8 @@ void ReloadRequests::count(Known& known, const ReloadPlan& plan) const {
     told.notes.insert(told.notes.begin(), plan.notes.begin(), plan.notes.end());
 }
 
-ServerActions ReloadRequests::committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan, const std::optional<Error>& refused,
-                                        TimePoint now) {
+ServerActions ReloadRequests::committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan,
+                                        const std::optional<Error>& refused, TimePoint now) {
     constexpr int kTries = 4;
     Known& known = files_.at(number);
     if (!refused) {
@@ -239,14 +256,16 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
     FileInScene& file = known.file;
     answer::Loaded& told = known.told;
     if (refused) {
-        std::string words = refused->message.starts_with(file.path) ? refused->message : file.path + ": " + refused->message;
+        std::string words =
+            refused->message.starts_with(file.path) ? refused->message : file.path + ": " + refused->message;
         if (words != known.said) say(words + "; what it held before stays", true);
         known.said = std::move(words);
     } else {
         known.said.clear();
         if (told.changed + told.created + told.removed + told.kept > 0) {
-            say(fmt::format("{}: taken in again: {} values changed, {} objects made, {} removed, {} values kept as they are here", file.path,
-                            told.changed, told.created, told.removed, told.kept));
+            say(fmt::format(
+                "{}: taken in again: {} values changed, {} objects made, {} removed, {} values kept as they are here",
+                file.path, told.changed, told.created, told.removed, told.kept));
             for (const std::string& note : told.notes) say(fmt::format("{}: {}", file.path, note));
         }
     }
@@ -265,14 +284,18 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
     known.busy = false;
 
     ServerActions actions;
-    if (const auto top = std::ranges::find_if(file.held->tops, [&](std::uint32_t place) { return around_.simulation.scene().get<Node>(file.held->ids[place]); });
+    if (const auto top = std::ranges::find_if(
+            file.held->tops,
+            [&](std::uint32_t place) { return around_.simulation.scene().get<Node>(file.held->ids[place]); });
         top != file.held->tops.end())
         told.node = file.held->ids[*top];
     if (std::exchange(known.otherwise, false))
-        told.notes.insert(told.notes.begin(), "it stands as it was loaded: what else was said of that is of no use with a reload");
+        told.notes.insert(told.notes.begin(),
+                          "it stands as it was loaded: what else was said of that is of no use with a reload");
     if (told.notes.size() > answer::Loaded::kMostNotes) told.notes.resize(answer::Loaded::kMostNotes);
     for (std::string& note : told.notes) note = cutUtf8(note, kMostNoteBytes);
-    const Expected<ApplicationAnswer> answer = refused ? Expected<ApplicationAnswer>(tl::unexpected(*refused)) : Expected<ApplicationAnswer>(told);
+    const Expected<ApplicationAnswer> answer =
+        refused ? Expected<ApplicationAnswer>(tl::unexpected(*refused)) : Expected<ApplicationAnswer>(told);
     for (const Asker& asker : std::exchange(known.askers, {})) append(actions, around_.answers().to(asker, answer));
     if (known.again) append(actions, begin(number));
     forgetOldest();

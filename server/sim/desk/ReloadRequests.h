@@ -29,11 +29,12 @@ struct FileInScene {
     [[nodiscard]] static std::optional<FileInScene> of(const Preparation& made);
 };
 
-/// The book of the files that have been loaded. One is read beside the frames, compared with what it held before (FileChange),
-/// planned beside the frames with the scene as it is then (ReloadPlan), and goes into frames as loads do. Nobody's step: undo
-/// takes back what people do; the old file leads back from a new one. Frame thread only.
+/// The book of the files that have been loaded. One is read beside the frames, compared with what it held before
+/// (FileChange), planned beside the frames with the scene as it is then (ReloadPlan), and goes into frames as loads do.
+/// Nobody's step: undo takes back what people do; the old file leads back from a new one. Frame thread only.
 ///
-/// What the files held is kept while the book has room: kMostFiles, kMostBytes. The ones that were read longest ago go first.
+/// What the files held is kept while the book has room: kMostFiles, kMostBytes. The ones that were read longest ago go
+/// first.
 class ReloadRequests {
 public:
     static constexpr std::size_t kMostFiles = 1024, kMostBytes = std::size_t{256} << 20, kMostWaiting = 64;
@@ -41,12 +42,14 @@ public:
     ReloadRequests(const DeskSurroundings& around, OpenEdits& edits);
 
     void remember(FileInScene file);
-    /// Those that were in the scene before this server began: they are read, and what is found of them by its names is what they
-    /// held. What they change from then on is taken in. `begunWith`: how the scene was placed then, as options.
+    /// Those that were in the scene before this server began: they are read, and what is found of them by its names is
+    /// what they held. What they change from then on is taken in. `begunWith`: how the scene was placed then, as
+    /// options.
     void findAgain(const std::vector<std::string>& paths, const Placing& placing, const std::string& begunWith);
-    /// Nothing: no file of that name is in the scene (below `parent`, where one is said). `otherwise`: it was also said how it is
-    /// to stand, which is of no use.
-    [[nodiscard]] std::optional<ServerActions> ask(const Asker& asker, const std::string& path, ObjectId parent, bool otherwise);
+    /// Nothing: no file of that name is in the scene (below `parent`, where one is said). `otherwise`: it was also said
+    /// how it is to stand, which is of no use.
+    [[nodiscard]] std::optional<ServerActions> ask(const Asker& asker, const std::string& path, ObjectId parent,
+                                                   bool otherwise);
     [[nodiscard]] ServerActions read(Preparation made, TimePoint now);
 
 private:
@@ -71,8 +74,8 @@ private:
     void found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects);
     [[nodiscard]] ServerActions plan(std::uint64_t number, TimePoint now);
     [[nodiscard]] ServerActions planned(std::uint64_t number, Expected<ReloadPlan> plan, TimePoint now);
-    [[nodiscard]] ServerActions committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan, const std::optional<Error>& refused,
-                                          TimePoint now);
+    [[nodiscard]] ServerActions committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan,
+                                          const std::optional<Error>& refused, TimePoint now);
     [[nodiscard]] ServerActions end(std::uint64_t number, const std::optional<Error>& refused);
     void count(Known& known, const ReloadPlan& plan) const;
     void say(const std::string& words, bool isWrong = false) const;

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "common/cores/ChildList.h"
 #include "common/change/ChangeList.h"
+#include "common/cores/ChildList.h"
 
 namespace tessera {
 
@@ -20,10 +20,10 @@ struct OrderedChild {
     std::int64_t was = kNew;
 };
 
-/// To be made one after the other, once what `goes` has been detached. `now`: the children that the node has; `wanted`: those
-/// of the file, in its order; of them what hangs elsewhere stays there. As few move as the file has moved, and others' children
-/// stay where they are: each that moves or is new comes right behind the one before it in the file.
-[[nodiscard]] std::vector<Placement> childOrder(const ChildList& now, std::span<const OrderedChild> wanted, ObjectId parent,
-                                                const std::function<bool(ObjectId)>& goes);
+/// To be made one after the other, once what `goes` has been detached. `now`: the children that the node has; `wanted`:
+/// those of the file, in its order; of them what hangs elsewhere stays there. As few move as the file has moved, and
+/// others' children stay where they are: each that moves or is new comes right behind the one before it in the file.
+[[nodiscard]] std::vector<Placement> childOrder(const ChildList& now, std::span<const OrderedChild> wanted,
+                                                ObjectId parent, const std::function<bool(ObjectId)>& goes);
 
 }  // namespace tessera

@@ -17,7 +17,7 @@ struct FileChange {
 
     const std::shared_ptr<const HeldFile> former;
     const ChangeList list;  ///< of the file as it is, with its arrays
-    HeldFile next;          ///< the same, to be held; ids are there of what the former one had, and of what has been made since
+    HeldFile next;  ///< the same, to be held; ids are there of what the former one had, and of what has been made since
     const FileObjects before, after;
     const std::vector<std::uint32_t> formerOf;  ///< by place in `after`: the place in `before`; kNone: it is new
     std::vector<bool> vanished;                 ///< by place in `before`
@@ -29,9 +29,11 @@ struct FileChange {
         FieldValue was, is;
     };
     std::vector<Row> rows;
-    /// Nodes of `after` that were there and have other children, or in another order; `count()` stands for what the file was loaded below.
+    /// Nodes of `after` that were there and have other children, or in another order; `count()` stands for what the
+    /// file was loaded below.
     std::vector<std::uint32_t> reordered;
-    std::vector<std::uint32_t> siblingsBefore;  ///< by place in `before`: of a node, how many stand before it below its parent
+    std::vector<std::uint32_t>
+        siblingsBefore;  ///< by place in `before`: of a node, how many stand before it below its parent
 
     [[nodiscard]] bool empty() const;
 

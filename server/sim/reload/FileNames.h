@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Nodes by their path within the file, other objects by a node that leads to them: "/hall/crane", "the Material of /hall/crane".
-/// The file outlives it.
+/// Nodes by their path within the file, other objects by a node that leads to them: "/hall/crane", "the Material of
+/// /hall/crane". The file outlives it.
 class FileNames {
 public:
     explicit FileNames(const FileObjects& file) : file_(file) {}

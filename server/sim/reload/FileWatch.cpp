@@ -62,7 +62,8 @@ void FileWatch::run() {
     for (Duration took{};;) {
         const auto pause = std::chrono::duration_cast<std::chrono::milliseconds>(took * kShare).count();
         pollfd wait{stop_, POLLIN, 0};
-        if (::poll(&wait, 1, std::max(1000 / kLooks, static_cast<int>(std::min<std::int64_t>(pause, 60'000)))) > 0) return;
+        if (::poll(&wait, 1, std::max(1000 / kLooks, static_cast<int>(std::min<std::int64_t>(pause, 60'000)))) > 0)
+            return;
         takeOrders();
         const TimePoint begin = clockNow();
         for (auto& [number, group] : groups_) lookAt(number, group, clockNow());

@@ -25,17 +25,17 @@ struct FileStamp {
 [[nodiscard]] std::vector<FileStamp> stampsOf(const std::vector<std::string>& files);
 
 struct WatchedFiles {
-    std::vector<std::string> paths;  ///< the first one is the file itself: without it there is nothing to be read
-    std::vector<FileStamp> stamps;   ///< as they were when they were read
+    std::vector<std::string> paths;   ///< the first one is the file itself: without it there is nothing to be read
+    std::vector<FileStamp> stamps;    ///< as they were when they were read
     std::vector<std::string> called;  ///< names that lead to the file: as it was asked for, and whole ones
 };
 
-/// Looks at all of them kLooks times a second, on a thread of its own. So it works on file systems of other machines, for files
-/// that are replaced by renaming, that are gone for a while, and whose folders are. It looks less often
-/// where that takes it more than a tenth of its time: so many files, or so slow ones, cost no more.
+/// Looks at all of them kLooks times a second, on a thread of its own. So it works on file systems of other machines,
+/// for files that are replaced by renaming, that are gone for a while, and whose folders are. It looks less often where
+/// that takes it more than a tenth of its time: so many files, or so slow ones, cost no more.
 ///
-/// A group of files is told once any of them has changed and all have been as they are for kQuiet. What is gone is not told
-/// until it is back; when it has been gone for kGone, that is told once.
+/// A group of files is told once any of them has changed and all have been as they are for kQuiet. What is gone is not
+/// told until it is back; when it has been gone for kGone, that is told once.
 class FileWatch {
 public:
     static constexpr int kLooks = 10;

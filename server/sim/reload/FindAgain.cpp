@@ -45,7 +45,8 @@ private:
         for (const std::uint32_t place : places) {
             const Node node = nodeAt(place);
             const std::uint32_t core = objects_.placeOf(node.core);
-            const auto alike = there.find({node.name, core == FileObjects::kNone ? std::uint16_t{0} : objects_.type(core).type.value});
+            const auto alike =
+                there.find({node.name, core == FileObjects::kNone ? std::uint16_t{0} : objects_.type(core).type.value});
             if (alike == there.end() || alike->second.empty()) continue;
             take(alike->second.front(), place);
             alike->second.pop_front();

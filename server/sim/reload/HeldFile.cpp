@@ -67,7 +67,7 @@ void HeldFile::standsFrom(ObjectId first) {
 
 std::size_t HeldFile::count() const {
     std::size_t sum = list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
-                        ids.size() * sizeof(ObjectId);
+                      ids.size() * sizeof(ObjectId);
     for (const FieldColumn& column : list.columns) {
         sum += column.ids.size() * sizeof(ObjectId);
         std::visit(
@@ -105,7 +105,8 @@ FileObjects::FileObjects(const ChangeList& list) : list_(list) {
     std::vector<std::uint32_t> next = childStarts_;
     for (const Placement& placement : list.placements) {
         const std::uint32_t node = placeOf(placement.node);
-        if (node != kNone && hangsBelow[node] != kNone) children_[next[std::exchange(hangsBelow[node], kNone)]++] = node;
+        if (node != kNone && hangsBelow[node] != kNone)
+            children_[next[std::exchange(hangsBelow[node], kNone)]++] = node;
     }
 
     rowStarts_.assign(count + 1, 0);

@@ -53,7 +53,8 @@ public:
     void forEachRef(std::uint32_t place, Visit&& visit) const {
         for (const Row& row : rowsOf(place)) {
             const FieldColumn& column = list_.columns[row.column];
-            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values)) visitRef((*refs)[row.row], visit);
+            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values))
+                visitRef((*refs)[row.row], visit);
             if (const auto* lists = std::get_if<std::vector<RefList>>(&column.values))
                 for (const ObjectId id : (*lists)[row.row]) visitRef(id, visit);
         }
@@ -77,15 +78,16 @@ private:
     std::vector<Row> rows_;
 };
 
-/// Fills in the ids of a file that somebody else has loaded below a node, as far as it is there: nodes by their names, equal ones
-/// by their order, if their cores are of the same type; other objects by who refers to them. Returns how many were found.
+/// Fills in the ids of a file that somebody else has loaded below a node, as far as it is there: nodes by their names,
+/// equal ones by their order, if their cores are of the same type; other objects by who refers to them. Returns how
+/// many were found.
 std::size_t findAgain(const Aspect& scene, ObjectId below, HeldFile& file);
 
 /// Which object of the former content each object of the next one is, by place; kNone: it is new.
 ///
-/// Nodes by their names, among equal names by the type of their core, what is below them, and their order. Other objects by who
-/// refers to them, in which field; in a list by what they say, then by their order. Materials and the like of what is new by
-/// what they say.
+/// Nodes by their names, among equal names by the type of their core, what is below them, and their order. Other
+/// objects by who refers to them, in which field; in a list by what they say, then by their order. Materials and the
+/// like of what is new by what they say.
 [[nodiscard]] std::vector<std::uint32_t> matchObjects(const FileObjects& former, const FileObjects& next);
 
 }  // namespace tessera

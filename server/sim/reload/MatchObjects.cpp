@@ -39,7 +39,8 @@ public:
     std::uint64_t of(std::uint32_t node) {
         if (known_[node] != 0) return known_[node];
         std::vector<std::uint64_t> parts = {file_.contentHash(node)};
-        if (const std::uint32_t core = coreOf(file_, node); core != FileObjects::kNone) parts.push_back(file_.contentHash(core));
+        if (const std::uint32_t core = coreOf(file_, node); core != FileObjects::kNone)
+            parts.push_back(file_.contentHash(core));
         for (const std::uint32_t child : file_.children(node)) parts.push_back(of(child));
         return known_[node] = hash64(std::as_bytes(std::span(parts))) | 1;
     }
@@ -99,8 +100,9 @@ private:
             if (known->second.size() == 1 && those.size() == 1)
                 pair(known->second[0], those[0]);
             else
-                matchAlike(known->second, those, [&](std::uint32_t a) { return formerBelow_.of(a); },
-                           [&](std::uint32_t b) { return nextBelow_.of(b); });
+                matchAlike(
+                    known->second, those, [&](std::uint32_t a) { return formerBelow_.of(a); },
+                    [&](std::uint32_t b) { return nextBelow_.of(b); });
         }
     }
 
@@ -165,8 +167,9 @@ private:
     }
 
     void matchCores(const Places& former, const Places& next) {
-        matchAlike(former, next, [&](std::uint32_t a) { return former_.contentHash(a); },
-                   [&](std::uint32_t b) { return next_.contentHash(b); });
+        matchAlike(
+            former, next, [&](std::uint32_t a) { return former_.contentHash(a); },
+            [&](std::uint32_t b) { return next_.contentHash(b); });
     }
 
     /// Materials, images and the like of what is new: those that say the same. (A core is its node's.)

@@ -194,7 +194,8 @@ private:
             writes.clear();
         }
         for (const FileChange::Row* row : keeps)
-            note(fmt::format("{}: {} stays as it is here; the file has changed it too", names_.of(place), row->field->name));
+            note(fmt::format("{}: {} stays as it is here; the file has changed it too", names_.of(place),
+                             row->field->name));
         plan_.kept += keeps.size();
         for (const FileChange::Row* row : writes) {
             touchAll(row->is);
@@ -220,7 +221,8 @@ private:
         for (std::size_t i = 0; i < order.size(); ++i)
             before.forEachRef(going_.at(order[i]), [&](std::uint32_t to) {
                 const ObjectId id = change_.former->ids[to];
-                if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to))) return;
+                if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to)))
+                    return;
                 if (going_.emplace(id, to).second) order.push_back(id);
             });
         std::unordered_map<ObjectId, std::size_t> usesGoing;
@@ -270,7 +272,8 @@ private:
         for (const FieldEntry& field : object.info().fields) {
             if (isServersField(object.info().type, field.id)) continue;
             if (areSame(field, field.load(object), withFormerIds(change_.before.value(place, field)))) continue;
-            note(fmt::format("{} has gone with the file; its {} had been changed here", formerNames_.of(place), field.name));
+            note(fmt::format("{} has gone with the file; its {} had been changed here", formerNames_.of(place),
+                             field.name));
             return;
         }
     }
@@ -355,7 +358,8 @@ private:
             const auto goes = [this](ObjectId id) { return going_.contains(id); };
             for (const Placement& placement : childOrder(scene_.get<Node>(parent)->children, wanted, parent, goes)) {
                 open_.place(placement.node, placement.parent, placement.index);
-                took(40, whole || changes_ < 4 * limits_.changes);  // what is out of its place comes back in the same frame
+                took(40,
+                     whole || changes_ < 4 * limits_.changes);  // what is out of its place comes back in the same frame
             }
             took(0, whole);
         }
@@ -366,7 +370,8 @@ private:
             last = &row.id;
             FieldValue is = withIds(row.is);
             if (!whole)
-                if (const auto* array = std::get_if<Blob>(&is); array && !array->empty()) plan_.arrays.push_back(*array);
+                if (const auto* array = std::get_if<Blob>(&is); array && !array->empty())
+                    plan_.arrays.push_back(*array);
             bytes_ += bytesOf(is);
             ++changes_;
             open_.set(row.id, row.type->type, row.field->id, is);
@@ -433,7 +438,9 @@ Expected<ReloadPlan> planReload(const Aspect& scene, const FileChange& change, O
 /// Rows of what is there come last in a column, in the order of `before`.
 void leaveOutWhatChanged(const Aspect& scene, ReloadPlan::Part& part, ReloadPlan& plan) {
     const auto columnFor = [&](const FieldColumn& before) -> FieldColumn& {
-        const auto is = [&](const FieldColumn& column) { return column.type == before.type && column.field == before.field; };
+        const auto is = [&](const FieldColumn& column) {
+            return column.type == before.type && column.field == before.field;
+        };
         return *std::ranges::find_if(part.list.columns, is);
     };
     std::unordered_set<ObjectId> whole;  // of types with arrays
@@ -446,8 +453,9 @@ void leaveOutWhatChanged(const Aspect& scene, ReloadPlan::Part& part, ReloadPlan
         leaves[i].resize(before.ids.size());
         for (std::size_t row = 0; row < before.ids.size(); ++row) {
             const Object object = scene.find(before.ids[row]);
-            const bool same = object && object.info().index == type.index &&
-                              (followsOthers(before.type, before.field) || areSame(field, field.load(object), before.value(row)));
+            const bool same =
+                object && object.info().index == type.index &&
+                (followsOthers(before.type, before.field) || areSame(field, field.load(object), before.value(row)));
             if (same) continue;
             leaves[i][row] = any = true;
             if (hasArrays(type)) whole.insert(before.ids[row]);

@@ -59,7 +59,8 @@ TEST_F(Watched, WhatHasChangedBeforeItWasWatchedIsAChange) {
 }
 
 TEST_F(Watched, ALinkThatLeadsElsewhereIsAChange) {
-    const std::string one = scratch.write("one", "same"), two = scratch.write("two", "same"), link = scratch.path("link");
+    const std::string one = scratch.write("one", "same"), two = scratch.write("two", "same"),
+                      link = scratch.path("link");
     std::filesystem::create_symlink(one, link);
     watch(9, {link});
     std::filesystem::create_symlink(two, scratch.path("other"));

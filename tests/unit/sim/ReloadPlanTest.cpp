@@ -22,8 +22,8 @@ namespace {
 struct Said {
     std::string name;
     Vec3d at = Vec3d::Zero();
-    std::optional<double> box;    ///< an edge: a Geometry below it, called "shape"
-    std::optional<float> rough;   ///< of that one's Material
+    std::optional<double> box;   ///< an edge: a Geometry below it, called "shape"
+    std::optional<float> rough;  ///< of that one's Material
     std::vector<Said> below;
 };
 
@@ -64,7 +64,8 @@ public:
     [[nodiscard]] const HeldFile& held() const { return *file_; }
 
     /// The file has become this. `meanwhile`: what people do between the plan and its first frame.
-    ReloadPlan becomes(const std::vector<Said>& tops, const ReloadPlan::Limits& limits = {}, const std::function<void()>& meanwhile = {}) {
+    ReloadPlan becomes(const std::vector<Said>& tops, const ReloadPlan::Limits& limits = {},
+                       const std::function<void()>& meanwhile = {}) {
         ChangeList list = fileOf(tops);
         HeldFile next = *HeldFile::of(list);
         change_ = std::make_shared<FileChange>(file_, std::move(list), std::move(next));
@@ -77,9 +78,12 @@ public:
             leaveOutWhatChanged(scene(), part, *plan);
             const bool made = i < plan->creating;
             if (plan->creating > 0 && !made)
-                replaceIds(part.list, [&](ObjectId id) { return isPlaceholder(id) ? ObjectId(first.value + id.value - kFirstPlaceholder) : id; });
+                replaceIds(part.list, [&](ObjectId id) {
+                    return isPlaceholder(id) ? ObjectId(first.value + id.value - kFirstPlaceholder) : id;
+                });
             const Expected<Committer::Applied> applied =
-                made ? committer.applyReserved(std::move(part.list), first, plan->objects) : committer.apply(std::move(part.list));
+                made ? committer.applyReserved(std::move(part.list), first, plan->objects)
+                     : committer.apply(std::move(part.list));
             EXPECT_TRUE(applied) << "part " << i << ": " << applied.error().message;
             if (!applied) return *plan;
             if (plan->creating == 0 && plan->objects > 0) first = applied->ids.front().second;
@@ -136,8 +140,10 @@ std::string allNotes(const ReloadPlan& plan) {
 }
 using Names = std::vector<std::string>;
 
-const std::vector<Said> kHall = {
-    {.name = "hall", .below = {{.name = "crane", .at = {1, 0, 0}, .box = 1, .rough = 0.5f}, {.name = "crate", .at = {2, 0, 0}, .box = 2}, {.name = "lamp"}}}};
+const std::vector<Said> kHall = {{.name = "hall",
+                                  .below = {{.name = "crane", .at = {1, 0, 0}, .box = 1, .rough = 0.5f},
+                                            {.name = "crate", .at = {2, 0, 0}, .box = 2},
+                                            {.name = "lamp"}}}};
 
 TEST(ReloadPlan, WhatHasNotChangedCostsNothing) {
     FileAtWork work(kHall);
@@ -176,13 +182,15 @@ TEST(ReloadPlan, WhatAPersonHasMovedStaysWhereTheyPutIt) {
     EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, Vec3d(7, 7, 7));
     EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crate"))->translation, Vec3d(2, 2, 2));
     EXPECT_EQ(plan.kept, 1u);
-    EXPECT_EQ(allNotes(plan), "the Transform of /hall/crane: translation stays as it is here; the file has changed it too\n");
+    EXPECT_EQ(allNotes(plan),
+              "the Transform of /hall/crane: translation stays as it is here; the file has changed it too\n");
     next[0].below[0].at = {7, 7, 7};
     plan = work.becomes(next);
     EXPECT_TRUE(plan.notes.empty()) << "both say the same now: " << allNotes(plan);
     next[0].below[0].at = {8, 8, 8};
     plan = work.becomes(next);
-    EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, Vec3d(8, 8, 8)) << "and the file leads again";
+    EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, Vec3d(8, 8, 8))
+        << "and the file leads again";
 }
 
 TEST(ReloadPlan, HalfOfAMeshIsNone) {
@@ -248,7 +256,8 @@ TEST(ReloadPlan, WhatPeopleRemovedStaysRemoved) {
     next[0].below[0].below = {{.name = "hook"}};
     const ReloadPlan plan = work.becomes(next);
     EXPECT_EQ(work.below("/hall"), (Names{"crate", "lamp"}));
-    EXPECT_NE(allNotes(plan).find("/hall/crane/hook is new in the file, below what was removed here"), std::string::npos)
+    EXPECT_NE(allNotes(plan).find("/hall/crane/hook is new in the file, below what was removed here"),
+              std::string::npos)
         << allNotes(plan);
     EXPECT_EQ(plan.objects, 0u);
 }
@@ -262,8 +271,13 @@ TEST(ReloadPlan, WhatPeoplePutBelowANodeKeepsIt) {
     const ReloadPlan plan = work.becomes(next);
     EXPECT_EQ(work.below("/hall"), (Names{"crane", "lamp"}));
     EXPECT_TRUE(work.node("/hall/crane/shape/mine"));
-    EXPECT_NE(allNotes(plan).find("/hall/crane is not in the file any more, and stays: something here is below it"), std::string::npos) << allNotes(plan);
-    EXPECT_NE(allNotes(plan).find("the Transform of /hall/crate has gone with the file; its translation had been changed here"), std::string::npos) << allNotes(plan);
+    EXPECT_NE(allNotes(plan).find("/hall/crane is not in the file any more, and stays: something here is below it"),
+              std::string::npos)
+        << allNotes(plan);
+    EXPECT_NE(allNotes(plan).find(
+                  "the Transform of /hall/crate has gone with the file; its translation had been changed here"),
+              std::string::npos)
+        << allNotes(plan);
 }
 
 TEST(ReloadPlan, WhatComesBackInTheFileSaysWhatItSaidBefore) {
@@ -284,7 +298,8 @@ TEST(ReloadPlan, WhatIsChangedWhileItIsPlannedStays) {
     std::vector<Said> next = kHall;
     next[0].below[0].at = {5, 5, 5};
     next[0].below[1].at = {6, 6, 6};
-    const ReloadPlan plan = work.becomes(next, {}, [&] { work.set<&Transform::translation>(work.core("/hall/crane"), Vec3d(7, 7, 7)); });
+    const ReloadPlan plan =
+        work.becomes(next, {}, [&] { work.set<&Transform::translation>(work.core("/hall/crane"), Vec3d(7, 7, 7)); });
     EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, Vec3d(7, 7, 7));
     EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crate"))->translation, Vec3d(6, 6, 6));
     EXPECT_EQ(plan.kept, 1u);
@@ -298,7 +313,8 @@ TEST(ReloadCost, OneMeshOfManyNodesIsOneChangeInAList) {
         std::vector<Said> tops = {{.name = "plant"}};
         for (int i = 0; i < nodes / 102; ++i) {
             Said hall{.name = "hall" + std::to_string(i), .at = {double(i), 0, 0}, .box = 1, .rough = 0.5f};
-            for (int k = 0; k < 100; ++k) hall.below.push_back({.name = "part" + std::to_string(k), .at = {0, double(k), 0}});
+            for (int k = 0; k < 100; ++k)
+                hall.below.push_back({.name = "part" + std::to_string(k), .at = {0, double(k), 0}});
             tops[0].below.push_back(std::move(hall));
         }
         FileAtWork work(tops);
@@ -317,7 +333,8 @@ TEST(ReloadCost, OneMeshOfManyNodesIsOneChangeInAList) {
         const auto looked = std::chrono::steady_clock::now();
         EXPECT_EQ(plan->parts[0].list.changeCount(), 1u);
         const auto note = [&](const char* what, auto from, auto to) {
-            RecordProperty(std::to_string(nodes) + " nodes, " + what + ", us", static_cast<int>(std::chrono::duration<double, std::micro>(to - from).count()));
+            RecordProperty(std::to_string(nodes) + " nodes, " + what + ", us",
+                           static_cast<int>(std::chrono::duration<double, std::micro>(to - from).count()));
         };
         note("compare beside frames", read, compared);
         note("plan beside frames", compared, planned);
@@ -352,14 +369,19 @@ public:
                 continue;
             }
             if (oneIn(random, 4)) said.at = place();
-            if (oneIn(random, 6)) said.box = oneIn(random, 3) ? std::nullopt : std::optional(1 + static_cast<double>(below(random, 3)));
-            if (said.box && oneIn(random, 6)) said.rough = oneIn(random, 3) ? std::nullopt : std::optional(static_cast<float>(below(random, 4)) / 4);
+            if (oneIn(random, 6))
+                said.box = oneIn(random, 3) ? std::nullopt : std::optional(1 + static_cast<double>(below(random, 3)));
+            if (said.box && oneIn(random, 6))
+                said.rough = oneIn(random, 3) ? std::nullopt : std::optional(static_cast<float>(below(random, 4)) / 4);
             if (!said.box) said.rough.reset();
             change(said.below, depth - 1);
             ++i;
         }
-        if (oneIn(random, 3)) siblings.insert(siblings.begin() + static_cast<std::ptrdiff_t>(below(random, siblings.size() + 1)), some(std::max(depth, 0)));
-        if (siblings.size() > 1 && oneIn(random, 5)) std::swap(siblings[below(random, siblings.size())], siblings[below(random, siblings.size())]);
+        if (oneIn(random, 3))
+            siblings.insert(siblings.begin() + static_cast<std::ptrdiff_t>(below(random, siblings.size() + 1)),
+                            some(std::max(depth, 0)));
+        if (siblings.size() > 1 && oneIn(random, 5))
+            std::swap(siblings[below(random, siblings.size())], siblings[below(random, siblings.size())]);
     }
 
 private:
@@ -379,9 +401,9 @@ void hunt(std::uint64_t seed, const ReloadPlan::Limits& limits) {
     std::vector<Said> file;
     for (int i = 0; i < 3; ++i) file.push_back(hunt.some(3));
     FileAtWork work(file);
-    std::map<std::string, Vec3d> moved;   // by people, since the file last said the same
-    std::set<std::string> removed;        // by people
-    std::set<std::string> mine;           // nodes of people
+    std::map<std::string, Vec3d> moved;  // by people, since the file last said the same
+    std::set<std::string> removed;       // by people
+    std::set<std::string> mine;          // nodes of people
     for (int round = 0; round < 4; ++round) {
         std::map<std::string, Said> was, is;
         placesOf(file, "", was);
@@ -442,7 +464,9 @@ void hunt(std::uint64_t seed, const ReloadPlan::Limits& limits) {
                 if (changed && said.at != moved.at(path)) {
                     ++conflicts;
                     if (plan.notes.size() < ReloadPlan::kMostNotes) {
-                        ASSERT_NE(allNotes(plan).find("the Transform of " + path + ": translation stays"), std::string::npos) << allNotes(plan);
+                        ASSERT_NE(allNotes(plan).find("the Transform of " + path + ": translation stays"),
+                                  std::string::npos)
+                            << allNotes(plan);
                     }
                 }
             } else {
@@ -478,9 +502,12 @@ void hunt(std::uint64_t seed, const ReloadPlan::Limits& limits) {
             }
         }
         for (const std::string& path : mine) ASSERT_TRUE(work.node(path)) << path << " is people's";
-        // What went, people's or not, may come again under its name; what stays as people's is in its way by name alone.
-        std::erase_if(removed, [&](const std::string& path) { return !is.contains(path) && !path.ends_with("/shape"); });
-        if (std::ranges::any_of(mine, [&](const std::string& path) { return path.find("/mine") == std::string::npos; })) return;
+        // What went, people's or not, may come again under its name; what stays as people's is in its way by name
+        // alone.
+        std::erase_if(removed,
+                      [&](const std::string& path) { return !is.contains(path) && !path.ends_with("/shape"); });
+        if (std::ranges::any_of(mine, [&](const std::string& path) { return path.find("/mine") == std::string::npos; }))
+            return;
         // Nothing is left over that nobody uses.
         for (const ObjectId id : work.scene().ids()) {
             if (work.scene().get<Node>(id)) continue;
