@@ -45,8 +45,7 @@ constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
 constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody else has a turn
 /// Of what applications say, before the network is looked at again: the word of a host may be there.
 constexpr Duration kLongestInARow = 500us;
-constexpr Duration kLongestWait = 100ms;
-constexpr Duration kFarewell = 5s;
+constexpr Duration kLongestWait = 100ms, kFarewell = 5s;
 constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen keep nobody waiting
 
 }  // namespace
