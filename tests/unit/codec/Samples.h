@@ -299,7 +299,7 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                              .options = {{"near", {ObjectId{42}, ObjectType{7}, "on", {}, true, {}}}},
                              .sets = {{ObjectId{43}, ObjectType{8}, "name", {}, {}, "x"}},
                              .bookmark = 3,
-                             .home = true}}}},
+                             .home = true}}},
         answer::FolderPage{{{"hall.glb", "/srv/models/hall.glb", false, 44, true},
                             {"parts", "/srv/models/parts", true, 0, false}},
                            "parts"}};
