@@ -290,7 +290,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* load = app.add_subcommand("load", "The server imports a file");
     load->add_option("FILE", in.load.file, "asset://NAME, or a file of the server's machine that\nits --allow lets it read")->required();
     load->add_option("--under", in.load.under, "Below this node (/)")->type_name("NODE");
-    load->add_flag("--reload", in.load.reload, "If it is in the scene already it is taken in again in its\nplace: what the file has changed, without what people\nhave changed since; no step of undo");
+    load->add_flag("--reload", in.load.reload, "One that is in the scene is taken in again in its\nplace: what has changed in the file, without what\npeople have changed since; no step of undo");
     const CLI::Option* loadAt = load->add_option("--at", in.loadAt, "Where the file's origin comes, in that node's units;\nwith --fit the middle of its underside")
                                     ->type_name("X Y Z")->expected(3)->check(numberFault);
     const CLI::Option* loadScale = load->add_option("--scale", in.loadScale, "So many times its own size")->type_name("S")->check(numberFault);
