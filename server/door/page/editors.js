@@ -103,7 +103,9 @@ function sliderEditor(field, label, commit) {
   const slider = rangeInput(field, `${label}, slider`, commit);
   return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
 }
-/** @param {{least: number, greatest: number, kind?: string, step?: number}} field step: none or 0, as fine as the screen */
+/**
+ * @param {{least: number, greatest: number, kind?: string, step?: number}} field step: none or 0, as fine as the screen
+ */
 export function rangeInput(field, label, commit) {
   const whole = field.kind === 'int' ? 1 : 0, way = field.greatest - field.least;
   const least = field.step || whole;  // of its steps
