@@ -1,12 +1,11 @@
 """The console's tab Files in a real browser: files dropped and chosen, loaded once somebody has said so, stopped, refused; what goes out."""
 import json
-import os
 import pathlib
 import tempfile
 import unittest
 
 import page_browser
-import test_page
+import page_wall
 import test_uploads
 from live import ROOT, Live, run_folder
 
@@ -25,9 +24,7 @@ return [...document.querySelectorAll(`${within} button`)].find((one) => one.chec
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
-class PageFiles(unittest.TestCase):
-    assert_nothing_logged = test_page.Page.assert_nothing_logged
-
+class PageFiles(page_wall.OnAPage):
     @classmethod
     def setUpClass(cls):
         cls.enterClassContext(run_folder())
@@ -42,16 +39,9 @@ class PageFiles(unittest.TestCase):
         cls.wall = cls.enterClassContext(cls.live.connect())
         cls.browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(cls.folder)})
 
-    setUp = test_page.Page.setUp
-
     def come_in(self, role="operator", tab="wall"):
-        test_page.Page.come_in(self, role, tab)
+        super().come_in(role, tab)
         self.browser.until("what this role has", lambda: "Picture of the whole wall" in self.browser.text("#panel-files"))
-
-    def shot(self, name):
-        if test_page.SHOTS:
-            pathlib.Path(test_page.SHOTS).mkdir(parents=True, exist_ok=True)
-            self.browser.driver.save_screenshot(os.path.join(test_page.SHOTS, f"{name}.png"))
 
     def button(self, text, within=""):
         return self.browser.until(f"a button {text}", lambda: self.browser.run(BUTTON, within, text))
@@ -75,7 +65,7 @@ class PageFiles(unittest.TestCase):
         field.send_keys("2")
         self.button("Load", "dialog[open]").click()
         self.said("✓ gate.gltf: ")
-        self.shot("loaded")
+        self.browser.shoot("loaded")
         self.assertTrue(any("gate" in path for path in self.nodes() - before))
         self.assert_nothing_logged()
 
@@ -107,7 +97,7 @@ class PageFiles(unittest.TestCase):
         self.said("✕ false.glb")
         self.drop(**{"large.glb": bytes(1_100_000)})
         self.said("there is room for")
-        self.shot("refused")
+        self.browser.shoot("refused")
         self.assertNotIn("large.glb", json.dumps([entry["name"] for entry in self.listed()]))
         self.assertTrue(all("/api" in line or "400" in line for line in self.browser.logged()))
 
@@ -133,7 +123,7 @@ class PageFiles(unittest.TestCase):
         self.button("models", ".folder").click()
         self.said("letter-2.txt")
         self.said(STRANGE)
-        self.shot("folder")
+        self.browser.shoot("folder")
         self.assertEqual(self.browser.run("return document.querySelectorAll('main img').length"), 0)
         self.button("inner", ".folder").click()
         self.button("crane.tsct", ".folder").click()
@@ -176,21 +166,15 @@ class PageFiles(unittest.TestCase):
 
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
         self.come_in(tab="files")
-        for width, height in test_page.SIZES:
-            self.browser.size(width, height)
-            for theme in ("dark", "light"):
-                if self.browser.run("return document.documentElement.dataset.theme") != theme:
-                    self.browser.run("document.getElementById('theme').click()")
-                for state in ("files", "load"):
-                    if state == "load":
-                        self.drop(**{"a-model-with-a-long-name-that-no-narrow-page-has-room-for-in-one-line.glb": "x"})
-                        self.browser.until("a question", lambda: self.browser.all("dialog[open]"))
-                    with self.subTest(width=width, theme=theme, state=state):
-                        self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
-                        self.assertEqual(self.browser.run(test_page.FAINT), [])
-                        self.assertEqual(self.browser.run(test_page.SMALL), [])
-                    self.shot(f"{state}-{width}-{theme}")
-                self.button("Not now", "dialog[open]").click()
+        for width, theme in self.browser.sizes_and_themes():
+            for state in ("files", "load"):
+                if state == "load":
+                    self.drop(**{"a-model-with-a-long-name-that-no-narrow-page-has-room-for-in-one-line.glb": "x"})
+                    self.browser.until("a question", lambda: self.browser.all("dialog[open]"))
+                with self.subTest(width=width, theme=theme, state=state):
+                    self.assertEqual(self.browser.faults(), [])
+                self.browser.shoot(f"{state}-{width}-{theme}")
+            self.button("Not now", "dialog[open]").click()
         self.assert_nothing_logged()
 
 

@@ -1,12 +1,9 @@
 """A panel's page in a real browser: what its controls change, what it shows that others change, what is not there, and a phone that sleeps."""
-import os
-import pathlib
 import time
 import unittest
 
 import page_browser
 from live import Live, run_folder
-from test_page import FAINT, SHOTS, SIZES, SMALL
 
 STRANGE = "<img src=x onerror=alert(1)>"
 TURNED = "\u202eevil\u202c"  # from right to left, by force
@@ -286,18 +283,10 @@ class PanelPage(unittest.TestCase):
 
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
         self.come_in()
-        for width, height in SIZES:
-            self.browser.size(width, height)
-            for theme in ("dark", "light"):
-                if self.browser.run("return document.documentElement.dataset.theme") != theme:
-                    self.browser.run("document.getElementById('theme').click()")
-                with self.subTest(width=width, theme=theme):
-                    self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
-                    self.assertEqual(self.browser.run(FAINT), [])
-                    self.assertEqual(self.browser.run(SMALL), [])
-                if SHOTS:
-                    pathlib.Path(SHOTS).mkdir(parents=True, exist_ok=True)
-                    self.browser.driver.save_screenshot(os.path.join(SHOTS, f"panel-{width}-{theme}.png"))
+        for width, theme in self.browser.sizes_and_themes():
+            with self.subTest(width=width, theme=theme):
+                self.assertEqual(self.browser.faults(), [])
+            self.browser.shoot(f"panel-{width}-{theme}")
         self.assert_nothing_logged()
 
 

@@ -21,9 +21,10 @@ export class FieldRow {
    * @param {import('./schema.js').Field} field
    * @param {{propose: ((value: any, gesture: number) => Promise<any>) | null, newGesture: () => number,
    *     onVisit?: (id: number) => void, choose?: import('./reference-editor.js').Choose, label?: string,
-   *     makeEditor?: typeof editorOf}} options propose: null for who only looks; label: what people call it
+   *     makeEditor?: typeof editorOf}} options propose: null for who only looks; label: what people call it;
+   *     makeEditor: for kinds that are no scene's
    */
-  constructor(field, { propose, newGesture, onVisit, choose, label = spaced(field.name), makeEditor = editorOf }) {
+  constructor(field, { propose, newGesture, onVisit, choose, label = spaced(field.name), makeEditor }) {
     this.#field = field;
     this.#proposals = new Newest(propose);
     this.#onVisit = onVisit;
@@ -31,11 +32,12 @@ export class FieldRow {
     const limits = [field.unit, boundsText(field)].filter(Boolean).join(', ');
     if (limits) name.append(element('span', { class: 'muted', text: limits }));
     this.node = element('div', { class: 'field' }, name, this.#reading, this.#said);
-    if (propose && !isEditable(field))
+    const canEdit = Boolean(makeEditor) || isEditable(field);
+    if (propose && !canEdit)
       name.append(element('span', { class: 'muted', text: field.kind === 'blob' ? 'an array: programs write it'
                                                                                 : `${field.kind}: not edited here` }));
-    if (!propose || !isEditable(field)) return;
-    this.#editor = makeEditor(field, label, (value, isHeld) => {
+    if (!propose || !canEdit) return;
+    this.#editor = (makeEditor ?? editorOf)(field, label, (value, isHeld) => {
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
       this.#send(value, this.#gesture);
       if (!isHeld) this.#gesture = 0;
