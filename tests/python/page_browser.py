@@ -101,7 +101,8 @@ class Browser:
         return self.driver.execute_script(script, *arguments)
 
     def all(self, selector):
-        return [one for one in self.driver.find_elements("css selector", selector) if one.is_displayed()]
+        """Those that are seen, at one moment."""
+        return self.run("return [...document.querySelectorAll(arguments[0])].filter((node) => node.checkVisibility() && node.getClientRects().length > 0)", selector)
 
     def text(self, selector):
         return self.run("return document.querySelector(arguments[0])?.textContent ?? ''", selector)
