@@ -3,19 +3,18 @@ import re
 import unittest
 
 import page_browser
-from live import Live, run_folder
+import page_wall
 
 STRANGE = "<img src=x onerror=alert(1)>"
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
-class Page(unittest.TestCase):
+class Page(page_wall.OnAPage):
+    options = {"surface": "osmesa", "size": "64x48", "journal": True}
+
     @classmethod
     def setUpClass(cls):
-        cls.enterClassContext(run_folder())
-        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48", journal=True))
-        cls.browser = cls.enterClassContext(page_browser.Browser())
-        cls.wall = cls.enterClassContext(cls.live.connect())
+        super().setUpClass()
         with cls.wall.edit() as edit:
             edit.create("/lamp", "PointLight", intensity=2.0, range=5.0)
             edit.create("/" + STRANGE, "Switch")
@@ -23,15 +22,6 @@ class Page(unittest.TestCase):
             edit.create("/many")
             for i in range(450):
                 edit.create(f"/many/{i}", None)
-
-    def setUp(self):
-        self.browser.size(1280, 800)
-        self.browser.logged()
-
-    def come_in(self, role="operator", tab="wall"):
-        self.browser.open("about:blank")
-        self.browser.open(f"{self.live.link(role)}#{tab}")
-        self.browser.until("the wall's name", lambda: self.browser.text("#wall-name") == "1x1")
 
     def row(self, name):
         return self.browser.until(f"a row {name}", lambda: next((row for row in self.browser.all("[role=treeitem]") if name in row.text), None))
@@ -42,9 +32,6 @@ class Page(unittest.TestCase):
 
     def field(self, label):
         return self.browser.until(f"a field {label}", lambda: next(iter(self.browser.all(f".object [aria-label='{label}']")), None))
-
-    def assert_nothing_logged(self):
-        self.assertEqual(self.browser.logged(), [])
 
     def test_the_token_lets_in_and_does_not_stay_in_the_address(self):
         self.come_in()
