@@ -77,6 +77,8 @@ ROWS = {
     "./deploy/run-bench compile --all": Row("", elsewhere="as without --all, and half an hour more"),
     "./deploy/run-bench lock --runs 5 --size 640x360": Row("Benches", "run_bench lock --runs 1 --size 64x36 --frames 20 --walls nothing --cases idle --privileges with"),
     "./deploy/run-bench door": Row("Benches", "run_bench door --seconds 1"),
+    "./deploy/run-bench console": Row("Benches", "run_bench console --rows look --seconds 1"),
+    "./deploy/run-bench blender": Row("Benches", "run_bench blender --rows few --moves 20"),
     "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
     "./deploy/run-wall --gallery": Row("Gallery", "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall 1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms", leaves=("out/gallery.png",)),
     "./deploy/run-wall --scene ANY.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),

@@ -438,10 +438,19 @@ class Told(OnAWall):
 
     def test_whatever_is_told_of_each_frame(self):
         for what in self.wall.schema.subscriptions:
-            if what in ("picks", "questions"):
+            if what in ("picks", "questions", "states"):
                 continue  # told when somebody does something: below
             with self.subTest(what=what), self.wall.follow(what, timeout=PATIENCE) as told:
                 self.assertGreater(next(told).frame, 0)
+
+    def test_states_are_told_at_once_and_when_somebody_comes(self):
+        with self.wall.follow("states", timeout=PATIENCE) as states:
+            first = next(states)
+            self.assertEqual([host.name for host in first.hosts], ["all"])
+            with self.live.connect():
+                while (told := next(states)).applications <= first.applications:
+                    pass
+            self.assertGreater(told.comings, first.comings)
 
     def test_picks_are_told(self):
         with self.wall.follow("picks", timeout=PATIENCE) as picks:
