@@ -29,7 +29,7 @@ public:
     ~DoorLink();
 
     void on(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
-    /// Exactly one call of `answered`, unless `close` comes first. `arrays` go before it.
+    /// Exactly one call of `answered`, unless `close` comes before its answer. `arrays` go before it.
     void ask(const ApplicationRequest& request, std::span<const Blob> arrays, Answered answered);
     /// `from`: whose request it is, of a link for several; empty: the link's own.
     void askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays, AnsweredAsItCame answered,
@@ -39,7 +39,7 @@ public:
     /// Requests without an answer.
     [[nodiscard]] std::size_t open() const { return open_.size(); }
     [[nodiscard]] bool ended() const { return over_.has_value(); }
-    /// No callback comes from now on.
+    /// No callback comes from now on of what was asked; what is asked later is refused.
     void close();
 
     // ---- its wire's

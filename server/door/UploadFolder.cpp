@@ -20,7 +20,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kTemporary = ".incoming-", kOwn = "tessera-uploads-";
-constexpr std::size_t kMostLooks = 100'000;                   ///< at what lies there, for one count
+constexpr std::size_t kMostLooks = 100'000;                   ///< for what others have left
 constexpr std::uint64_t kLeftFree = std::uint64_t{64} << 20;  ///< of the disk, for whoever else writes there
 
 std::string words(int error) {
@@ -45,9 +45,11 @@ void forAll(int folder, Each each) {
     }
 }
 
+/// `looks`: that are left.
 void count(int folder, std::size_t levels, UploadFolder::Used& used, std::size_t& looks) {
     forAll(folder, [&](const std::string& name, const struct stat& info) {
-        if (++looks > kMostLooks) return false;
+        if (looks == 0) return false;
+        --looks;
         if (S_ISDIR(info.st_mode)) {
             const FileHandle inner = levels > 1 ? openFolder(folder, name) : FileHandle();
             if (inner.get() >= 0) count(inner.get(), levels - 1, used, looks);
@@ -176,8 +178,9 @@ UploadFolder::~UploadFolder() {
 
 UploadFolder::Used UploadFolder::used() const {
     Used used;
-    std::size_t looks = 0;
+    std::size_t looks = limits_.maxLooks;
     count(folder_.get(), UploadLimits::kMaxDepth, used, looks);
+    if (looks == 0) used.files = std::max(used.files, limits_.maxLooks);  // what was not seen takes room, too
     used.bytes += comingBytes_;
     used.files += comingFiles_;
     return used;
@@ -272,11 +275,10 @@ Expected<std::string> UploadFolder::Incoming::finish() {
 Expected<void> UploadFolder::remove(std::string_view path) {
     const Expected<std::vector<std::string>> names = uploadNames(path);
     if (!names) return tl::unexpected(names.error());
-    FileHandle inner;
+    std::vector<FileHandle> inner;
     int at = folder_.get();
     for (std::size_t i = 0; i + 1 < names->size(); ++i) {
-        inner = openFolder(at, (*names)[i]);
-        at = inner.get();
+        at = inner.emplace_back(openFolder(at, (*names)[i])).get();
         if (at < 0) return fail(ErrorCode::kNotFound, "there is no such file");
     }
     struct stat info {};
@@ -284,6 +286,9 @@ Expected<void> UploadFolder::remove(std::string_view path) {
         return fail(ErrorCode::kNotFound, "there is no such file");
     if (!removeAll(at, names->back()))
         return fail(ErrorCode::kFailed, fmt::format("the server cannot remove it: {}", words(errno)));
+    // Folders count as no files: nobody is to fill the disk with empty ones.
+    for (std::size_t i = inner.size(); i-- > 0;)
+        if (::unlinkat(i > 0 ? inner[i - 1].get() : folder_.get(), (*names)[i].c_str(), AT_REMOVEDIR) != 0) break;
     return {};
 }
 

@@ -17,6 +17,7 @@ namespace tessera {
 struct UploadLimits {
     std::uint64_t maxBytes = std::uint64_t{2} << 30;  ///< of all files together, those that are on their way too
     std::size_t maxFiles = 1024;
+    std::size_t maxLooks = 100'000;  ///< at files and folders, for one count: where more lie, nothing else comes
     static constexpr std::size_t kMaxDepth = 4;        ///< SET/textures/wood.png: names on the way to a file
     static constexpr std::size_t kMaxNameBytes = 255;  ///< of one of them
 };
@@ -74,7 +75,7 @@ public:
     /// kLimit: no room for so much beside what is there; kBadInput: see `uploadNames`.
     [[nodiscard]] static Expected<std::shared_ptr<Incoming>> begin(const std::shared_ptr<UploadFolder>& folder,
                                                                    std::string_view path, std::uint64_t bytes);
-    /// A file, or a folder with all that is in it. kNotFound.
+    /// A file, or a folder with all that is in it, and the folders around it that are empty then. kNotFound.
     [[nodiscard]] Expected<void> remove(std::string_view path);
 
 private:

@@ -56,7 +56,37 @@ void WallPictures::tile(DoorLink& link, const std::string& name, AnswerHttp answ
     });
 }
 
+void WallPictures::take(Turn& turn, AnswerHttp answer, std::function<void(AnswerHttp)> make) {
+    turn.next.push_back(std::move(answer));
+    if (turn.busy) {
+        turn.make = std::move(make);  // by the link that has come last
+        return;
+    }
+    turn.busy = true;
+    make([this, &turn, takers = std::exchange(turn.next, {})](const HttpAnswer& made) {
+        for (const AnswerHttp& taker : takers) taker(made);
+        turn.busy = false;
+        if (turn.next.empty()) return;
+        AnswerHttp last = std::move(turn.next.back());
+        turn.next.pop_back();
+        take(turn, std::move(last), std::move(turn.make));
+    });
+}
+
 void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
+    take(ofWall_, std::move(answer), [this, held = link.shared_from_this()](AnswerHttp made) {
+        makeWall(*held, std::move(made));
+    });
+}
+
+void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp answer) {
+    constexpr int kAttempts = 5;
+    take(ofWhole_, std::move(answer), [this, held = link.shared_from_this(), folder](AnswerHttp made) {
+        makeWhole(*held, folder, std::move(made), kAttempts);
+    });
+}
+
+void WallPictures::makeWall(DoorLink& link, AnswerHttp answer) {
     images(link, [this, answer = std::move(answer)](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
         if (jpegOf_ == *images) return answer({.type = "image/jpeg", .body = *jpeg_});
@@ -75,7 +105,7 @@ void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
     });
 }
 
-void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp answer, int attempts) {
+void WallPictures::makeWhole(DoorLink& link, const std::string& folder, AnswerHttp answer, int attempts) {
     const std::shared_ptr<DoorLink> held = link.shared_from_this();
     images(link, [this, held, folder, answer = std::move(answer), attempts](const Expected<Images>& images) {
         if (!images) return answer(failed(images.error()));
@@ -108,7 +138,7 @@ void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp a
             if (made.error().code != ErrorCode::kRefused || images->tiles.empty() || attempts == 1 || held->ended())
                 return answer(failed(made.error()));
             if (newest_ == images) newest_.reset();  // of different frames: of no use to anybody
-            whole(*held, folder, answer, attempts - 1);
+            makeWhole(*held, folder, answer, attempts - 1);
         });
     });
 }

@@ -171,6 +171,7 @@ void PanelInScene::allow(const PanelField& of, const PanelControl& control, cons
     }
     allowed_[{target->object, target->field->id}].push_back({&control, target->value});
     objects_.insert(target->node);
+    paths_.insert(of.node);
     objects_.insert(target->object);
 }
 

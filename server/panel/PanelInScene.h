@@ -40,6 +40,8 @@ public:
     [[nodiscard]] const std::vector<std::string>& faults() const { return faults_; }
     /// One of its nodes, or an object whose field it reaches.
     [[nodiscard]] bool holds(ObjectId object) const { return objects_.contains(object); }
+    /// The path of one of its nodes, as the panel has it.
+    [[nodiscard]] bool holds(const std::string& path) const { return paths_.contains(path); }
     /// Why a list is not what the controls do: it writes another field, or a value that none of them gives. None: it
     /// is.
     [[nodiscard]] std::optional<Error> whyNot(const ChangeList& list) const;
@@ -58,6 +60,7 @@ private:
     const Aspect& scene_;
     std::map<std::pair<ObjectId, FieldId>, std::vector<Allowed>> allowed_;
     std::set<ObjectId> objects_;
+    std::set<std::string> paths_;
     std::vector<Found> controls_;
     std::vector<std::string> faults_;
 };

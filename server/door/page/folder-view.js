@@ -52,6 +52,9 @@ export class FolderView {
       else if (this.#list.children.length < 2 && page.entries.length === 0)
         this.#list.append(element('li', { class: 'muted', text: 'Nothing lies here.' }));
     } catch (error) {
+      // A set goes with its last file.
+      if (look === this.#looks && error.code === 'not_found' && folder !== '' && folder === this.#folder)
+        return this.open(this.#trail.pop() ?? '');
       if (look === this.#looks && error.code !== 'network') setText(this.#said, `✕ ${error.message}`);
     }
   }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kLooks = 4'096;      ///< at nodes, of one edit
 constexpr std::size_t kRowsForNames = 64;  ///< of a list's column, for what it makes
+constexpr std::size_t kMostPathBytes = 4'096;
 
 class Namer {
 public:
@@ -47,8 +48,17 @@ public:
     }
 
 private:
+    /// Not where names are long all the way down: a path takes as long to be written as it is long.
+    [[nodiscard]] bool isShort(ObjectId node) const {
+        std::size_t bytes = 0;
+        for (const Node* at = simulation_.scene().get<Node>(node); at && bytes <= kMostPathBytes;
+             at = simulation_.scene().get<Node>(at->parent))
+            bytes += at->name.size() + 1;
+        return bytes <= kMostPathBytes;
+    }
     /// All on the way to the root, and their siblings, as far as they have not been looked at.
     bool mayLookAbove(ObjectId node) {
+        if (!isShort(node)) return false;
         for (const Node* at = simulation_.scene().get<Node>(node); at && at->parent;) {
             const ObjectId parent = at->parent;
             at = simulation_.scene().get<Node>(parent);

@@ -36,20 +36,14 @@ std::optional<ObjectId> numberIn(const std::string& name) {
     return ObjectId(number);
 }
 
+/// Of a node that is not there either: what is said of such a path names the nodes beside it.
 std::optional<Error> whyNotNames(const Panel& panel, const Aspect& scene, const std::vector<std::string>& names) {
-    std::optional<PanelInScene> there;
-    const auto isOf = [&](const std::string& name) {
-        return std::ranges::any_of(panel.controls, [&](const PanelControl& control) {
-            const auto* press = std::get_if<PanelPress>(&control.as);
-            return control.of.node == name ||
-                   (press && std::ranges::any_of(press->sets, [&](const auto& set) { return set.of.node == name; }));
-        });
-    };
+    if (names.empty()) return std::nullopt;
+    const PanelInScene there(panel, scene);
     for (const std::string& name : names) {
         const std::optional<ObjectId> number = numberIn(name);
-        if (number && !there) there.emplace(panel, scene);
-        if (number ? !there->holds(*number) : name.empty() || !isOf(name))
-            return refused(panel, fmt::format("it has no control of {}", name));
+        if (!(number ? there.holds(*number) : there.holds(name)))
+            return refused(panel, fmt::format("it has no control of {}, or there is no such node now", name));
     }
     return std::nullopt;
 }

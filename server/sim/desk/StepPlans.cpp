@@ -18,6 +18,15 @@ namespace {
 constexpr std::size_t kMostRows = 256;  ///< of each kind of change, of one list
 constexpr std::size_t kNamed = 2;       ///< in words
 constexpr std::size_t kTold = 16;       ///< as numbers
+constexpr std::size_t kMostNameBytes = 256;
+
+/// Of a long one its end.
+std::string shortened(const std::string& name) {
+    if (name.size() <= kMostNameBytes) return name;
+    std::size_t from = name.size() - kMostNameBytes;
+    while (from < name.size() && (static_cast<unsigned char>(name[from]) & 0xc0) == 0x80) ++from;
+    return "…" + name.substr(from);
+}
 
 /// Objects of a kind, each once, in the order in which they are met.
 struct Met {
@@ -66,7 +75,7 @@ private:
             if (!made_.seen.contains(placed.node)) {
                 if (placed.parent && !removed_.seen.contains(placed.node)) placed_.add(placed.node);
             } else if (!made_.seen.contains(placed.parent) && tops_.size() < kNamed) {
-                tops_.push_back(nameIn(list, placed.node));
+                tops_.push_back(shortened(nameIn(list, placed.node)));
             }
         }
         for (const FieldColumn& column : list.columns) {
@@ -89,6 +98,7 @@ private:
         std::vector<std::string> names = auditNames(simulation_, met.objects, kTold);
         const std::size_t others = names.size() > kNamed ? names.size() - kNamed : 0;
         names.resize(names.size() - others);
+        std::ranges::transform(names, names.begin(), shortened);
         const std::string text = fmt::format("{}", fmt::join(names, ", "));
         if (met.more || met.objects.size() > kTold) return text + " and more";
         return others > 0 ? fmt::format("{} and {} more", text, others) : text;

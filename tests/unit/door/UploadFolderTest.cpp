@@ -156,6 +156,28 @@ TEST_F(UploadFolders, SetsAreRemovedWithAllThatIsInThem) {
     EXPECT_FALSE(folder->remove(".."));
 }
 
+TEST_F(UploadFolders, ASetGoesWithItsLastFile) {
+    ASSERT_TRUE(bring("set/textures/wood.png", "wood"));
+    ASSERT_TRUE(bring("set/hall.gltf", "hall"));
+    ASSERT_TRUE(folder->remove("set/textures/wood.png"));
+    EXPECT_FALSE(fs::exists(path_ / "in/set/textures"));
+    EXPECT_TRUE(fs::exists(path_ / "in/set/hall.gltf"));
+    ASSERT_TRUE(folder->remove("set/hall.gltf"));
+    EXPECT_EQ(filesThere(), 0u);
+    EXPECT_TRUE(bring("set/hall.gltf", "hall"));
+}
+
+TEST_F(UploadFolders, WhereTooMuchLiesToBeCountedNothingElseComes) {
+    open({.maxLooks = 2000});
+    for (int i = 0; i < 1999; ++i) fs::create_directory(path_ / "in" / std::to_string(i));
+    EXPECT_TRUE(folder->remove("0"));
+    ASSERT_TRUE(bring("a", "a")) << "folders are no files";
+    for (int i = 2000; i < 2010; ++i) fs::create_directory(path_ / "in" / std::to_string(i));
+    const auto more = bring("more", "m");
+    ASSERT_FALSE(more);
+    EXPECT_EQ(more.error().code, ErrorCode::kLimit);
+}
+
 TEST_F(UploadFolders, OneServerHasItAndFindsWhatAnotherHasLeft) {
     ASSERT_TRUE(bring("a", "stays"));
     const auto second = UploadFolder::open(path_ / "in");

@@ -193,5 +193,27 @@ TEST_F(DeskSteps, OfManyTheFirstAreNamedAndTheOthersCounted) {
     EXPECT_EQ(steps().undo.what, "sets Node.name of /other[0], /other[1] and 3 more");
 }
 
+TEST_F(DeskSteps, NamesOfAnyLengthAreTold) {
+    ChangeListBuilder made;
+    const std::string name = "the end of " + std::string(4000, 'x');
+    for (std::uint64_t i = 0; i < 100; ++i) {
+        made.create(ObjectId{kFirstPlaceholder + i}, typeOf<Node>());
+        made.place(ObjectId{kFirstPlaceholder + i}, i == 0 ? kRootNode : ObjectId{kFirstPlaceholder + i - 1});
+        setField<&Node::name>(made, ObjectId{kFirstPlaceholder + i}, name);
+    }
+    edit(made.take());
+    EXPECT_TRUE(steps().undo.what.starts_with("removes …xxx")) << steps().undo.what;
+    EXPECT_TRUE(steps().undo.what.find(", #") != std::string::npos) << "its path would be long";
+    EXPECT_LT(steps().undo.what.size(), 600u);
+    step(Edit::Kind::kUndo);
+    EXPECT_LT(steps().redo.what.size(), ApplicationLimits().maxTextBytes);
+    ChangeListBuilder renamed;
+    setField<&Node::name>(renamed, node("/box"), std::string(2000, 'b'));
+    setField<&Node::name>(renamed, node("/shelf"), std::string(4000, 'c'));
+    edit(renamed.take());
+    EXPECT_TRUE(steps().undo.what.starts_with("sets Node.name of …bbb")) << steps().undo.what;
+    EXPECT_LT(steps().undo.what.size(), 600u);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -81,6 +81,15 @@ TEST_F(DeskPanel, ItAsksForItsNodesAlone) {
         EXPECT_NE(said(request::GetObjects{{.names = {"/crane", other}}}).find("panel"), std::string::npos) << other;
 }
 
+TEST_F(DeskPanel, WhatStandsBesideAMissingNodeIsNotTold) {
+    ChangeListBuilder list;
+    setField<&Node::name>(list, *findNode(simulation.scene(), "/crane"), "lift");
+    (void)simulation.step(true, {{.ticket = 1, .list = list.take()}});
+    const std::string why = said(request::GetObjects{{.names = {"/crane"}}});
+    EXPECT_NE(why.find("there is no such node now"), std::string::npos) << why;
+    EXPECT_EQ(why.find("lift"), std::string::npos) << why;
+}
+
 TEST_F(DeskPanel, TheViewGoesWhereItSaysAlone) {
     using Deed = NavigationWish::Deed;
     const auto flies = [&](const NavigationWish& wish) { return said(request::NavigateView{wish}); };
