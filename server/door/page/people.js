@@ -9,8 +9,8 @@ export class People {
   #said = element('p', { class: 'muted', role: 'status' });
   #dialog;
   /** To be placed in the header. */
-  button = element('button', { type: 'button', id: 'identity', class: 'identity', 'aria-haspopup': 'dialog', hidden: true,
-                               onclick: () => this.#open() });
+  button = element('button', { type: 'button', id: 'identity', class: 'identity', 'aria-haspopup': 'dialog',
+                               hidden: true, onclick: () => this.#open() });
 
   /**
    * @param {import('./connection.js').Connection} connection
