@@ -19,8 +19,8 @@ export function signOf(state) {
 
 /**
  * Events: `status` (its detail is the answer of GetStatus), `states` (its detail: the notice's fields, as soon as a
- * host or the journal is another than before, or somebody has come or gone), `frame` (its detail is the notice's fields and
- * when it came), `restarted` where another server answers than before.
+ * host or the journal is another than before, or somebody has come or gone), `frame` (its detail is the notice's
+ * fields and when it came), `restarted` where another server answers than before.
  */
 export class WallStatus extends EventTarget {
   /** @type {any} the newest; null: none has come on this connection */
