@@ -8,7 +8,9 @@ import { keepToken } from './token.js';
  */
 export function startBanner(banner, connection) {
   connection.addEventListener('open', () => {
+    const hadFocus = banner.contains(document.activeElement);
     banner.hidden = true;
+    if (hadFocus) document.getElementById('content')?.focus({ preventScroll: true });
   });
   connection.addEventListener('lost', () => {
     if (!banner.hidden) return;

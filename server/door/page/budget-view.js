@@ -53,7 +53,7 @@ export class BudgetView {
     try {
       await this.#connection.ask('SetBudget', { milliseconds });
       setText(this.#said, '');
-      this.#input.blur();
+      this.#input.value = String(milliseconds);
     } catch (error) {
       setText(this.#said, `✕ ${error.message}`);
     }

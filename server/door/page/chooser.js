@@ -1,6 +1,6 @@
 // A dialog in which somebody chooses an object of a type: nodes by a search, what stands at no node from a list.
 import { element, setText } from './elements.js';
-import { drawMaterial } from './material-preview.js';
+import { drawMaterialSoon } from './material-preview.js';
 import { ObjectFinder } from './object-finder.js';
 import { valuesOf } from './schema.js';
 
@@ -17,7 +17,7 @@ export function objectLabel(object) {
 export function swatchOf(object, type, side = 48) {
   if (type.name !== 'Material') return [];
   const swatch = element('canvas', { class: 'swatch', width: side, height: side, 'aria-hidden': 'true' });
-  drawMaterial(swatch, valuesOf(object, type));
+  drawMaterialSoon(swatch, valuesOf(object, type));
   return [swatch];
 }
 
@@ -31,6 +31,7 @@ export class Chooser {
   #said = element('p', { class: 'muted', role: 'status' });
   #more = element('button', { type: 'button', text: 'Look on' });
   #none;
+  #cancel;
   #page = async () => {};
   #asked = 0;
   #answer = undefined;
@@ -41,7 +42,8 @@ export class Chooser {
     this.#schema = schema;
     const end = (text, answer) => element('button', { type: 'button', text, onclick: () => this.#end(answer) });
     this.#none = end('None', null);
-    const tools = element('p', { class: 'tools' }, this.#more, this.#none, end('Cancel', undefined));
+    this.#cancel = end('Cancel', undefined);
+    const tools = element('p', { class: 'tools' }, this.#more, this.#none, this.#cancel);
     this.node = element('dialog', { 'aria-labelledby': 'choose-title' }, this.#title, this.#input, this.#said,
                         this.#list, tools);
     let typing = 0;
@@ -97,7 +99,7 @@ export class Chooser {
   }
 
   async #show() {
-    const asked = ++this.#asked;
+    const asked = ++this.#asked, hadFocus = document.activeElement === this.#more;
     setText(this.#said, 'Looking…');
     this.#more.hidden = true;
     try {
@@ -107,8 +109,12 @@ export class Chooser {
       const many = this.#list.children.length;
       setText(this.#said, many === 0 && isDone ? 'There is none.' : `${many} found${isDone ? '' : ' so far'}`);
       this.#more.hidden = isDone;
+      if (hadFocus) (choices[0]?.firstChild ?? (isDone ? this.#cancel : this.#more)).focus();
     } catch (error) {
-      if (asked === this.#asked) setText(this.#said, `✕ ${error.message}`);
+      if (asked !== this.#asked) return;
+      setText(this.#said, `✕ ${error.message}`);
+      this.#more.hidden = false;
+      if (hadFocus) this.#more.focus();
     }
   }
   #choice(id, label, kind, ...before) {

@@ -32,17 +32,14 @@ export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-/** The children of `parent` are `wanted`, in this order. What stays in its place keeps the focus. */
+/** The children of `parent` are `wanted`, in this order. What stays, whatever goes before it, keeps the focus. */
 export function setChildren(parent, wanted) {
+  const stays = new Set(wanted);
+  for (const child of [...parent.childNodes]) if (!stays.has(child)) child.remove();
   let at = parent.firstChild;
   for (const child of wanted) {
     if (child === at) at = at.nextSibling;
     else parent.insertBefore(child, at);
-  }
-  while (at) {
-    const next = at.nextSibling;
-    at.remove();
-    at = next;
   }
 }
 

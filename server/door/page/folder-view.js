@@ -44,9 +44,13 @@ export class FolderView {
       this.#folder = folder;
       setText(this.#said, '');
       setText(this.#title, folder === '' ? 'Folders' : this.#nameOf(folder));
+      const hadFocus = this.#list.contains(document.activeElement);
       if (after === '') this.#list.replaceChildren(...(folder === '' ? [] : [this.#up()]));
       else this.#list.lastChild?.remove();  // what asked for more
-      this.#list.append(...page.entries.map((entry) => this.#row(entry)));
+      const rows = page.entries.map((entry) => this.#row(entry));
+      this.#list.append(...rows);
+      if (hadFocus && !this.#list.contains(document.activeElement))
+        ((after !== '' && rows[0]?.querySelector('button')) || this.#title).focus();
       if (page.next !== '')
         this.#list.append(this.#item('Show more', '', () => this.open(folder, page.next)));
       else if (this.#list.children.length < 2 && page.entries.length === 0)

@@ -16,7 +16,7 @@ export class ListView {
   #counted = '';   // objects of the scene when the whole list was looked at
   #loaded = 0;     // and when that was, in ms
   #body = element('ul', { class: 'listed' });
-  #count = element('p', { class: 'muted', role: 'status' });
+  #count = element('p', { class: 'muted', role: 'status', tabindex: '-1' });
   #back = element('button', { type: 'button', text: '‹ Back', onclick: () => this.#turn(-1) });
   #on = element('button', { type: 'button', text: 'On ›', onclick: () => this.#turn(1) });
   #load;
@@ -80,8 +80,11 @@ export class ListView {
       const range = `${(first + 1).toLocaleString('en')} to ${end.toLocaleString('en')}`;
       const known = many === 0 ? 'None so far: the scene is large.' : `${range}, and there are more`;
       setText(this.#count, !isAll ? known : many === 0 ? this.#none : `${range} of ${many.toLocaleString('en')}`);
+      const focused = document.activeElement;
       this.#back.hidden = first === 0;
       this.#on.hidden = !this.#list.hasMore;
+      // Not on the other one: it would turn back.
+      if ([this.#back, this.#on].some((button) => button.hidden && button === focused)) this.#count.focus();
     } catch (error) {
       if (error.code !== 'network') setText(this.#count, `✕ ${error.message}`);
     }

@@ -138,6 +138,30 @@ export function drawMaterial(canvas, fields) {
   context.putImageData(picture, 0, 0);
 }
 
+const kSlice = 8;  // ms of drawing at a time: a page full of materials leaves room for hands
+const waiting = [];  // [canvas, fields]
+let isDue = false;
+
+/** The same when there is time for it; of what is not on the page any more nothing. */
+export function drawMaterialSoon(canvas, fields) {
+  waiting.push([canvas, fields]);
+  dueSoon();
+}
+function dueSoon() {
+  if (isDue || waiting.length === 0) return;
+  isDue = true;
+  setTimeout(drawSome);
+}
+function drawSome() {
+  isDue = false;
+  const end = performance.now() + kSlice;
+  while (waiting.length > 0 && performance.now() < end) {
+    const [canvas, fields] = waiting.shift();
+    if (canvas.isConnected) drawMaterial(canvas, fields);
+  }
+  dueSoon();
+}
+
 /** Beside a material's fields: drawn anew when they change. */
 export class MaterialPreview {
   #canvas = element('canvas', { width: kSide, height: kSide, role: 'img', 'aria-label': 'A ball of this material' });

@@ -15,7 +15,7 @@ export class MaterialsView {
   #isShown = false;
   #buttons = new Map();  // id -> {button, drawn}
   #list = element('ul', { class: 'materials' });
-  #count = element('p', { class: 'muted', role: 'status' });
+  #count = element('p', { class: 'muted', role: 'status', tabindex: '-1' });
   #more = element('button', { type: 'button', text: 'Look on', hidden: true,
                               onclick: () => this.#tryTo(() => this.#look()) });
 
@@ -71,7 +71,9 @@ export class MaterialsView {
     const many = this.#buttons.size, { isDone } = this.#finder;
     setText(this.#count, many === 0 && isDone ? 'Nothing in this scene has a material.'
                                               : `${many} material${many === 1 ? '' : 's'}${isDone ? '' : ' so far'}`);
+    const hadFocus = document.activeElement === this.#more;
     this.#more.hidden = isDone;
+    if (hadFocus && isDone) (this.#buttons.get(found[0]?.id)?.button ?? this.#count).focus();
   }
   async #refresh() {
     const types = await this.#schema.types;

@@ -60,7 +60,7 @@ export class NodeTools {
     const { names, nodes, isAll, parent } = await this.#scene.countBelow(id);
     if (this.#shown?.id !== id) return;
     const below = nodes - 1;
-    const what = `${isAll ? '' : 'More than '}${below.toLocaleString('en')} node${below === 1 ? '' : 's'} below`;
+    const what = `${isAll ? '' : 'At least '}${below.toLocaleString('en')} node${below === 1 ? '' : 's'} below`;
     const all = `${what} ${below === 1 ? 'goes' : 'go'} with it`;
     const some = names.map((one) => one || '(no name)').join(', ') + (below > names.length ? ', …' : '');
     const remove = this.#answerButton('Remove', async () => {

@@ -8,6 +8,7 @@ const kLeastHead = 7;      // px
 const kNoseMetres = 0.3, kWandMetres = 0.35;
 const kAbove = 8, kBelow = 20;  // px, from an edge to the line that its label stands on
 const kCorner = 8, kApart = 4;  // px: the corners of a box are empty where its label stands aslant; between others
+const kMostLetters = 20;   // of a head's or a wand's name
 const kFlat = 1e-3;        // metres: a screen that is seen from its edge
 
 /** @typedef {{name: string, caption: string, flatten: (place: number[]) => [number, number]}} Side */
@@ -85,6 +86,7 @@ export class PlanDrawing {
       return drawn('text', { ...place, 'text-anchor': 'middle' }, names.join(', '));
     });
     parts.push(...labels);
+    const names = [];
     const arrow = (kind, { position, orientation, tracked }, metres) => {
       const ahead = plus(position, times(turned([0, 0, -1], orientation), metres));
       add('polyline', { class: tracked ? kind : `${kind} lost`, points: path([flatten(position), flatten(ahead)]) });
@@ -93,17 +95,18 @@ export class PlanDrawing {
       arrow('wand', wand, kWandMetres);
       const [x, y] = at(flatten(wand.position));
       add('circle', { cx: x, cy: y, r: 4, class: 'head wand-end' });
-      add('text', { x, y: y + 20, 'text-anchor': 'middle' }, wand.name);
+      names.push(drawn('text', { x, y: y + 20, 'text-anchor': 'middle' }, short(wand.name)));
     }
     for (const head of heads) {
       arrow('nose', { ...head, tracked: true }, kNoseMetres);
       const [x, y] = at(flatten(head.position)), radius = Math.max(kLeastHead, kHeadMetres * unit);
       add('circle', { class: 'head', cx: x, cy: y, r: radius, 'data-user': head.user });
-      add('text', { x, y: y + radius + 18, 'text-anchor': 'middle' }, head.user);
+      names.push(drawn('text', { x, y: y + radius + 18, 'text-anchor': 'middle' }, short(head.user)));
     }
     this.#addRuler(add, unit);
-    this.#svg.replaceChildren(...parts);
+    this.#svg.replaceChildren(...parts, ...names);
     leaveFree(this.#svg, labels);
+    for (const name of names) keepInside(this.#svg, name);
     const label = `${this.#side.caption}: ${plan.screens.length} screens, ${heads.length} heads, ${wands.length} wands`;
     if (label !== this.#label) this.#svg.setAttribute('aria-label', label);
     this.#label = label;
@@ -156,6 +159,17 @@ function areaOf(points) {
 }
 
 // ---- labels, on the page
+
+/** At an edge a name stands beside its place. */
+function keepInside(svg, label) {
+  const { x, width } = label.getBBox(), inside = Math.max(0, Math.min(x, svg.clientWidth - width));
+  label.setAttribute('x', Number(label.getAttribute('x')) + inside - x);
+}
+
+/** A name that leaves room; the list says all of it. */
+function short(name) {
+  return name.length > kMostLetters ? `${name.slice(0, kMostLetters - 1)}…` : name;
+}
 
 const middleOf = (corners) => [0, 1].map((i) => corners.reduce((sum, corner) => sum + corner[i] / corners.length, 0));
 

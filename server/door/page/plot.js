@@ -57,7 +57,7 @@ export class Plot {
     const all = this.#lines.map(({ samples }) => samples.since(now - kMinute));
     const newest = all.map((samples) => (samples.length ? samples.at(-1)[1] : null));
     newest.forEach((value, i) => setText(this.#values[i], value === null ? '–' : written(value)));
-    const most = niceAbove(Math.max(0, ...all.flat().map(([, value]) => value)));
+    const most = niceAbove(all.flat().reduce((sofar, [, value]) => Math.max(sofar, value), 0));
     setText(this.#most, `${most} ${this.#unit}`);
     this.#canvas.setAttribute('aria-label', `${this.#title} of the last minute: ` + this.#lines
       .map(({ name }, i) => `${name} ${newest[i] === null ? 'not known' : `${written(newest[i])} ${this.#unit}`}`)

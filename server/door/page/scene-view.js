@@ -53,8 +53,11 @@ export class SceneView {
     this.#watch = new SceneWatch(connection);
     this.#object = new ObjectView(this.#scene, schema, (node) => this.#onMade(node));
     this.#tree = new Tree(this.#scene, (node) => this.#select(node));
-    const stepButton = (step) => element('button', { type: 'button', 'aria-describedby': 'next-steps',
-                                                     onclick: () => this.#step(step) });
+    const stepButton = (step) => {
+      const onclick = () => { if (button.ariaDisabled !== 'true') this.#step(step); };
+      const button = element('button', { type: 'button', 'aria-describedby': 'next-steps', onclick });
+      return button;
+    };
     this.#undo = stepButton(() => this.#scene.undo());
     this.#redo = stepButton(() => this.#scene.redo());
     let typing = 0;
@@ -156,8 +159,10 @@ export class SceneView {
     const undo = status.undo_depth, redo = status.redo_depth;
     setText(this.#undo, undo > 0 ? `↶ Undo (${undo})` : '↶ Undo');
     setText(this.#redo, redo > 0 ? `↷ Redo (${redo})` : '↷ Redo');
-    this.#undo.disabled = undo === 0;
-    this.#redo.disabled = redo === 0;
+    // Not `disabled`: whoever presses it until nothing is left would lose the focus, or do with the next press what
+    // they have just undone.
+    this.#undo.setAttribute('aria-disabled', String(undo === 0));
+    this.#redo.setAttribute('aria-disabled', String(redo === 0));
   }
   /** A node has come, or its parent is left of it. */
   async #onMade(node) {
@@ -204,7 +209,7 @@ export class SceneView {
     const button = key === 'y' || (key === 'z' && event.shiftKey) ? this.#redo : key === 'z' ? this.#undo : null;
     if (!button?.isConnected) return;
     event.preventDefault();
-    if (!button.disabled) button.click();
+    button.click();
   }
 
   async #search(after = []) {
@@ -228,6 +233,7 @@ export class SceneView {
         this.#results.append(element('li', {}, show));
       }
       const many = this.#results.children.length;
+      if (after.length > 0) this.#results.children[many - found.nodes.length]?.firstChild.focus();
       if (found.next.length > 0)
         this.#results.append(element('li', {}, element('button', { type: 'button', text: 'Search on',
                                                                    onclick: () => this.#search(found.next) })));

@@ -69,17 +69,17 @@ export class Scene {
   /** @returns {Promise<{names: string[], nodes: number, isAll: boolean, parent: number}>} it, and what is below it */
   async countBelow(node) {
     const told = { names: [], nodes: 0, isAll: true, parent: kRoot };
-    let after = [];
+    let after = [], rightBelow = 0;
     for (let page = 0; page < kMostPages; ++page) {
       const { nodes, next } = await this.#treePage({ node, after });
-      if (page === 0) told.parent = nodes[0].parent;
+      if (page === 0) [{ parent: told.parent, children: rightBelow }] = nodes;
       const below = nodes.slice(page === 0 ? 1 : 0);
       told.names.push(...below.slice(0, kNamesBelow - told.names.length).map(({ name }) => name));
       told.nodes += nodes.length;
       after = next;
       if (next.length === 0) return told;
     }
-    return { ...told, isAll: false };
+    return { ...told, nodes: Math.max(told.nodes, 1 + rightBelow), isAll: false };
   }
 
   async #treePage(wish) {

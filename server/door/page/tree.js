@@ -104,13 +104,16 @@ export class Tree {
   // ---- what stands there
 
   #show() {
+    const at = Math.max(0, this.#flat.findIndex((row) => row.key === this.#focused));
+    const hadFocus = this.node.contains(document.activeElement);
     this.#flat = [];
     if (this.#root) this.#lay({ ...this.#root, name: this.#root.name || 'Scene' }, 1);
     const keys = new Set(this.#flat.map((row) => row.key));
     for (const key of this.#rows.keys()) if (!keys.has(key)) this.#rows.delete(key);
-    if (!keys.has(this.#focused)) this.#focused = this.#flat[0]?.key ?? '';
+    if (!keys.has(this.#focused)) this.#focused = this.#flat[Math.min(at, this.#flat.length - 1)]?.key ?? '';
     setChildren(this.node, this.#flat.map((row) => this.#rowNode(row)));
     this.#showFocus();
+    if (hadFocus && !this.node.contains(document.activeElement)) this.#focus(this.#focused);  // it was on what is gone
   }
   #lay(node, level) {
     const branch = this.#open.get(node.id);
