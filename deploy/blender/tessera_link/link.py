@@ -34,7 +34,7 @@ class Link:
         self.by_name = {}
         self.contents = {"materials": {}, "images": {}, "lights": {}, "meshes": {}}  # by what they are found by
         self.removed_there, self.deleted_here = {}, {}  # by key
-        self.notes = {}
+        self.notes, self.refused = {}, {}
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
@@ -116,6 +116,7 @@ class Link:
                 known[name].name = name
         if name in known:
             self.dirty(known[name])
+        self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])  # it may have been the material
 
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
@@ -254,6 +255,8 @@ class Link:
         if subject is not None:
             self.removals = [each for each in self.removals if each is not subject]
             subject.name, subject.alone = thing.name, False
+            if not subject.node.exists:
+                subject.forget()
         else:
             subject = ObjectSubject(thing.name, key)
             subject.read_kept(thing)
@@ -450,6 +453,9 @@ class Link:
             for subject in batch.subjects:
                 subject.alone = subject.unsent = False
                 self.note(("refused", subject.kind, subject.name), "")
+                self.refused.pop(subject, None)
+            for mirror in batch.removed:
+                self._removed_by_us(mirror)
 
     def _on_refused(self, batch, message):
         if batch is not self._under_way:
@@ -463,6 +469,7 @@ class Link:
                 self.dirty(subject)
             else:
                 subject.alone = False
+                self.refused[subject] = None
                 self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
         if not batch.subjects:
             self.note(("refused", "removal"), f"the wall refuses a removal: {message}")
@@ -484,9 +491,18 @@ class Link:
             if time.perf_counter() > end:
                 break
 
+    def _removed_by_us(self, mirror):
+        mirror.gone()
+        subject = mirror.owner
+        if isinstance(subject, ObjectSubject) and mirror is subject.node and self.objects.get(subject.key) is subject:
+            subject.forget()  # it came back here meanwhile, and is made anew
+            self.dirty(subject)
+
     def _on_gone(self, mirror, number):
         if mirror.number != number:
             return
+        if self._under_way is not None and mirror in self._under_way.removed:
+            return self._removed_by_us(mirror)
         mirror.gone()
         subject = mirror.owner
         if isinstance(subject, ObjectSubject) and mirror is subject.node and subject.key in self.objects and not self.root_lost:

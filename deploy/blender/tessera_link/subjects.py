@@ -190,6 +190,7 @@ class MeshSubject(Subject):
                 batch.set(core, core.news(fields))
             else:
                 batch.create(core, fields)
+                link.dirty_all("objects", self.users)  # it may have been refused before
         if list(self.cores) != slots:
             self.cores = {slot: self.cores[slot] for slot in slots}
             link.dirty_all("objects", self.users)  # they show other parts

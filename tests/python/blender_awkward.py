@@ -1,0 +1,48 @@
+"""Within Blender: what comes at the wrong moment, and what neither side can show."""
+from blender_cases import OnAWall, principled
+from blender_side import add, box, settle, until, update
+
+
+class Awkward(OnAWall):
+    def test_what_comes_back_while_it_is_being_removed(self):
+        """Whoever deletes and takes that back at once."""
+        thing = add(self.stage, "box", box("a"))
+        link = self.link()
+        for _ in range(10):
+            self.stage.objects.unlink(thing)
+            update()
+            sent = link.counts["batches"]
+            until("the removal is under way", lambda: link.counts["batches"] > sent)
+            self.stage.objects.link(thing)
+            settle()
+            update()
+            settle()
+            self.assertEqual((len(self.marks()), list(self.stage.objects), link.notes), (1, [thing], {}))
+            self.assertEqual(self.node("box/box").core.type, "Geometry")
+
+    def test_a_mesh_is_shown_once_its_material_can_be(self):
+        material = principled("red")
+        roughness = material.node_tree.nodes["Principled BSDF"].inputs["Roughness"]
+        roughness.default_value = float("nan")
+        add(self.stage, "box", box("a", materials=(material,)))
+        link = self.link()
+        self.assertIn("is not finite", " ".join(link.notes.values()))
+        self.assertNotIn("/Stage/box/box", self.wall)
+        roughness.default_value = 0.5
+        settle()
+        self.assertEqual(link.notes, {})
+        self.assertEqual(self.node("box/box").material.roughness, 0.5)
+
+    def test_a_mesh_is_shown_once_it_can_be(self):
+        mesh = box("a")
+        mesh.vertices[0].co.x = float("nan")
+        add(self.stage, "box", mesh)
+        add(self.stage, "fine", box("b"))
+        link = self.link()
+        self.assertEqual(len(link.notes), 1)
+        self.assertIn("/Stage/fine/fine", self.wall)
+        mesh.vertices[0].co.x = -1
+        mesh.update()
+        settle()
+        self.assertEqual(link.notes, {})
+        self.assertEqual(self.node("box/box").positions[:, 0].min(), -1)
