@@ -46,3 +46,18 @@ class Awkward(OnAWall):
         settle()
         self.assertEqual(link.notes, {})
         self.assertEqual(self.node("box/box").positions[:, 0].min(), -1)
+
+    def test_what_others_hang_elsewhere_while_something_is_under_way(self):
+        mother, child = (add(self.stage, name, box(name)) for name in ("mother", "child"))
+        link = self.link()
+        for turn in range(10):
+            child.location.x = turn + 1
+            update()
+            sent = link.counts["batches"]
+            until("the move is under way", lambda: link.counts["batches"] > sent)
+            (node,) = self.wall.find("/Stage/**/child", type="Transform")
+            with self.wall.edit() as edit:
+                edit.place(node, self.node("mother") if turn % 2 == 0 else self.wall["/Stage"])
+            until("it hangs there", lambda: child.parent == (mother if turn % 2 == 0 else None))
+            settle()
+            self.assertEqual((len(self.marks()), link.notes), (2, {}))

@@ -313,7 +313,7 @@ class Courier:
         for at in self._ours(change.placed["node"]):
             node, parent = int(change.placed["node"][at]), int(change.placed["parent"][at])
             if parent:
-                self._events.append(("placed", self.watched[node], parent))
+                self._events.append(("placed", self.watched[node], parent, change.sequence))
         for column in change.columns:
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:

@@ -7,6 +7,7 @@ from . import meshes, stand
 from .courier import ROOT_MARK, Courier
 from .lights import TYPES as LIGHTS
 from .mirror import Batch, Mirror
+from .removals import make_again, put_back, take_out
 from .take_up import take_up
 from .subjects import (PROPERTY, ImageSubject, LightSubject, MaterialSubject, MeshSubject, ObjectSubject, key_of, new_key)
 
@@ -38,7 +39,7 @@ class Link:
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
-        self.removals, self.rescan, self._news = [], True, {}
+        self.removals, self.rescan, self._news, self._placed = [], True, {}, {}
         self._under_way, self._taking_up, self._scanning = None, None, None
         self._epoch = 0
         self._gesture = self._gesture_of = self._gesture_token = None
@@ -145,6 +146,7 @@ class Link:
         busy = self._scanning or self._taking_up or self.rescan
         if self._epoch and not busy and self.courier.state == "linked" and self.collection is not None:
             self._take_news(end)
+            self._take_places()
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
@@ -165,7 +167,7 @@ class Link:
     def idle(self):
         """All that is known has been sent and granted."""
         looking = self._taking_up or self._scanning or self.rescan
-        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or any(self._dirty.values()))
+        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or self._placed or any(self._dirty.values()))
 
     @property
     def waiting(self):
@@ -249,7 +251,7 @@ class Link:
     def _came(self, key, thing):
         if key in self.removed_there:
             subject = self.removed_there[key]
-            self._take_out(subject, thing)  # Blender's undo brought it back: at the wall it is removed
+            take_out(self, subject, thing)  # Blender's undo brought it back: at the wall it is removed
             return None
         subject = self.deleted_here.pop(key, None)
         if subject is not None:
@@ -443,7 +445,7 @@ class Link:
 
     def _on_found(self, found):
         self._epoch, self.plan = found.epoch, found.plan
-        self._under_way, self._news, self._taking_up = None, {}, take_up(self, found)
+        self._under_way, self._news, self._placed, self._taking_up = None, {}, {}, take_up(self, found)
 
     def _on_done(self, batch, sequence, _):
         if batch is self._under_way:
@@ -454,6 +456,8 @@ class Link:
                 subject.alone = subject.unsent = False
                 self.note(("refused", subject.kind, subject.name), "")
                 self.refused.pop(subject, None)
+            for subject in batch.hung:
+                subject.hung_at = sequence
             for mirror in batch.removed:
                 self._removed_by_us(mirror)
 
@@ -463,6 +467,8 @@ class Link:
         self._under_way = None
         for mirror in batch.mirrors():
             mirror.refused()
+        for subject, before in batch.hung.items():
+            subject.hung = before
         for subject in batch.subjects:
             if len(batch.subjects) > 1:
                 subject.alone = True
@@ -515,22 +521,13 @@ class Link:
         self.clean(subject)
         thing = subject.get()
         if thing is not None:
-            self._take_out(subject, thing)
+            take_out(self, subject, thing)
         while len(self.removed_there) > _MOST_GONE:
             self.removed_there.pop(next(iter(self.removed_there)))
 
     def _lost_root(self):
         self.root_lost = True
         self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the removal back there")
-
-    def _take_out(self, subject, thing):
-        """Of its collections; the file keeps it."""
-        subject.away = [each.name for each in thing.users_collection] or subject.away
-        for each in thing.users_collection:
-            each.objects.unlink(thing)
-        thing.use_fake_user = True
-        self.by_name.pop(subject.name, None)
-        self.note(("removed", subject.key), f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
 
     def _on_back(self, mirror, number):
         """By undo, under its old number."""
@@ -545,55 +542,25 @@ class Link:
         if not isinstance(subject, ObjectSubject) or mirror is not subject.node or mirror.number != number:
             return
         if self.removed_there.pop(subject.key, None) is not None:
-            self.put_back(subject)
+            put_back(self, subject)
         elif self.deleted_here.pop(subject.key, None) is not None:
-            self._make_again(subject)
+            make_again(self, subject)
 
-    def put_back(self, subject):
-        thing = subject.get()
-        if thing is None:
-            return self._make_again(subject)
-        for name in subject.away:
-            collection = bpy.data.collections.get(name) or self.collection
-            if thing.name not in collection.objects:
-                collection.objects.link(thing)
-        thing.use_fake_user = False
-        self.note(("removed", subject.key), "")
-        return self._linked_again(subject, thing)
-
-    def _make_again(self, subject):
-        """It was deleted here, and its removal has been taken back at the wall."""
-        kind, name = subject.remains
-        kept = {"MESH": bpy.data.meshes, "LIGHT": bpy.data.lights, "CAMERA": bpy.data.cameras, "CURVE": bpy.data.curves,
-                "SURFACE": bpy.data.curves, "FONT": bpy.data.curves, "META": bpy.data.metaballs}.get(kind)
-        data = kept.get(name) if kept is not None else None
-        if data is None and name:
-            self.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
-        thing = bpy.data.objects.new(subject.name, data)
-        thing[PROPERTY] = {"key": subject.key}
-        self.collection.objects.link(thing)
-        subject.name = thing.name
-        parent = subject.parent.get() if subject.parent and subject.parent.key in self.objects else None
-        if parent is not None:
-            thing.parent = parent
-        self._linked_again(subject, thing)
-        subject.put(self, subject.core.there)
-
-    def _linked_again(self, subject, thing):
-        self.objects[subject.key] = self.by_name[subject.name] = subject
-        if subject.parent is not None and subject.parent.key not in self.objects:
-            subject.parent = None
-        if isinstance(subject.content, MeshSubject):
-            known = self.contents["meshes"]
-            subject.content.users[subject] = None
-            if subject.content not in known.values():
-                known.setdefault(("mesh", thing.data.name, ()) if thing.type == "MESH" and thing.data else ("object", subject.key), subject.content)
-
-    def _on_placed(self, mirror, parent):
+    def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""
-        subject = mirror.owner
-        if not isinstance(subject, ObjectSubject) or mirror is not subject.node or subject.key not in self.objects or self._under_way is not None:
+        if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
+            self._placed[mirror.owner] = (parent, sequence)
+
+    def _take_places(self):
+        """Once it is known which is the newer one: where it was hung here, or there."""
+        if self._under_way is not None:
             return
+        placed, self._placed = self._placed, {}
+        for subject, (parent, sequence) in placed.items():
+            if subject.key in self.objects and sequence > subject.hung_at:
+                self._hang_as_there(subject, parent)
+
+    def _hang_as_there(self, subject, parent):
         above = self.at(parent)
         if above is subject.hung and (above is not None or parent == self.root.number):
             return
@@ -601,6 +568,8 @@ class Link:
             self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here")
             return
         thing = subject.get()
+        if thing is None:
+            return
         thing.parent = above.get() if above is not None else None
         thing.matrix_parent_inverse.identity()
         subject.parent = subject.hung = above

@@ -211,6 +211,7 @@ class ObjectSubject(Subject):
         self.node, self.core, self.mark = Mirror("Node", self), Mirror("Transform", self), Mirror("Node", self)
         self.parent = None  # an ObjectSubject
         self.hung = None  # below which it hangs at the wall; None: below the root
+        self.hung_at = 0  # the list in which the wall granted that
         self.content = None  # a MeshSubject or a LightSubject
         self.parts = []  # Mirrors of nodes
         self.kept = None  # where the wall had it when the file was saved
@@ -235,7 +236,7 @@ class ObjectSubject(Subject):
     def forget(self):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
-        self.parts, self.hung, self.was = [], None, False
+        self.parts, self.hung, self.hung_at, self.was = [], None, 0, False
         self.own = self.overridden = ()
 
     def now(self, link, thing):
@@ -263,7 +264,7 @@ class ObjectSubject(Subject):
             batch.set(self.core, news)
         batch.set(self.node, self.node.news({"name": self.name}))
         if self.hung is not self.parent:
-            batch.hang(self.node, self.parent.node if self.parent else link.root)
+            batch.hang(self, self.parent.node if self.parent else link.root, self.hung)
             self.hung = self.parent
         return self.settle(link, batch)
 
@@ -349,7 +350,7 @@ class ObjectSubject(Subject):
         elif not self.core.here:
             self.core.here, self.node.here = dict(now), {"name": self.name}
         self.own = _remembered(self.own, {**now, **self.core.here})
-        self.hung = link.at(found.parent)
+        self.hung, self.hung_at = link.at(found.parent), 0
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
         self.put(link, {name: value for name, value in there.items() if now[name] == self.core.here.get(name)})
