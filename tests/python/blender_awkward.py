@@ -1,4 +1,5 @@
 """Within Blender: what comes at the wrong moment, and what neither side can show."""
+import bpy
 from blender_cases import OnAWall, principled
 from blender_side import add, box, settle, until, update
 
@@ -61,3 +62,19 @@ class Awkward(OnAWall):
             until("it hangs there", lambda: child.parent == (mother if turn % 2 == 0 else None))
             settle()
             self.assertEqual((len(self.marks()), link.notes), (2, {}))
+
+    def test_of_several_that_are_deleted_one_has_gone_already(self):
+        things = [add(self.stage, name, box(name)) for name in ("a", "b", "c", "kept")]
+        link = self.link()
+        with link.courier._gate:  # it hears of nothing meanwhile
+            self.node("b").remove()
+            for thing in things[:3]:
+                bpy.data.objects.remove(thing)
+            things[3].location.x = 5
+            update()
+            batches = link.counts["batches"]
+            until("the wall has refused that", lambda: link.counts["batches"] > batches + 1)
+        settle()
+        self.assertEqual([node.name for node in self.wall.find("/Stage/*", type="Transform")], ["kept"])
+        self.assertEqual((len(self.marks()), self.node("kept").translation[0]), (1, 5))
+        until("it has heard of all", lambda: not link.notes)

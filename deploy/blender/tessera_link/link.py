@@ -372,16 +372,23 @@ class Link:
             looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
-            for subject in self.removals:
-                if subject.node.number:
-                    batch.remove(subject.node)
-            self.removals = []
+            self._remove(batch)
         batch.gesture = self._gesture_for(frozenset(batch.subjects))
         if batch:
             self._under_way = batch
             self.counts["sent"] += batch.changes
             self.counts["batches"] += 1
             self.courier.send(batch)
+
+    def _remove(self, batch):
+        """One that was refused among others by itself."""
+        alone = [subject for subject in self.removals if subject.alone][:1]
+        if alone and batch:
+            return
+        for subject in alone or self.removals:
+            if subject.node.number:
+                batch.remove(subject.node)
+        self.removals = [subject for subject in self.removals if alone and subject is not alone[0]]
 
     def _collect(self, kind, batch, end):
         """How many it has looked at: one at least, unless there is no time at all."""
@@ -469,16 +476,21 @@ class Link:
             mirror.refused()
         for subject, before in batch.hung.items():
             subject.hung = before
+        removed = [mirror.owner for mirror in batch.removed if mirror is mirror.owner.node and mirror.owner.key in self.deleted_here]
+        several = len(batch.subjects) + len(removed) > 1
+        for subject in removed if several else ():
+            subject.alone = True
+            self.removals.append(subject)
         for subject in batch.subjects:
-            if len(batch.subjects) > 1:
+            if several:
                 subject.alone = True
                 self.dirty(subject)
             else:
                 subject.alone = False
                 self.refused[subject] = None
                 self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
-        if not batch.subjects:
-            self.note(("refused", "removal"), f"the wall refuses a removal: {message}")
+        if removed and not several:
+            self.note(("refused", removed[0].key), f"{removed[0].name}: the wall refuses its removal: {message}")
 
     def _take_news(self, end):
         self._news.update(self.courier.changed())
@@ -508,11 +520,14 @@ class Link:
         if mirror.number != number:
             return
         if self._under_way is not None and mirror in self._under_way.removed:
+            self._under_way.removed.remove(mirror)
             return self._removed_by_us(mirror)
         mirror.gone()
         subject = mirror.owner
-        if isinstance(subject, ObjectSubject) and mirror is subject.node and subject.key in self.objects and not self.root_lost:
-            self.removed(subject)
+        if isinstance(subject, ObjectSubject) and mirror is subject.node:
+            self.note(("refused", subject.key), "")
+            if subject.key in self.objects and not self.root_lost:
+                self.removed(subject)
 
     def removed(self, subject):
         """By others, at the wall."""
