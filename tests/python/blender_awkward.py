@@ -78,3 +78,15 @@ class Awkward(OnAWall):
         self.assertEqual([node.name for node in self.wall.find("/Stage/*", type="Transform")], ["kept"])
         self.assertEqual((len(self.marks()), self.node("kept").translation[0]), (1, 5))
         until("it has heard of all", lambda: not link.notes)
+
+    def test_objects_go_while_they_are_looked_at(self):
+        link = self.link()
+        for at in range(200):
+            add(self.stage, f"{at}")
+        for turn in range(40):
+            update()
+            link.pump(budget=0)  # one slice
+            if turn % 2:
+                bpy.data.objects.remove(bpy.data.objects[f"{turn}"])
+        settle()
+        self.assertEqual((len(self.marks()), len(self.stage.objects), link.notes), (180, 180, {}))

@@ -41,6 +41,7 @@ class Link:
         self._dirty = {kind: {} for kind in _KINDS}
         self.removals, self.rescan, self._news, self._placed = [], True, {}, {}
         self._under_way, self._taking_up, self._scanning = None, None, None
+        self._fresh = {}  # that came, and of which nothing is known yet
         self._epoch = 0
         self._gesture = self._gesture_of = self._gesture_token = None
         self._gesture_at, self._gestures = 0.0, 0
@@ -122,6 +123,7 @@ class Link:
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
         self.rescan, self.undone, self._collection = True, self.undone or undone, None
+        self._scanning = None  # it holds objects that may not be touched any more
         for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
             subject.thing = None
         self.dirty_all("objects", self.objects.values())
@@ -205,7 +207,7 @@ class Link:
             groups.setdefault(key or new_key(), []).append(thing)
             if at % _SLICE == 0:
                 yield
-        present, fresh = {}, []
+        present = {}
         for key, things in groups.items():
             subject = self.objects.get(key)
             # A copy in Blender has the key, too: the one with the name that is known keeps it.
@@ -220,7 +222,7 @@ class Link:
                 subject = self._came(key, thing)
                 if subject is None:
                     continue
-                fresh.append(subject)
+                self._fresh[subject] = None
             elif subject.name != thing.name:
                 subject.name = thing.name
                 self.dirty(subject)
@@ -229,12 +231,14 @@ class Link:
                 yield
         self.by_name = {subject.name: subject for subject in self.objects.values()}
         for at, subject in enumerate(list(self.objects.values())):
-            self._hang(subject, subject.get())
+            self._hang(subject, subject.known())
             if at % _SLICE == 0:
                 yield
-        for at, subject in enumerate(fresh):
-            self._choose_content(subject, subject.get())
-            self.dirty(subject)
+        for at, subject in enumerate(list(self._fresh)):
+            if subject.key in self.objects:
+                self._choose_content(subject, subject.known())
+                self.dirty(subject)
+            del self._fresh[subject]
             if at % _SLICE == 0:
                 yield
 

@@ -230,6 +230,13 @@ class ObjectSubject(Subject):
         self.thing = bpy.data.objects.get(self.name)
         return self.thing
 
+    def known(self):
+        """One that is there."""
+        thing = self.get()
+        if thing is None:
+            raise ReferenceError(self.name)
+        return thing
+
     def parent_thing(self):
         return self.parent.get() if self.parent else None
 
@@ -249,6 +256,9 @@ class ObjectSubject(Subject):
         if thing is None:
             return
         if self.parent is not None and not self.parent.node.exists:
+            if link.objects.get(self.parent.key) is not self.parent:
+                link.rescan = True  # it was removed meanwhile: another one is above this
+                return None
             self.parent.collect(link, batch)
         if not self.node.exists:
             return self._create(link, batch, thing)
