@@ -90,3 +90,16 @@ class Awkward(OnAWall):
                 bpy.data.objects.remove(bpy.data.objects[f"{turn}"])
         settle()
         self.assertEqual((len(self.marks()), len(self.stage.objects), link.notes), (180, 180, {}))
+
+    def test_what_the_wall_stops_stands_here_as_there(self):
+        """A scale of zero is held back there, as is what collides."""
+        thing = add(self.stage, "box", box("a"), (1, 2, 3))
+        link = self.link()
+        thing.scale = (0, 1, 1)
+        settle()
+        until("it stands as at the wall", lambda: tuple(thing.scale) == tuple(self.node("box").scale) == (1, 1, 1))
+        self.assertEqual(list(link.notes.values()), ["box: the wall stopped it; it stands here as it does there"])
+        settle()
+        thing.location.x = 5
+        settle()
+        self.assertEqual((self.node("box").translation[0], link.notes), (5, {}))

@@ -458,11 +458,14 @@ class Link:
         self._epoch, self.plan = found.epoch, found.plan
         self._under_way, self._news, self._placed, self._taking_up = None, {}, {}, take_up(self, found)
 
-    def _on_done(self, batch, sequence, _):
+    def _on_done(self, batch, sequence, stopped):
         if batch is self._under_way:
             self._under_way = None
             for mirror in batch.mirrors():
+                held = {name: mirror.there[name] for name in mirror.sending if name in mirror.there}
                 mirror.done(sequence)
+                if mirror.type == "Transform" and isinstance(mirror.owner, ObjectSubject):
+                    mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:
                 subject.alone = subject.unsent = False
                 self.note(("refused", subject.kind, subject.name), "")

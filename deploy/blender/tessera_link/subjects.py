@@ -336,6 +336,12 @@ class ObjectSubject(Subject):
         self.overridden = _remembered(self.overridden, now)
         self.put(link, {name: value})
 
+    def granted(self, link, held):
+        """`held`: where the wall kept it, if it did. How far it came is told as any change is."""
+        link.note(("stopped", self.key), f"{self.name}: the wall stopped it; it stands here as it does there" if held else "")
+        self.core.there.update(held)
+        self.put(link, held)
+
     def adopt(self, link, found):
         """The wall has it already. Who has changed it since both were last in step?"""
         self.node.number, self.core.number, self.mark.number = found.node, found.core, found.mark
