@@ -3,7 +3,6 @@ import collections
 import contextlib
 import queue
 import threading
-import time
 
 import numpy as np
 
@@ -161,7 +160,6 @@ class Courier:
                 self._do(wall, batch)
 
     def _do(self, wall, batch):
-        begun = time.perf_counter()
         try:
             with self._gate if batch.creates else contextlib.nullcontext():
                 told = self._commit(wall, batch) if batch.steps else None
@@ -174,7 +172,7 @@ class Courier:
             kind = "" if isinstance(error, self._tessera.TesseraError) else f"{type(error).__name__}: "
             self._events.append(("refused", batch, f"{kind}{error}"))
         else:
-            self._events.append(("done", batch, sequence, time.perf_counter() - begun))
+            self._events.append(("done", batch, sequence, set(told.stopped.tolist()) if told is not None else ()))
 
     def _one_of_many(self, wall, batch):
         """What is to be removed: a node, or one below which all have been hung, as a removal takes a frame."""
@@ -313,7 +311,7 @@ class Courier:
         for at in self._ours(change.placed["node"]):
             node, parent = int(change.placed["node"][at]), int(change.placed["parent"][at])
             if parent:
-                self._events.append(("placed", self.watched[node], parent))
+                self._events.append(("placed", self.watched[node], parent, change.sequence))
         for column in change.columns:
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:

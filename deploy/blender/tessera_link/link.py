@@ -7,6 +7,7 @@ from . import meshes, stand
 from .courier import ROOT_MARK, Courier
 from .lights import TYPES as LIGHTS
 from .mirror import Batch, Mirror
+from .removals import make_again, put_back, take_out
 from .take_up import take_up
 from .subjects import (PROPERTY, ImageSubject, LightSubject, MaterialSubject, MeshSubject, ObjectSubject, key_of, new_key)
 
@@ -34,12 +35,13 @@ class Link:
         self.by_name = {}
         self.contents = {"materials": {}, "images": {}, "lights": {}, "meshes": {}}  # by what they are found by
         self.removed_there, self.deleted_here = {}, {}  # by key
-        self.notes = {}
+        self.notes, self.refused = {}, {}
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
-        self.removals, self.rescan, self._news = [], True, {}
+        self.removals, self.rescan, self._news, self._placed = [], True, {}, {}
         self._under_way, self._taking_up, self._scanning = None, None, None
+        self._fresh = {}  # that came, and of which nothing is known yet
         self._epoch = 0
         self._gesture = self._gesture_of = self._gesture_token = None
         self._gesture_at, self._gestures = 0.0, 0
@@ -116,10 +118,12 @@ class Link:
                 known[name].name = name
         if name in known:
             self.dirty(known[name])
+        self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])  # it may have been the material
 
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
         self.rescan, self.undone, self._collection = True, self.undone or undone, None
+        self._scanning = None  # it holds objects that may not be touched any more
         for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
             subject.thing = None
         self.dirty_all("objects", self.objects.values())
@@ -144,6 +148,7 @@ class Link:
         busy = self._scanning or self._taking_up or self.rescan
         if self._epoch and not busy and self.courier.state == "linked" and self.collection is not None:
             self._take_news(end)
+            self._take_places()
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
@@ -164,7 +169,7 @@ class Link:
     def idle(self):
         """All that is known has been sent and granted."""
         looking = self._taking_up or self._scanning or self.rescan
-        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or any(self._dirty.values()))
+        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or self._placed or any(self._dirty.values()))
 
     @property
     def waiting(self):
@@ -202,7 +207,7 @@ class Link:
             groups.setdefault(key or new_key(), []).append(thing)
             if at % _SLICE == 0:
                 yield
-        present, fresh = {}, []
+        present = {}
         for key, things in groups.items():
             subject = self.objects.get(key)
             # A copy in Blender has the key, too: the one with the name that is known keeps it.
@@ -217,7 +222,7 @@ class Link:
                 subject = self._came(key, thing)
                 if subject is None:
                     continue
-                fresh.append(subject)
+                self._fresh[subject] = None
             elif subject.name != thing.name:
                 subject.name = thing.name
                 self.dirty(subject)
@@ -226,12 +231,14 @@ class Link:
                 yield
         self.by_name = {subject.name: subject for subject in self.objects.values()}
         for at, subject in enumerate(list(self.objects.values())):
-            self._hang(subject, subject.get())
+            self._hang(subject, subject.known())
             if at % _SLICE == 0:
                 yield
-        for at, subject in enumerate(fresh):
-            self._choose_content(subject, subject.get())
-            self.dirty(subject)
+        for at, subject in enumerate(list(self._fresh)):
+            if subject.key in self.objects:
+                self._choose_content(subject, subject.known())
+                self.dirty(subject)
+            del self._fresh[subject]
             if at % _SLICE == 0:
                 yield
 
@@ -248,12 +255,14 @@ class Link:
     def _came(self, key, thing):
         if key in self.removed_there:
             subject = self.removed_there[key]
-            self._take_out(subject, thing)  # Blender's undo brought it back: at the wall it is removed
+            take_out(self, subject, thing)  # Blender's undo brought it back: at the wall it is removed
             return None
         subject = self.deleted_here.pop(key, None)
         if subject is not None:
             self.removals = [each for each in self.removals if each is not subject]
             subject.name, subject.alone = thing.name, False
+            if not subject.node.exists:
+                subject.forget()
         else:
             subject = ObjectSubject(thing.name, key)
             subject.read_kept(thing)
@@ -367,16 +376,23 @@ class Link:
             looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
-            for subject in self.removals:
-                if subject.node.number:
-                    batch.remove(subject.node)
-            self.removals = []
+            self._remove(batch)
         batch.gesture = self._gesture_for(frozenset(batch.subjects))
         if batch:
             self._under_way = batch
             self.counts["sent"] += batch.changes
             self.counts["batches"] += 1
             self.courier.send(batch)
+
+    def _remove(self, batch):
+        """One that was refused among others by itself."""
+        alone = [subject for subject in self.removals if subject.alone][:1]
+        if alone and batch:
+            return
+        for subject in alone or self.removals:
+            if subject.node.number:
+                batch.remove(subject.node)
+        self.removals = [subject for subject in self.removals if alone and subject is not alone[0]]
 
     def _collect(self, kind, batch, end):
         """How many it has looked at: one at least, unless there is no time at all."""
@@ -440,16 +456,24 @@ class Link:
 
     def _on_found(self, found):
         self._epoch, self.plan = found.epoch, found.plan
-        self._under_way, self._news, self._taking_up = None, {}, take_up(self, found)
+        self._under_way, self._news, self._placed, self._taking_up = None, {}, {}, take_up(self, found)
 
-    def _on_done(self, batch, sequence, _):
+    def _on_done(self, batch, sequence, stopped):
         if batch is self._under_way:
             self._under_way = None
             for mirror in batch.mirrors():
+                held = {name: mirror.there[name] for name in mirror.sending if name in mirror.there}
                 mirror.done(sequence)
+                if mirror.type == "Transform" and isinstance(mirror.owner, ObjectSubject):
+                    mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:
                 subject.alone = subject.unsent = False
                 self.note(("refused", subject.kind, subject.name), "")
+                self.refused.pop(subject, None)
+            for subject in batch.hung:
+                subject.hung_at = sequence
+            for mirror in batch.removed:
+                self._removed_by_us(mirror)
 
     def _on_refused(self, batch, message):
         if batch is not self._under_way:
@@ -457,15 +481,23 @@ class Link:
         self._under_way = None
         for mirror in batch.mirrors():
             mirror.refused()
+        for subject, before in batch.hung.items():
+            subject.hung = before
+        removed = [mirror.owner for mirror in batch.removed if mirror is mirror.owner.node and mirror.owner.key in self.deleted_here]
+        several = len(batch.subjects) + len(removed) > 1
+        for subject in removed if several else ():
+            subject.alone = True
+            self.removals.append(subject)
         for subject in batch.subjects:
-            if len(batch.subjects) > 1:
+            if several:
                 subject.alone = True
                 self.dirty(subject)
             else:
                 subject.alone = False
+                self.refused[subject] = None
                 self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
-        if not batch.subjects:
-            self.note(("refused", "removal"), f"the wall refuses a removal: {message}")
+        if removed and not several:
+            self.note(("refused", removed[0].key), f"{removed[0].name}: the wall refuses its removal: {message}")
 
     def _take_news(self, end):
         self._news.update(self.courier.changed())
@@ -484,13 +516,25 @@ class Link:
             if time.perf_counter() > end:
                 break
 
+    def _removed_by_us(self, mirror):
+        mirror.gone()
+        subject = mirror.owner
+        if isinstance(subject, ObjectSubject) and mirror is subject.node and self.objects.get(subject.key) is subject:
+            subject.forget()  # it came back here meanwhile, and is made anew
+            self.dirty(subject)
+
     def _on_gone(self, mirror, number):
         if mirror.number != number:
             return
+        if self._under_way is not None and mirror in self._under_way.removed:
+            self._under_way.removed.remove(mirror)
+            return self._removed_by_us(mirror)
         mirror.gone()
         subject = mirror.owner
-        if isinstance(subject, ObjectSubject) and mirror is subject.node and subject.key in self.objects and not self.root_lost:
-            self.removed(subject)
+        if isinstance(subject, ObjectSubject) and mirror is subject.node:
+            self.note(("refused", subject.key), "")
+            if subject.key in self.objects and not self.root_lost:
+                self.removed(subject)
 
     def removed(self, subject):
         """By others, at the wall."""
@@ -499,22 +543,13 @@ class Link:
         self.clean(subject)
         thing = subject.get()
         if thing is not None:
-            self._take_out(subject, thing)
+            take_out(self, subject, thing)
         while len(self.removed_there) > _MOST_GONE:
             self.removed_there.pop(next(iter(self.removed_there)))
 
     def _lost_root(self):
         self.root_lost = True
         self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the removal back there")
-
-    def _take_out(self, subject, thing):
-        """Of its collections; the file keeps it."""
-        subject.away = [each.name for each in thing.users_collection] or subject.away
-        for each in thing.users_collection:
-            each.objects.unlink(thing)
-        thing.use_fake_user = True
-        self.by_name.pop(subject.name, None)
-        self.note(("removed", subject.key), f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
 
     def _on_back(self, mirror, number):
         """By undo, under its old number."""
@@ -529,55 +564,25 @@ class Link:
         if not isinstance(subject, ObjectSubject) or mirror is not subject.node or mirror.number != number:
             return
         if self.removed_there.pop(subject.key, None) is not None:
-            self.put_back(subject)
+            put_back(self, subject)
         elif self.deleted_here.pop(subject.key, None) is not None:
-            self._make_again(subject)
+            make_again(self, subject)
 
-    def put_back(self, subject):
-        thing = subject.get()
-        if thing is None:
-            return self._make_again(subject)
-        for name in subject.away:
-            collection = bpy.data.collections.get(name) or self.collection
-            if thing.name not in collection.objects:
-                collection.objects.link(thing)
-        thing.use_fake_user = False
-        self.note(("removed", subject.key), "")
-        return self._linked_again(subject, thing)
-
-    def _make_again(self, subject):
-        """It was deleted here, and its removal has been taken back at the wall."""
-        kind, name = subject.remains
-        kept = {"MESH": bpy.data.meshes, "LIGHT": bpy.data.lights, "CAMERA": bpy.data.cameras, "CURVE": bpy.data.curves,
-                "SURFACE": bpy.data.curves, "FONT": bpy.data.curves, "META": bpy.data.metaballs}.get(kind)
-        data = kept.get(name) if kept is not None else None
-        if data is None and name:
-            self.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
-        thing = bpy.data.objects.new(subject.name, data)
-        thing[PROPERTY] = {"key": subject.key}
-        self.collection.objects.link(thing)
-        subject.name = thing.name
-        parent = subject.parent.get() if subject.parent and subject.parent.key in self.objects else None
-        if parent is not None:
-            thing.parent = parent
-        self._linked_again(subject, thing)
-        subject.put(self, subject.core.there)
-
-    def _linked_again(self, subject, thing):
-        self.objects[subject.key] = self.by_name[subject.name] = subject
-        if subject.parent is not None and subject.parent.key not in self.objects:
-            subject.parent = None
-        if isinstance(subject.content, MeshSubject):
-            known = self.contents["meshes"]
-            subject.content.users[subject] = None
-            if subject.content not in known.values():
-                known.setdefault(("mesh", thing.data.name, ()) if thing.type == "MESH" and thing.data else ("object", subject.key), subject.content)
-
-    def _on_placed(self, mirror, parent):
+    def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""
-        subject = mirror.owner
-        if not isinstance(subject, ObjectSubject) or mirror is not subject.node or subject.key not in self.objects or self._under_way is not None:
+        if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
+            self._placed[mirror.owner] = (parent, sequence)
+
+    def _take_places(self):
+        """Once it is known which is the newer one: where it was hung here, or there."""
+        if self._under_way is not None:
             return
+        placed, self._placed = self._placed, {}
+        for subject, (parent, sequence) in placed.items():
+            if subject.key in self.objects and sequence > subject.hung_at:
+                self._hang_as_there(subject, parent)
+
+    def _hang_as_there(self, subject, parent):
         above = self.at(parent)
         if above is subject.hung and (above is not None or parent == self.root.number):
             return
@@ -585,6 +590,8 @@ class Link:
             self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here")
             return
         thing = subject.get()
+        if thing is None:
+            return
         thing.parent = above.get() if above is not None else None
         thing.matrix_parent_inverse.identity()
         subject.parent = subject.hung = above

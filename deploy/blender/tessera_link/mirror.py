@@ -82,6 +82,7 @@ class Batch:
         self.gesture = gesture  # changes in a row of one gesture are one step of the wall's undo
         self.steps = []  # ("object" | "node" | "set" | "place" | "shape" | "pixels", Mirror or subject, …)
         self.removed = []  # Mirrors of nodes, with all that is below them
+        self.hung = {}  # subjects that hang elsewhere now, with what they hung below before
         self.subjects = {}  # whose changes these are, in order
         self.changes = 0  # fields, for the count
         self.creates = False
@@ -109,8 +110,9 @@ class Batch:
             mirror.send(fields)
             self.changes += len(fields)
 
-    def hang(self, mirror, under):
-        self.steps.append(("place", mirror, under))
+    def hang(self, subject, under, before):
+        self.steps.append(("place", subject.node, under))
+        self.hung[subject] = before
         self.changes += 1
 
     def shape(self, mesh, raw):

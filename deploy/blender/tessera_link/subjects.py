@@ -190,6 +190,7 @@ class MeshSubject(Subject):
                 batch.set(core, core.news(fields))
             else:
                 batch.create(core, fields)
+                link.dirty_all("objects", self.users)  # it may have been refused before
         if list(self.cores) != slots:
             self.cores = {slot: self.cores[slot] for slot in slots}
             link.dirty_all("objects", self.users)  # they show other parts
@@ -210,6 +211,7 @@ class ObjectSubject(Subject):
         self.node, self.core, self.mark = Mirror("Node", self), Mirror("Transform", self), Mirror("Node", self)
         self.parent = None  # an ObjectSubject
         self.hung = None  # below which it hangs at the wall; None: below the root
+        self.hung_at = 0  # the list in which the wall granted that
         self.content = None  # a MeshSubject or a LightSubject
         self.parts = []  # Mirrors of nodes
         self.kept = None  # where the wall had it when the file was saved
@@ -228,13 +230,20 @@ class ObjectSubject(Subject):
         self.thing = bpy.data.objects.get(self.name)
         return self.thing
 
+    def known(self):
+        """One that is there."""
+        thing = self.get()
+        if thing is None:
+            raise ReferenceError(self.name)
+        return thing
+
     def parent_thing(self):
         return self.parent.get() if self.parent else None
 
     def forget(self):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
-        self.parts, self.hung, self.was = [], None, False
+        self.parts, self.hung, self.hung_at, self.was = [], None, 0, False
         self.own = self.overridden = ()
 
     def now(self, link, thing):
@@ -247,6 +256,9 @@ class ObjectSubject(Subject):
         if thing is None:
             return
         if self.parent is not None and not self.parent.node.exists:
+            if link.objects.get(self.parent.key) is not self.parent:
+                link.rescan = True  # it was removed meanwhile: another one is above this
+                return None
             self.parent.collect(link, batch)
         if not self.node.exists:
             return self._create(link, batch, thing)
@@ -262,7 +274,7 @@ class ObjectSubject(Subject):
             batch.set(self.core, news)
         batch.set(self.node, self.node.news({"name": self.name}))
         if self.hung is not self.parent:
-            batch.hang(self.node, self.parent.node if self.parent else link.root)
+            batch.hang(self, self.parent.node if self.parent else link.root, self.hung)
             self.hung = self.parent
         return self.settle(link, batch)
 
@@ -324,6 +336,12 @@ class ObjectSubject(Subject):
         self.overridden = _remembered(self.overridden, now)
         self.put(link, {name: value})
 
+    def granted(self, link, held):
+        """`held`: where the wall kept it, if it did. How far it came is told as any change is."""
+        link.note(("stopped", self.key), f"{self.name}: the wall stopped it; it stands here as it does there" if held else "")
+        self.core.there.update(held)
+        self.put(link, held)
+
     def adopt(self, link, found):
         """The wall has it already. Who has changed it since both were last in step?"""
         self.node.number, self.core.number, self.mark.number = found.node, found.core, found.mark
@@ -348,7 +366,7 @@ class ObjectSubject(Subject):
         elif not self.core.here:
             self.core.here, self.node.here = dict(now), {"name": self.name}
         self.own = _remembered(self.own, {**now, **self.core.here})
-        self.hung = link.at(found.parent)
+        self.hung, self.hung_at = link.at(found.parent), 0
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
         self.put(link, {name: value for name, value in there.items() if now[name] == self.core.here.get(name)})

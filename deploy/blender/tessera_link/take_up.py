@@ -1,6 +1,7 @@
 """What the wall had when we came: each object that is there already is taken up, and nothing is made twice."""
 import itertools
 
+from .removals import put_back
 from .subjects import PROPERTY, MaterialSubject
 
 
@@ -48,7 +49,7 @@ def take_up(link, found):
             link.removals.append(subject)
         elif key in link.removed_there:
             subject = link.removed_there.pop(key)
-            link.put_back(subject)
+            put_back(link, subject)
             subject.adopt(link, each)
     for subject in (*link.deleted_here.values(), *link.removed_there.values()):
         if subject.key not in found.objects:
