@@ -35,7 +35,7 @@ struct PlaceValue {
     Vec3d xAxis = Vec3d::UnitX(), yAxis = Vec3d::UnitY(), zAxis = Vec3d::UnitZ(), origin = Vec3d::Zero();
     bool operator==(const PlaceValue&) const = default;
 
-    static constexpr std::string_view kName = "Place";
+    static constexpr std::string_view kName = "NodePlace";
     static constexpr auto members() {
         return std::tuple(member<&PlaceValue::xAxis>(1, "x_axis").said("where a unit of the node's leads in the world"),
                           member<&PlaceValue::yAxis>(2, "y_axis"), member<&PlaceValue::zAxis>(3, "z_axis"),

@@ -274,14 +274,18 @@ private:
                           });
     }
     /// What still comes is taken for a while: a close with unread bytes would take the answer away from who reads
-    /// slowly.
+    /// slowly, or first sends all of a file.
     void bowOut() {
         stream_.endSending();
-        stream_.expiresAfter(std::chrono::seconds(1));
+        constexpr std::size_t kRest = std::size_t{16} << 10;
+        rest_.resize(kRest);
+        restUntil_ = std::chrono::steady_clock::now() + (routes_.knowsWho() ? context_.limits.headWait : kQuiet);
         takeRest();
     }
     void takeRest() {
-        rest_.resize(4096);
+        const TimePoint now = std::chrono::steady_clock::now();
+        if (now >= restUntil_) return;
+        stream_.expiresAfter(std::min<Duration>(kQuiet, restUntil_ - now));
         stream_.async_read_some(boost::asio::buffer(rest_),
                                 [self = shared_from_this()](beast::error_code error, std::size_t) {
                                     if (!error) self->takeRest();
@@ -323,7 +327,9 @@ private:
     bool tooSlow_ = false;
     boost::asio::steady_timer patience_;      ///< for an answer
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
+    static constexpr std::chrono::seconds kQuiet{1};  ///< of who has been refused
     std::vector<char> rest_;
+    TimePoint restUntil_{};
     std::optional<FailedLogins::Ticket> slowed_;  ///< while a refusal waits
 };
 

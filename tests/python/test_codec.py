@@ -150,7 +150,7 @@ class Refusals(unittest.TestCase):
 
     def test_each_subscription_brings_one_notice(self):
         self.assertEqual(schema().subscriptions, {"contacts": "Contacts", "picks": "Picked", "frames": "Frame", "events": "PairEvents",
-                                                  "distances": "Distances", "questions": "Questions", "poses": "Poses"})
+                                                  "distances": "Distances", "questions": "Questions", "poses": "Poses", "states": "States"})
         self.assertEqual(len(schema().notices), len(schema().subscriptions))
 
 

@@ -1,6 +1,7 @@
 """Keys alone on the console's page: what has the focus is still there, or its neighbour has it, whatever comes and goes; and much at once."""
 import pathlib
 import tempfile
+import time
 import unittest
 
 import page_browser
@@ -172,6 +173,35 @@ class PageKeys(page_wall.OnAPage):
               plot.draw(now);
               done(plot.node.querySelector('.scale').textContent);
             }).catch((error) => done(String(error)));"""), "10 ms")
+
+
+# Frames that the page is told of.
+COUNTED = """
+window.told = 0;
+window.WebSocket = class extends WebSocket {
+  constructor(...said) {
+    super(...said);
+    this.addEventListener('message', ({ data }) => { if (typeof data === 'string' && data.includes('"notice":"Frame"')) ++window.told; });
+  }
+};
+"""
+
+
+@unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
+class FastWall(page_wall.OnAPage):
+    options = {"surface": "none", "options": ["--rate", "0"]}
+
+    def test_a_wall_faster_than_any_screen_does_not_tell_of_each_frame(self):
+        self.browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": COUNTED})
+        self.come_in(tab="time")
+        self.browser.until("many frames", lambda: self.browser.run("return Number(document.getElementById('frame-rate').textContent) > 150"))
+        self.assertGreater(self.browser.run("return window.told"), 0)
+        self.browser.until("no more of them", lambda: self.told() == (time.sleep(0.3), self.told())[1])
+        self.browser.until("how long one takes", lambda: float(self.browser.text(".plot strong").replace("–", "99")) < 7)
+        self.assert_nothing_logged()
+
+    def told(self):
+        return self.browser.run("return window.told")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,12 @@ export class TimeView {
       if (this.#lastFrame !== null) this.#between.add(at, at - this.#lastFrame);
       this.#lastFrame = at;
     });
-    status.addEventListener('status', ({ detail }) => this.#onStatus(detail));
+    status.addEventListener('status', ({ detail }) => {
+      this.#onStatus(detail);
+      if (status.tellsFrames || status.frameRate === null) return;
+      this.#between.add(performance.now(), 1000 / status.frameRate);
+      this.#lastFrame = null;
+    });
     connection.addEventListener('lost', () => {
       this.#lastFrame = null;
     });

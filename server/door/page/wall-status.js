@@ -1,6 +1,8 @@
 // How the wall is, once a second, and what is told of each frame: the one place that asks, for all who show it.
 
 const kPeriod = 1000;  // ms
+/** Frames a second: above the first a page is not told of each, below the second it is again. */
+const kFast = 150, kSlow = 120;
 
 /** Words and signs of what a host does: never a colour alone. `tone` names a colour of style.css. */
 export const kHostStates = {
@@ -26,6 +28,8 @@ export class WallStatus extends EventTarget {
   /** @type {any} the newest; null: none has come on this connection */
   newest = null;
   #connection;
+  #news;
+  #letFramesGo;  // null: they are not told
   #epoch = '';
   #timer = 0;
   #frames = [];  // [ms, number] of statuses, for the rate
@@ -34,7 +38,8 @@ export class WallStatus extends EventTarget {
   constructor(connection, news) {
     super();
     this.#connection = connection;
-    news.want('frames');
+    this.#news = news;
+    this.#letFramesGo = news.want('frames');
     news.want('states');
     connection.addEventListener('open', () => this.#begin());
     connection.addEventListener('lost', () => this.#end());
@@ -45,6 +50,19 @@ export class WallStatus extends EventTarget {
     });
   }
 
+  /** Events `frame` come: not of a wall that draws faster than a slow browser reads. */
+  get tellsFrames() {
+    return this.#letFramesGo !== null;
+  }
+  #weighFrames() {
+    const rate = this.frameRate;
+    if (rate > kFast && this.#letFramesGo) {
+      this.#letFramesGo();
+      this.#letFramesGo = null;
+    } else if (rate !== null && rate < kSlow) {
+      this.#letFramesGo ??= this.#news.want('frames');
+    }
+  }
   /** In frames per second, over the last seconds; null: not known yet. */
   get frameRate() {
     if (this.#frames.length < 2) return null;
@@ -90,6 +108,7 @@ export class WallStatus extends EventTarget {
       this.newest = status;
       this.#frames.push([performance.now(), status.frame]);
       if (this.#frames.length > 4) this.#frames.shift();
+      this.#weighFrames();
       if (this.#epoch && this.#epoch !== status.epoch) this.dispatchEvent(new Event('restarted'));
       this.#epoch = status.epoch;
       this.dispatchEvent(new CustomEvent('status', { detail: status }));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "common/request/Check.h"
-#include "server/sim/desk/PanelRights.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -18,10 +17,10 @@ std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& in
                              known->second.panel->title)};
 }
 
-std::optional<Error> Desk::mayNot(ConnectionId connection, const ApplicationRequest& request) const {
+std::optional<Error> Desk::mayNot(ConnectionId connection, const ApplicationRequest& request) {
     const auto known = applications.find(connection);
     if (known == applications.end() || !known->second.panel) return std::nullopt;
-    return whyNotOfPanel(*known->second.panel, around.simulation.scene(), request);
+    return panelRights.whyNot(known->second.panel, around.simulation.scene(), around.simulation.sequence(), request);
 }
 
 std::shared_ptr<const Panel> Desk::panelIn(const std::string& name, const std::string& text) {

@@ -14,6 +14,7 @@
 #include "server/sim/desk/ImageRequests.h"
 #include "server/sim/desk/LoadRequests.h"
 #include "server/sim/desk/OpenEdits.h"
+#include "server/sim/desk/PanelRights.h"
 #include "server/sim/desk/PreviewRequests.h"
 #include "server/sim/desk/ProposalRequests.h"
 #include "server/sim/desk/ReloadRequests.h"
@@ -54,6 +55,7 @@ struct Desk {
     std::map<ConnectionId, Known> applications;  ///< that are there
     std::uint64_t comings = 0;                   ///< and goings of these, so far
     std::map<std::string, std::shared_ptr<const Panel>> panels;  ///< by their names among the keys
+    PanelRights panelRights;
     OpenEdits edits;
     ProposalRequests proposals;
     ReloadRequests reloads;
@@ -86,7 +88,7 @@ struct Desk {
     /// One that has gone may do nothing any more.
     [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const RequestInfo& info) const;
     /// The same of what it says in it, where it reaches a panel alone.
-    [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const ApplicationRequest& request) const;
+    [[nodiscard]] std::optional<Error> mayNot(ConnectionId connection, const ApplicationRequest& request);
     /// Read once, however often somebody comes with it. Null: it is no panel any more.
     [[nodiscard]] std::shared_ptr<const Panel> panelIn(const std::string& name, const std::string& text);
     /// Each application for itself: one that asks without end keeps no other from asking.

@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "common/codec/ChangeCodec.h"
-#include "server/panel/PanelInScene.h"
 
 namespace tessera {
 namespace {
@@ -19,13 +18,15 @@ Error refused(const Panel& panel, std::string_view why) {
     return {ErrorCode::kRefused, fmt::format("the token is of the panel \"{}\": {}", panel.title, why)};
 }
 
-std::optional<Error> whyNotList(const Panel& panel, const Aspect& scene, const ByteSlice& bytes, bool bringsArrays) {
+/// `inScene()`: the panel as it stands.
+template <typename InScene>
+std::optional<Error> whyNotList(const Panel& panel, const InScene& inScene, const ByteSlice& bytes, bool bringsArrays) {
     if (bringsArrays) return refused(panel, "it has no arrays");
     const BlobStore none;
     const Expected<ChangeList> list = decodeChangeList(bytes, none, AbsentBlobs::kRefuse,
                                                        {.maxBytes = kMostListBytes, .maxChanges = kMostChanges});
     if (!list) return list.error();
-    return PanelInScene(panel, scene).whyNot(*list);
+    return inScene().whyNot(*list);
 }
 
 /// "#17"; none: it is a path.
@@ -37,9 +38,10 @@ std::optional<ObjectId> numberIn(const std::string& name) {
 }
 
 /// Of a node that is not there either: what is said of such a path names the nodes beside it.
-std::optional<Error> whyNotNames(const Panel& panel, const Aspect& scene, const std::vector<std::string>& names) {
+template <typename InScene>
+std::optional<Error> whyNotNames(const Panel& panel, const InScene& inScene, const std::vector<std::string>& names) {
     if (names.empty()) return std::nullopt;
-    const PanelInScene there(panel, scene);
+    const PanelInScene& there = inScene();
     for (const std::string& name : names) {
         const std::optional<ObjectId> number = numberIn(name);
         if (!(number ? there.holds(*number) : there.holds(name)))
@@ -62,15 +64,27 @@ std::optional<Error> whyNotFlight(const Panel& panel, const NavigationWish& wish
 
 }  // namespace
 
-std::optional<Error> whyNotOfPanel(const Panel& panel, const Aspect& scene, const ApplicationRequest& request) {
+const PanelInScene& PanelRights::in(const std::shared_ptr<const Panel>& panel, const Aspect& scene, Sequence at) {
+    const auto known = found_.find(panel.get());
+    if (known != found_.end() && known->second.at == at) return known->second.there;
+    constexpr std::size_t kMost = 64;
+    if (known != found_.end()) found_.erase(known);
+    if (found_.size() >= kMost) found_.clear();
+    return found_.emplace(panel.get(), Standing{panel, at, PanelInScene(*panel, scene)}).first->second.there;
+}
+
+std::optional<Error> PanelRights::whyNot(const std::shared_ptr<const Panel>& known, const Aspect& scene, Sequence at,
+                                         const ApplicationRequest& request) {
+    const Panel& panel = *known;
+    const auto inScene = [&]() -> const PanelInScene& { return in(known, scene, at); };
     return std::visit(
         [&]<typename Request>(const Request& said) -> std::optional<Error> {
             if constexpr (!Request::kInfo.forPanels)
                 return refused(panel, "it does not say that");
             else if constexpr (requires { said.list; })
-                return whyNotList(panel, scene, said.list, !said.blobs.empty());
+                return whyNotList(panel, inScene, said.list, !said.blobs.empty());
             else if constexpr (requires { said.wish.names; })
-                return whyNotNames(panel, scene, said.wish.names);
+                return whyNotNames(panel, inScene, said.wish.names);
             else if constexpr (requires { said.wish.deed; })
                 return whyNotFlight(panel, said.wish);
             else
