@@ -126,7 +126,15 @@ class Browser:
         return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || at.id")
 
     def until(self, what, condition):
-        found = until(what, condition)
+        from selenium.common.exceptions import StaleElementReferenceException
+
+        def on_the_page():
+            try:
+                return condition()
+            except StaleElementReferenceException:
+                return None  # what was looked at has been replaced meanwhile
+
+        found = until(what, on_the_page)
         if FILM:
             self._save(FILM, f"{time.time_ns() // 1_000_000}-{re.sub('[^A-Za-z0-9]+', '-', what)[:60]}")
         return found
