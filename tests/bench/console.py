@@ -1,24 +1,32 @@
 #!/usr/bin/python3
-"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,faults,input,upload]`.
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,tablets,sockets,faults,input,upload]`.
 
 A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
   rest   nobody looks: frames, and what server and hosts take of a core
   look   one socket asks for the wall's pictures again and again, as a page does: pictures a second, the first one after the socket has
          opened, and the same figures as in rest
-  crowd  ten sockets look, five of which stop reading: frames that came later than 50 ms after the one before, with and without them
+  crowd  chromium shows the page, and nine sockets look, five of which stop reading: frames that came later than 50 ms after the one
+         before, with and without them
+  tablets  a hundred tablets show a panel, ten of which hold a slider: late frames as in crowd, how long they wait for what they ask
+  sockets  a thousand sockets ask for a tree of 100,000 nodes without a pause: late frames as in crowd, how many were let in; the same
+         beside a process that burns its core
   faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has subscribed to
          states hears of it, and until the page in chromium shows it (limit 250 ms)
   upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in crowd
   input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
          fast as it can, beside the time that two frames take; the same from a field of the page in chromium ("page")
+Browsers, tablets, sockets and what is brought give way (nice 19): they would run on other machines.
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
+import concurrent.futures
 import http.client
 import json
 import math
 import multiprocessing
 import os
 import pathlib
+import re
+import resource
 import select
 import signal
 import sys
@@ -30,7 +38,7 @@ sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 
 import page_browser  # noqa: E402
 from console_socket import WebSocket  # noqa: E402
-from door import watch  # noqa: E402
+from door import burn, hammer, watch  # noqa: E402
 from live import Live, figure, run_folder  # noqa: E402
 
 import tessera  # noqa: E402
@@ -159,16 +167,120 @@ def rows_of_look(live, seconds):
     return [{"row": "rest", **rest}, {"row": "look", **seen, **page.result}]
 
 
+# How often a tile of the page is drawn anew.
+COUNT_DRAWN = """
+window.drawn = 0;
+const draw = CanvasRenderingContext2D.prototype.drawImage;
+CanvasRenderingContext2D.prototype.drawImage = function (...given) { window.drawn += 1; return draw.apply(this, given); };
+"""
+
+
+def browse(link, pipe):
+    """The page in chromium, as it opens."""
+    os.nice(19)
+    with page_browser.Browser() as browser:
+        browser.open(link)
+        browser.until("the page", lambda: "running" in browser.text("#wall-state"))
+        browser.run(COUNT_DRAWN)
+        begin = time.perf_counter()
+        pipe.send("ready")
+        pipe.recv()
+        pipe.send({"tiles_per_s": round(browser.run("return window.drawn") / (time.perf_counter() - begin), 1)})
+
+
 def rows_of_crowd(live, seconds):
     door, token = door_of(live)
     with Beside(move, live.address):
         without = frames(live, seconds)
-        pages = [Beside(look, door, token) for _ in range(5)]
-        with Beside(stop_reading, door, token):
+        pages = [Beside(look, door, token) for _ in range(4)]
+        with Beside(browse, live.link()) as chromium, Beside(stop_reading, door, token):
             beside = frames(live, seconds)
         for page in pages:
             page.__exit__(None, None, None)
-    return [{"row": "crowd", "without": without, "with": beside, "pages": [page.result["pictures_per_s"] for page in pages]}]
+    return [{"row": "crowd", "without": without, "with": beside, "chromium": chromium.result,
+             "pages": [page.result["pictures_per_s"] for page in pages]}]
+
+
+PANEL = """
+controls { label: "Sun" node: "/sun/light" field: "intensity" slider { greatest: 5 } }
+controls { label: "Carriage" node: "/carriage" field: "translation" choice { options { label: "Near" value: "0 1 1" } } }
+"""
+
+
+def hold(door, token, at, until):
+    """A tablet, as `panel-link.js` has it: looks once a second; the first ten hold a slider meanwhile. Seconds waited for each answer."""
+    connection = http.client.HTTPConnection(door, timeout=60)
+    waited, stamp, value = [], "", None
+
+    def ask(request, **fields):
+        begin = time.perf_counter()
+        connection.request("POST", f"/api/{request}", json.dumps(fields), {"Authorization": f"Bearer {token}"})
+        answer = connection.getresponse()
+        said = json.loads(answer.read())
+        if answer.status != 200:
+            raise RuntimeError(f"{request}: {said}")
+        waited.append(time.perf_counter() - begin)
+        return said["fields"]
+
+    next_look = time.perf_counter() + at / 100
+    while time.perf_counter() < until:
+        if time.perf_counter() >= next_look:
+            told = ask("GetPanel", since=stamp)
+            stamp, next_look = told["stamp"], next_look + 1
+            value = told["controls"][0]["now"] if "controls" in told else value
+        if at < 10 and value:
+            ask("ProposeChanges", list={"set": [{"type": value["type"], "field": value["field"], "ids": [value["object"]],
+                                                 "values": [1 + time.perf_counter() % 3]}]})
+        time.sleep(0.1 if at < 10 else max(0, next_look - time.perf_counter()))
+    connection.close()
+    return waited
+
+
+def tablets(link, seconds, pipe):
+    os.nice(19)
+    door, token = link.split("//")[1].split("/?token=")
+    until = time.perf_counter() + seconds
+    with concurrent.futures.ThreadPoolExecutor(100) as threads:
+        held = [threads.submit(hold, door, token, at, until) for at in range(100)]
+        pipe.send("ready")
+        waited = [took for one in held for took in one.result()]
+    pipe.recv()
+    pipe.send({"asked_per_s": round(len(waited) / seconds), "answer_p50_ms": round(1e3 * over(waited, 0.5), 1),
+               "answer_p99_ms": round(1e3 * over(waited, 0.99), 1)})
+
+
+def rows_of_tablets(live, seconds):
+    link = re.search(r"panel \S+: (\S+)", live.log("server")).group(1)
+    with Beside(move, live.address):
+        without = frames(live, seconds)
+        with Beside(tablets, link, seconds) as held:
+            beside = frames(live, seconds)
+    return [{"row": "tablets", "without": without, "with": beside, **held.result}]
+
+
+def storm(door, token, pipe):
+    os.nice(19)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (4096, 4096))
+    hammer(door, token, 1000, b"".join(WebSocket.question(at, "GetTree", node="/many", page_size=1000) for at in range(200)), pipe)
+
+
+def rows_of_sockets(live, seconds):
+    door, token = door_of(live)
+    with live.connect() as wall:
+        with wall.edit() as edit:
+            edit.create("/many")
+        for part in range(10):
+            with wall.edit() as edit:
+                for at in range(10_000):
+                    edit.create(f"/many/{part}-{at}")
+    with Beside(move, live.address):
+        without = frames(live, seconds)
+        with Beside(burn):
+            burned = frames(live, seconds)
+        with Beside(storm, door, token) as stormed:
+            beside = frames(live, seconds)
+    read, closed, refused = stormed.result
+    return [{"row": "sockets", "without": without, "burned": burned, "with": beside, "read_MiB": read >> 20, "closed": closed, "refused": refused}]
 
 
 def hear(door, token, pipe):
@@ -322,17 +434,24 @@ def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=20)
-    options.add_argument("--rows", default="look,crowd,faults,input,upload")
+    options.add_argument("--rows", default="look,crowd,tablets,sockets,faults,input,upload")
     said = options.parse_args()
     rows = []
-    with run_folder():
+    with run_folder() as folder:
         for name in said.rows.split(","):
-            paced = [] if name == "input" else ["--rate", "60"]
-            with Live(wall="2x2", surface="osmesa", size="960x540", options=paced) as live:
+            given = [] if name == "input" else ["--rate", "60"]
+            if name == "tablets":
+                (folder / "hall.panel").write_text(PANEL)
+                given += ["--panel", str(folder / "hall.panel")]
+            with Live(wall="2x2", surface="osmesa", size="960x540", options=given) as live:
                 if name == "look":
                     rows += rows_of_look(live, said.seconds)
                 elif name == "crowd":
                     rows += rows_of_crowd(live, said.seconds)
+                elif name == "tablets":
+                    rows += rows_of_tablets(live, said.seconds)
+                elif name == "sockets":
+                    rows += rows_of_sockets(live, said.seconds)
                 elif name == "faults":
                     rows += rows_of_faults(live)
                 elif name == "input":

@@ -113,12 +113,15 @@ def cloud(wall, count, times):
 PIECE = 256 << 10  # bytes
 
 
-def hammer(door, token, count, array, size, pipe):
-    """Asks on so many sockets as fast as they take it, and reads all answers."""
-    questions = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=at * PIECE % size, length=PIECE) for at in range(200))
+def hammer(door, token, count, questions, pipe):
+    """Asks on so many sockets as fast as they take it, and reads all answers: bytes read, sockets that were closed, those not let in."""
     ready = selectors.DefaultSelector()
-    left = {}
-    sockets = [WebSocket(door, token) for _ in range(count)]
+    left, sockets, refused = {}, [], 0
+    for _ in range(count):
+        try:
+            sockets.append(WebSocket(door, token))
+        except ConnectionError:
+            refused += 1
     for one in (each.socket for each in sockets):
         one.setblocking(False)
         ready.register(one, selectors.EVENT_READ | selectors.EVENT_WRITE)
@@ -142,14 +145,14 @@ def hammer(door, token, count, array, size, pipe):
                 ready.unregister(one)
                 del left[one]
                 closed += 1
-    pipe.send((read, closed))
+    pipe.send((read, closed, refused))
 
 
 def burn(pipe):
     pipe.send("ready")
     while not pipe.poll():
         sum(range(10_000))
-    pipe.send((0, 0))
+    pipe.send((0, 0, 0))
 
 
 def beside(live, door, token, seconds, target, *arguments):
@@ -179,15 +182,15 @@ def beside(live, door, token, seconds, target, *arguments):
     clock.send("enough")
     shown = clock.recv()
     watcher.join(10)
-    read, closed = 0, 0
+    read, closed, refused = 0, 0, 0
     if other:
         mine.send("enough")
-        read, closed = mine.recv()
+        read, closed, refused = mine.recv()
         other.join(10)
     gaps = np.diff([at for at in shown if begin <= at])
     return {"frames": int(len(gaps) + 1), "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2), "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2), "most": round(float(gaps.max()) * 1e3, 2)},
             "first_answer_ms": {"p50": round(float(np.median(waited)) * 1e3, 1), "most": round(float(max(waited)) * 1e3, 1)},
-            "resident_MiB": memory, "read_MiB": read >> 20, "closed": closed}
+            "resident_MiB": memory, "read_MiB": read >> 20, "closed": closed, "refused": refused}
 
 
 def resident(process):
@@ -202,10 +205,11 @@ def readers(live, wall, seconds):
     node = wall.show(points, "/points", radius=0.002)
     door, _, token = live.link().removeprefix("http://").partition("/?token=")
     array = array_name(points.reshape(-1).view(np.uint8))
+    questions = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=at * PIECE % points.nbytes, length=PIECE) for at in range(200))
     rows = [{"row": "readers", "beside": "nothing", **beside(live, door, token, seconds, None)},
             {"row": "readers", "beside": "one that burns its core", **beside(live, door, token, seconds, burn)}]
     for count in (8, 40):
-        rows.append({"row": "readers", "beside": f"{count} sockets", **beside(live, door, token, seconds, hammer, door, token, count, array, points.nbytes)})
+        rows.append({"row": "readers", "beside": f"{count} sockets", **beside(live, door, token, seconds, hammer, door, token, count, questions)})
     node.remove()
     return rows
 
