@@ -218,13 +218,20 @@ private:
         std::vector<std::uint32_t> nextOf(before.count(), kNone);
         for (std::uint32_t b = 0; b < after_.count(); ++b)
             if (change_.formerOf[b] != kNone) nextOf[change_.formerOf[b]] = b;
-        for (std::size_t i = 0; i < order.size(); ++i)
-            before.forEachRef(going_.at(order[i]), [&](std::uint32_t to) {
-                const ObjectId id = change_.former->ids[to];
-                if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to)))
-                    return;
-                if (going_.emplace(id, to).second) order.push_back(id);
-            });
+        const auto look = [&](std::uint32_t to) {
+            const ObjectId id = change_.former->ids[to];
+            if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to))) return;
+            if (going_.emplace(id, to).second) order.push_back(id);
+        };
+        const auto offer = [&](ObjectId id) {
+            if (const std::uint32_t place = before.placeOf(id); place != kNone) look(place);
+        };
+        for (const FileChange::Row& row : change_.rows) {
+            if (const auto* ref = std::get_if<ObjectId>(&row.was)) offer(*ref);
+            if (const auto* refs = std::get_if<RefList>(&row.was))
+                for (const ObjectId id : *refs) offer(id);
+        }
+        for (std::size_t i = 0; i < order.size(); ++i) before.forEachRef(going_.at(order[i]), look);
         std::unordered_map<ObjectId, std::size_t> usesGoing;
         const auto countRefs = [&](const FieldValue& value) {
             if (const auto* ref = std::get_if<ObjectId>(&value)) ++usesGoing[*ref];

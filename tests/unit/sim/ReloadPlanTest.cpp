@@ -293,6 +293,16 @@ TEST(ReloadPlan, WhatComesBackInTheFileSaysWhatItSaidBefore) {
     EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crate"))->translation, Vec3d(2, 0, 0));
 }
 
+TEST(ReloadPlan, WhatTheFileHandsToAnotherGoesWhereThatOneWasRemoved) {
+    const std::vector<Said> before = {{.name = "a", .box = 1, .rough = 0.5f}, {.name = "b", .box = 2}};
+    FileAtWork work(before);
+    const ObjectId material = work.scene().get<Geometry>(work.core("/a/shape"))->material;
+    work.remove("/b");
+    (void)work.becomes({{.name = "a", .box = 1}, {.name = "b", .box = 2, .rough = 0.5f}});
+    EXPECT_FALSE(work.scene().get<Geometry>(work.core("/a/shape"))->material);
+    EXPECT_FALSE(work.scene().find(material)) << "nobody uses it any more";
+}
+
 TEST(ReloadPlan, WhatIsChangedWhileItIsPlannedStays) {
     FileAtWork work(kHall);
     std::vector<Said> next = kHall;
@@ -424,7 +434,7 @@ void hunt(std::uint64_t seed, const ReloadPlan::Limits& limits) {
                 work.remove(path);
                 for (const auto& [other, ignored] : was)
                     if (other == path || other.starts_with(path + "/")) removed.insert(other);
-                std::erase_if(mine, [&](const std::string& one) { return one.starts_with(path + "/"); });
+                std::erase_if(mine, [&, path = path](const std::string& one) { return one.starts_with(path + "/"); });
             }
         }
         std::map<std::string, ObjectId> ids;
