@@ -16,6 +16,7 @@
 
 #include "common/access/LocalWalls.h"
 #include "common/base/Log.h"
+#include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
 #include "common/confine/Confinement.h"
@@ -272,7 +273,11 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
     ServerOptions options;
     options.wall = std::move(*wall);
-    options.scenes = arguments.scenes;
+    for (const std::string& scene : arguments.scenes) {
+        Expected<std::string> found = findScene(scene, executable);
+        if (!found) return tl::unexpected(found.error());
+        options.scenes.push_back(std::move(*found));
+    }
     options.placing = arguments.placing;
     options.listen = *address;
     options.import.assetFolders = arguments.assets;
@@ -377,7 +382,7 @@ int main(int argc, char** argv) {
     options.option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)").typeName("W");
     // A variable of a script that is empty is no folder.
     const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
-    options.option("--scene", arguments.scenes, "Scene or model file; may be repeated").typeName("S").check(named);
+    options.option("--scene", arguments.scenes, "Scene or model file, or a shipped scene's name;\nmay be repeated").typeName("S").check(named);
     options.option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
         .typeName("y|z")
         .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);

@@ -8,6 +8,7 @@
 
 #include "client/deform/ControlPoints.h"
 #include "common/application/Application.h"
+#include "common/base/Version.h"
 #include "common/options/Options.h"
 
 namespace tessera {
@@ -101,7 +102,7 @@ int run(const DeformOptions& options) {
 int main(int argc, char** argv) {
     using namespace tessera;
     DeformOptions options;
-    Options commandLine(argv[0], "Leads the control points of a running wall's surfaces and lattices to and fro.");
+    Options commandLine("tessera-deform", "Leads the control points of a running wall's surfaces and lattices to\nand fro.", versionText("tessera-deform"));
     // A range lets pass what is no number.
     const auto numberOfSeconds = [](const std::string& text) {
         char* end = nullptr;

@@ -31,7 +31,9 @@ std::string pathBesideThisProgram(std::string_view name) {
     std::array<char, 4096> self{};
     const ssize_t length = ::readlink("/proc/self/exe", self.data(), self.size() - 1);
     const std::string path(self.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-    return path.substr(0, path.rfind('/') + 1).append(name);
+    const std::string folder = path.substr(0, path.rfind('/') + 1);
+    std::string beside = folder + std::string(name), installed = folder + "../libexec/tessera/" + std::string(name);
+    return ::access(beside.c_str(), X_OK) != 0 && ::access(installed.c_str(), X_OK) == 0 ? installed : beside;
 }
 
 Expected<ChildProgram> ChildProgram::start(const Options& options) {

@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-/// In the running program's folder.
+/// In the running program's folder; installed, in `../libexec/tessera` from there.
 [[nodiscard]] std::string pathBesideThisProgram(std::string_view name);
 
 /// Killed and reaped at the latest when this goes. Not thread-safe; with PR_SET_PDEATHSIG the child ends with the thread that starts it.

@@ -31,14 +31,11 @@ inline constexpr std::size_t kMaxWallWireBytes = std::size_t{64} << 20;
 /// Never crashes whatever the bytes are; the result has passed checkWall.
 [[nodiscard]] Expected<Wall> decodeWall(ByteSpan bytes);
 
-/// Folders with shipped walls (NAME.wall), seen from a program: beside it in a build, in an installation, in the
-/// sources.
-[[nodiscard]] std::vector<std::string> wallFolders(const std::string& executablePath);
 /// A name without a slash is first looked for as NAME.wall in `folders`, then as a file here; anything else is a path.
 /// kNotFound names the shipped walls.
 [[nodiscard]] Expected<std::string> resolveWallPath(const std::string& nameOrPath,
                                                     std::span<const std::string> folders);
-/// resolveWallPath in the folders of this program.
+/// resolveWallPath in the folders of a program (`shippedFolders`).
 [[nodiscard]] Expected<std::string> findWall(const std::string& nameOrPath, const std::string& executablePath);
 
 }  // namespace tessera

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/ShippedFiles.h"
 #include "common/codec/TextFaults.h"
 #include "common/codec/WallCodec.h"
 #include "common/codec/WallMessage.h"
@@ -55,10 +56,6 @@ TextPlace placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree)
             return {.line = 0, .column = 0};
     }
     return {};
-}
-
-std::string withoutSlashes(const std::string& text) {
-    return text.find('/') == std::string::npos ? text : std::string();
 }
 
 Expected<Wall> readWallText(std::string_view text, std::string_view fileName, const WallFiles& files) {
@@ -162,43 +159,12 @@ Expected<Wall> loadWall(const std::string& path) {
     return readWallText(text, path, filesBeside(path));
 }
 
-std::vector<std::string> wallFolders(const std::string& executablePath) {
-    const std::filesystem::path folder = std::filesystem::path(executablePath).parent_path();
-    std::vector<std::string> folders;
-    for (const char* relative : {"../walls", "../share/tessera/walls", "../../deploy/walls"}) {
-        folders.push_back((folder / relative).lexically_normal().string());
-    }
-    return folders;
-}
-
 Expected<std::string> resolveWallPath(const std::string& nameOrPath, std::span<const std::string> folders) {
-    namespace fs = std::filesystem;
-    std::error_code ignored;
-    const std::string name = withoutSlashes(nameOrPath);
-    for (const std::string& folder : folders) {
-        const fs::path shipped = fs::path(folder) / (name + ".wall");
-        if (!name.empty() && fs::is_regular_file(shipped, ignored)) return shipped.string();
-    }
-    // Whatever exists is opened: loadWall says what is wrong with a folder.
-    if (!nameOrPath.empty() && fs::exists(nameOrPath, ignored)) return nameOrPath;
-
-    std::vector<std::string> shipped;
-    for (const std::string& folder : folders) {
-        for (fs::directory_iterator it(folder, ignored), end; it != end; it.increment(ignored)) {
-            if (it->path().extension() == ".wall") shipped.push_back(it->path().stem().string());
-        }
-    }
-    std::sort(shipped.begin(), shipped.end());
-    shipped.erase(std::unique(shipped.begin(), shipped.end()), shipped.end());
-    const std::string nearest = nearestName(nameOrPath, shipped);
-    return fail(ErrorCode::kNotFound,
-                fmt::format("there is no wall \"{}\", neither shipped nor as a file{}; shipped: {}", nameOrPath,
-                            nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
-                            shipped.empty() ? "none found beside the program" : listed(shipped)));
+    return resolveShipped("wall", nameOrPath, folders, ".wall");
 }
 
 Expected<std::string> findWall(const std::string& nameOrPath, const std::string& executablePath) {
-    return resolveWallPath(nameOrPath, wallFolders(executablePath));
+    return resolveWallPath(nameOrPath, shippedFolders("walls", executablePath));
 }
 
 }  // namespace tessera

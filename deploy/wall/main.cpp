@@ -3,10 +3,24 @@
 
 #include <filesystem>
 
+#include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
 #include "common/wall/Culler.h"
 #include "deploy/wall/Launch.h"
+
+namespace {
+
+constexpr const char* kEngine = "/usr/share/assimp/models";  // of Debian's package assimp-testmodels
+
+void showShipped(tessera::LaunchOptions& options) {
+    std::error_code none;
+    const bool hasEngine = std::filesystem::is_directory(kEngine, none);
+    options.scenes = {hasEngine ? "engine-hall" : "materials"};
+    if (hasEngine) options.assets.emplace_back(kEngine);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     using namespace tessera;
@@ -16,7 +30,7 @@ int main(int argc, char** argv) {
     commandLine.option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)").typeName("W");
     // A variable of a script that is empty is no folder.
     const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
-    commandLine.option("--scene", options.scenes, "Scene or model file; may be repeated")
+    commandLine.option("--scene", options.scenes, "Scene or model file, or a shipped scene's name; may\nbe repeated (engine-hall; materials where the\nengine is not installed)")
         .typeName("S")
         .check(named);
     // The server says what is wrong with a number.
@@ -98,12 +112,17 @@ int main(int argc, char** argv) {
     // A journal that has begun knows its scene.
     std::error_code none;
     const bool goesOn = !options.journal.empty() && !std::filesystem::is_empty(options.journal, none) && !none;
-    if (options.scenes.empty() && !options.testPicture && !goesOn) {
-        fmt::print(stderr, "tessera-wall: --scene is required; see --help\n");
-        return exitCode(ErrorCode::kUsage);
+    options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
+    if (options.scenes.empty() && !options.testPicture && !goesOn) showShipped(options);
+    for (std::string& scene : options.scenes) {
+        Expected<std::string> found = findScene(scene, options.executable);
+        if (!found) {
+            fmt::print(stderr, "tessera-wall: {}\n", found.error().message);
+            return exitCode(found.error().code);
+        }
+        scene = std::move(*found);
     }
     if ((options.window || options.start) && !frames.given()) options.frames = 0;
-    options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
     Console console = Console::standard();
     Expected<Signals> signals = Signals::take();
     if (!signals) {

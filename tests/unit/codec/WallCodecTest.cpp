@@ -7,6 +7,7 @@
 #include <fstream>
 #include <random>
 
+#include "common/base/ShippedFiles.h"
 #include "common/wall/View.h"
 
 namespace tessera {
@@ -378,6 +379,17 @@ TEST(ShippedWalls, TheExampleOfThePageOnRealScreensLoads) {
 
 TEST(ShippedWalls, AreFoundFromABuildFolder) {
     EXPECT_TRUE(findWall("2x2", TESSERA_SOURCE_DIR "/build/bin/tessera-server"));
+}
+
+TEST(ShippedScenes, AreKnownByTheirNames) {
+    const std::string program = TESSERA_SOURCE_DIR "/build/bin/tessera-server";
+    EXPECT_EQ(*findScene("materials", program), TESSERA_SOURCE_DIR "/deploy/scenes/materials.tsct");
+    EXPECT_EQ(*findScene("/nowhere/materials", program), "/nowhere/materials") << "a path is not a name";
+    EXPECT_EQ(*findScene("hall.gltf", program), "hall.gltf");
+    const Expected<std::string> missing = findScene("engine-hal", program);
+    ASSERT_FALSE(missing);
+    EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+    EXPECT_NE(missing.error().message.find("did you mean \"engine-hall\"?"), std::string::npos) << missing.error().message;
 }
 
 TEST(ShippedWalls, FlatOnesHaveTheSameCameraInEveryBit) {
