@@ -44,10 +44,10 @@ install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/Tesser
 # Scene files for protobuf in other languages.
 install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT share)
 
-# Folders as they are, with whatever their files name, so that nothing has to be listed here.
+# Folders as they are, with whatever their files name, so that nothing has to be listed here; but for what makes their pictures.
 foreach(folder walls scenes screens examples)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/${folder} DESTINATION share/tessera COMPONENT share USE_SOURCE_PERMISSIONS
-    PATTERN "__pycache__" EXCLUDE)
+    PATTERN "__pycache__" EXCLUDE PATTERN "make-*.py" EXCLUDE)
 endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screens.md ${CMAKE_SOURCE_DIR}/deploy/test-picture.png
   ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/deploy/security.md ${CMAKE_SOURCE_DIR}/server/import/WRITING.md

@@ -25,6 +25,12 @@ target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-res
 # g++ 12.2 at -O2 drops the rounding of (double)(float)x where it vectorises two of them in straight code. Bounds and exact
 # answers live by that rounding (found by SupportProfile.HoldsEveryMappedPoint).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
+# Names and lines of what programs run, for debuggers (deploy/packages keeps them apart): 7 % more time to compile. Tests leave
+# them away.
+set(TESSERA_SYMBOLS -g1 -gz)
+if(TESSERA_SANITIZE)
+  set(TESSERA_SYMBOLS)
+endif()
 set(TESSERA_KERNEL_OPTIMIZATION -O3)
 if(TESSERA_SANITIZE)
   set(TESSERA_KERNEL_OPTIMIZATION -O1)
@@ -88,6 +94,7 @@ endfunction()
 # the optimisation level of the precompiled header, whatever the command line of the file says.
 function(tessera_reuse_precompiled target)
   set(headers tessera_precompiled)
+  target_compile_options(${target} PRIVATE ${TESSERA_SYMBOLS})
   if("${ARGN}" STREQUAL "seldom")
     tessera_runs_seldom(${target})
     set(headers tessera_precompiled_seldom)
@@ -98,6 +105,7 @@ function(tessera_reuse_precompiled target)
   if(NOT TARGET ${headers})
     tessera_precompile(${headers} OBJECT ${tessera_headers})
     target_link_libraries(${headers} PRIVATE Eigen3::Eigen tessera_flags)
+    target_compile_options(${headers} PRIVATE ${TESSERA_SYMBOLS})
     if("${ARGN}" STREQUAL "seldom")
       tessera_runs_seldom(${headers})
     endif()
@@ -197,9 +205,10 @@ function(tessera_offer name)
   set_property(GLOBAL APPEND PROPERTY TESSERA_PROGRAMS ${name})
 endfunction()
 
-# tessera_program(NAME LINK …): main.cpp of the current folder, which reads options and calls a library.
+# tessera_program(NAME LINK … [HELPER]): main.cpp of the current folder, which reads options and calls a library. A HELPER is started
+# by other programs alone.
 function(tessera_program name)
-  cmake_parse_arguments(ARG "" "" "LINK;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "HELPER" "" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_SOURCES)
     set(ARG_SOURCES main.cpp)
   endif()
@@ -210,12 +219,19 @@ function(tessera_program name)
   target_compile_options(${name} PRIVATE -fPIC)
   target_compile_definitions(${name} PRIVATE EIGEN_MAX_ALIGN_BYTES=16)
   tessera_reuse_precompiled(${name} seldom)
-  install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
+  set(folder bin)
+  if(ARG_HELPER)
+    set(folder libexec/tessera)
+  endif()
+  install(TARGETS ${name} RUNTIME DESTINATION ${folder} COMPONENT programs)
   tessera_offer(${name})
 endfunction()
 
 # tessera_reuse_headers_for_tests(NAME): of a program of our own tests, compiled at -O1.
 function(tessera_reuse_headers_for_tests name)
+  if(TESSERA_SYMBOLS)
+    target_link_options(${name} PRIVATE -Wl,--strip-debug)
+  endif()
   if(TESSERA_PRECOMPILE)
     if(NOT TARGET tessera_precompiled_for_tests)
       tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream> ${tessera_headers})
