@@ -61,6 +61,9 @@ ROWS = {
     "tessera-wall --wall 2x2 --scene share/tessera/scenes/materials.tsct": Row(
         "Installed", "./deploy/install --no-install $T/prefix && cd $T/prefix && bin/tessera-wall --wall 1x1 --scene share/tessera/scenes/materials.tsct --frames 2 --size 64x36", leaves=("$T/prefix/out/wall.png",)),
     "tessera-wall --wall 2x2 --assets /usr/share/assimp/models": Row("", elsewhere="the beginning of a line"),
+    "./deploy/packages": Row("Install", "./deploy/packages --no-install $T/packages", says="packages: 8 in", leaves=("$T/packages/tessera_0.1.0_all.deb", "$T/packages/debug"),
+                             needs=("dh", "help2man", "lintian"), slow=True),
+    "tessera-wall": file("cd $T && tessera-wall --wall 1x1 --frames 2 --size 64x36", leaves=("$T/out/wall.png",)),
     "./deploy/install": Row("Install", code=2, says="usage: ./deploy/install"),
     "./deploy/install /opt/tessera": Row("", elsewhere="install PREFIX, to another place"),
     "./deploy/build build tessera_blender": Row("Build", "./deploy/build build tessera_blender", leaves=("build/blender/tessera_link.zip",)),
@@ -81,7 +84,7 @@ ROWS = {
     "./deploy/run-bench blender": Row("Benches", "run_bench blender --rows few --moves 20"),
     "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
     "./deploy/run-wall --gallery": Row("Gallery", "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall 1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms", leaves=("out/gallery.png",)),
-    "./deploy/run-wall --scene ANY.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),
+    "./deploy/run-wall --scene MODEL.glb": Row("Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb --frames 2 --size 64x36 --wall 1x1"),
     "./deploy/run-wall --help": Row("Options", "./deploy/run-wall --help", says="--point-radius R"),
     "cmake -DTESSERA_UNITY=OFF build": Row(  # in a sandbox alone: in a tree of one's own it would compile everything anew
         "Build", '[ -n "${SANDBOX:-}" ] || exit 77; cmake -DTESSERA_UNITY=OFF build >$T/log && ninja -C build tessera-ctl >$T/log && [ -e build/client/ctl/CMakeFiles/tessera_ctl.dir/Verbs.cpp.o ]'),
@@ -156,6 +159,7 @@ ROWS = {
     "tessera-ctl fly": Row("Asked", "ctl fly", YARD, draws=True, keys="w\x1b[Aq\x03"),
     "tessera-ctl --server ADDR:PORT fly": Row("Asked", "ctl fly", YARD, draws=True, keys="w\x1b[Aq\x03"),
     "tessera-ctl seek": asked("ctl seek /drive -1", says="stopped at 0 s"),
+    "tessera-ctl move /hall/trolley 5 0 0 --by": asked("ctl move /carriage 0.1 0 0 --by", says="carriage"),
     "tessera-ctl drag": asked("ctl drag 32 18 40 18 || [ $? = 3 ]", scene="deploy/scenes/gallery/60-manipulators.tsct"),
     "tessera-deform --server ADDR:PORT bend:20:4:/NODE": asked("tessera-deform --server $WALL bend:20:4:/jelly --seconds 0.1", scene=SURFACE),
     "tessera-deform --server ADDR:PORT bend-x:0..28:4:/ring/animal --seconds 8": Row("Slow", "tessera-deform --server $WALL bend-x:0..28:4:/ring/animal --seconds 0.1", "deploy/scenes/rearing.tsct"),

@@ -166,7 +166,7 @@ TEST(Actors, SpeakInTheOrderThatTheReadmesSay) {
         if (std::ranges::find(rows, (*word)[1].str()) != rows.end()) inReadme.push_back((*word)[1]);
     EXPECT_EQ(inReadme, rows) << said;
 
-    for (const auto& [page, begin] : {std::pair("README.md", "Each frame, motions"),
+    for (const auto& [page, begin] : {std::pair("deploy/using.md", "Each frame, motions"),
                                       std::pair("common/application/README.md", "**Where two want the same node.**")}) {
         const std::string text = paragraphAt(pageOf(page), begin);
         const std::size_t motions = text.find("motions"), animations = text.find("animations"),
