@@ -85,7 +85,7 @@ void FileWatch::takeOrders() {
         Group& group = groups_[number];
         group = {.files = std::move(*files)};
         group.seen = group.files.stamps;
-        group.since = clockNow();
+        group.since = group.same = clockNow();
     }
 }
 
@@ -98,10 +98,12 @@ void FileWatch::lookAt(std::uint64_t number, Group& group, TimePoint now) const 
     const Duration quiet = now - group.since;
     const bool gone = group.seen.front() == FileStamp();
     if (gone && quiet >= kGone && !std::exchange(group.goneTold, true)) tell_(number, News::kGone);
+    if (group.seen == group.files.stamps || (gone && quiet >= kQuiet)) group.same = now;
     if (gone) return;
     group.goneTold = false;
-    if (group.seen == group.files.stamps || quiet < kQuiet) return;
+    if (group.seen == group.files.stamps || (quiet < kQuiet && now - group.same < kLongest)) return;
     group.files.stamps = group.seen;
+    group.same = now;
     tell_(number, News::kChanged);
 }
 

@@ -34,12 +34,13 @@ struct WatchedFiles {
 /// for files that are replaced by renaming, that are gone for a while, and whose folders are. It looks less often where
 /// that takes it more than a tenth of its time: so many files, or so slow ones, cost no more.
 ///
-/// A group of files is told once any of them has changed and all have been as they are for kQuiet. What is gone is not
-/// told until it is back; when it has been gone for kGone, that is told once.
+/// A group of files is told once any of them has changed and all have been as they are for kQuiet, or have never been
+/// so for kLongest: of a file that is written again and again something is seen. What is gone is not told until it is
+/// back; when it has been gone for kGone, that is told once.
 class FileWatch {
 public:
     static constexpr int kLooks = 10;
-    static constexpr std::chrono::milliseconds kQuiet{200}, kGone{2000};
+    static constexpr std::chrono::milliseconds kQuiet{200}, kLongest{2000}, kGone{2000};
 
     enum class News : std::uint8_t { kChanged, kGone };
     /// On the watch's thread.
@@ -58,6 +59,7 @@ private:
         WatchedFiles files;           ///< with their stamps when it was told last
         std::vector<FileStamp> seen;  ///< at the last look
         TimePoint since = {};         ///< as they were then
+        TimePoint same = {};          ///< the last look at which they were as they had been told, or the file was gone
         bool goneTold = false;
     };
     void run();
