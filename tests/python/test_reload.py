@@ -252,6 +252,20 @@ class Reload(unittest.TestCase):
             wait_until(lambda: not list(wall.find("/**/inner")), "the Inline goes, and what it held")
             self.assertEqual(len(list(wall.find("/**/crate"))), 1)
 
+    def test_what_has_changed_while_it_was_removed_is_read_when_it_is_back(self):
+        live = Changing(hall(more='node { name: "inner" inline { file: "inner.tsct" } }'))
+        inner = live.files / "inner.tsct"
+        inner.write_text(hall())
+        with live, live.connect() as wall:
+            wait_until(lambda: list(wall.find("/hall/inner/hall/crate")), "it is there")
+            wall.remove("/hall/inner")
+            replace(inner, hall(crate=(5, 0, 0)))
+            replace(live.file, hall(crate=(6, 0, 0), more='node { name: "inner" inline { file: "inner.tsct" } }'))
+            wait_until(lambda: place(wall, "/hall/crate") == (6, 0, 0), "both have been looked at")
+            self.assertFalse(list(wall.find("/**/inner")), "what was removed stays so")
+            wall.undo()
+            wait_until(lambda: place(wall, "/hall/inner/hall/crate") == (5, 0, 0), "what it says now")
+
     def test_a_wall_that_goes_on_from_its_journal_finds_its_files_again(self):
         with Changing(hall(), journal=True) as live:
             with live.connect() as wall:

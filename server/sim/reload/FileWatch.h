@@ -50,13 +50,15 @@ public:
     FileWatch(const FileWatch&) = delete;
     FileWatch& operator=(const FileWatch&) = delete;
 
-    /// In place of what the group had. Frame thread; does not wait for any file.
-    void watch(std::uint64_t group, WatchedFiles files);
+    /// In place of what the group had; `quiet`: for so long it is left alone first. Frame thread; does not wait for any
+    /// file.
+    void watch(std::uint64_t group, WatchedFiles files, Duration quiet = kQuiet);
     void forget(std::uint64_t group);
 
 private:
     struct Group {
-        WatchedFiles files;           ///< with their stamps when it was told last
+        WatchedFiles files;  ///< with their stamps when it was told last
+        Duration quiet = kQuiet;
         std::vector<FileStamp> seen;  ///< at the last look
         TimePoint since = {};         ///< as they were then
         TimePoint same = {};          ///< the last look at which they were as they had been told, or the file was gone
@@ -68,8 +70,8 @@ private:
 
     Tell tell_;
     Turn turn_;
-    std::map<std::uint64_t, std::optional<WatchedFiles>> orders_;  ///< for the thread; nothing: the group is over
-    std::map<std::uint64_t, Group> groups_;                        ///< of the thread
+    std::map<std::uint64_t, std::optional<Group>> orders_;  ///< for the thread; nothing: the group is over
+    std::map<std::uint64_t, Group> groups_;                 ///< of the thread
     int stop_ = -1;
     std::thread thread_;
 };
