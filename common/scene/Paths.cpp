@@ -97,9 +97,11 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
         return fail(ErrorCode::kNotFound,
                     fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", shortened(text)));
     const Object object = aspect.find(ObjectId(*number));
-    if (!object) return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", shortened(text)));
+    if (!object)
+        return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", shortened(text)));
     if (!object.is<Node>())
-        return fail(ErrorCode::kNotFound, fmt::format("node {}: it is a {}, not a node", shortened(text), object.info().name));
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("node {}: it is a {}, not a node", shortened(text), object.info().name));
     return ObjectId(*number);
 }
 

@@ -34,7 +34,8 @@ constexpr std::array kFields = {
 }  // namespace
 
 const FieldOfServer* fieldOfServer(ObjectType type, FieldId field) {
-    const auto known = std::ranges::find_if(kFields, [&](const FieldOfServer& each) { return each.type == type && each.field == field; });
+    const auto known = std::ranges::find_if(
+        kFields, [&](const FieldOfServer& each) { return each.type == type && each.field == field; });
     return known == kFields.end() ? nullptr : &*known;
 }
 

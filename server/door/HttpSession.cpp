@@ -154,10 +154,9 @@ private:
         stream_.expiresAfter(context_.limits.idle);
         if (!std::exchange(waitsToBeAsked_, false)) return then();
         auto go = std::make_shared<http::response<http::empty_body>>(http::status::continue_, 11);
-        http::async_write(stream_, *go,
-                          [self = shared_from_this(), go, then = std::move(then)](beast::error_code wrong, std::size_t) {
-                              if (!wrong) then();
-                          });
+        http::async_write(stream_, *go, [go, then = std::move(then)](beast::error_code wrong, std::size_t) {
+            if (!wrong) then();  // who holds this session
+        });
     }
     /// A file goes to the disk as it comes.
     void readFile() {

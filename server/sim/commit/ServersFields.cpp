@@ -19,10 +19,11 @@ Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const Object object = scene.find(column.ids[row]);
             if (!object || object.info().type != column.type || field->load(object) == column.value(row)) continue;
-            return fail(ErrorCode::kRefused,
-                        fmt::format("#{}: the server alone says the {} of {} {}; {}", column.ids[row].value, field->name,
-                                    std::string_view("AEIOU").find(object.info().name.front()) != std::string_view::npos ? "an" : "a", object.info().name,
-                                    known->instead));
+            const std::string_view type = object.info().name;
+            const bool isVowel = std::string_view("AEIOU").find(type.front()) != std::string_view::npos;
+            return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the {} of {} {}; {}",
+                                                         column.ids[row].value, field->name, isVowel ? "an" : "a", type,
+                                                         known->instead));
         }
     }
     return {};

@@ -132,9 +132,10 @@ Expected<ImportedScene> Loader::readQuiet(Preparation& order) const {
         }
         if (!scene) return scene;
         WatchedFiles files = *filesOf(order, std::move(scene->files));
+        const std::vector<std::string>& watched = order.watched->paths;
         for (std::size_t i = 0; !rested && i < files.paths.size(); ++i)
-            if (const auto at = std::ranges::find(order.watched->paths, files.paths[i]); at != order.watched->paths.end())
-                files.stamps[i] = before[static_cast<std::size_t>(at - order.watched->paths.begin())];
+            if (const auto at = std::ranges::find(watched, files.paths[i]); at != watched.end())
+                files.stamps[i] = before[static_cast<std::size_t>(at - watched.begin())];
         order.files = std::make_shared<const WatchedFiles>(std::move(files));
         return scene;
     }

@@ -283,8 +283,8 @@ void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const 
 
 void Simulation::forgetStep(Edit::Kind kind, const std::string& why, EditOutcome& outcome) {
     kind == Edit::Kind::kUndo ? history_.undoForgotten() : history_.redoForgotten();
-    outcome.result =
-        fail(ErrorCode::kRefused, fmt::format("that step speaks of what is not there any more, and is forgotten: {}", why));
+    outcome.result = fail(ErrorCode::kRefused,
+                          fmt::format("that step speaks of what is not there any more, and is forgotten: {}", why));
 }
 
 std::optional<EditOutcome> Simulation::goOn() {
