@@ -7,6 +7,7 @@
 #include "client/ctl/FieldText.h"
 #include "common/json/ApiJson.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/WrittenByServer.h"
 
 namespace tessera {
 namespace {
@@ -56,6 +57,7 @@ std::string typesText() {
         for (const FieldEntry& field : type.fields) {
             text += fmt::format("  {:<20} {}{}", field.name, kindText(field), boundsText(field));
             if (field.measuredIn != Unit::kNone) text += fmt::format("; {}", nameOf(field.measuredIn));
+            if (fieldOfServer(type.type, field.id)) text += "; the server writes it";
             text += fmt::format("  [{}]\n", defaultText(type, field));
         }
     }

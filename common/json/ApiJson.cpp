@@ -10,6 +10,7 @@
 #include "common/request/Catalogue.h"
 #include "common/request/Requests.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/WrittenByServer.h"
 
 namespace tessera {
 namespace {
@@ -79,6 +80,10 @@ Json fieldJson(const TypeInfo& type, const FieldEntry& field) {
     if (field.wordUse == WordUse::kFlags) json["flags"] = true;
     if (field.wordUse != WordUse::kNone)
         for (const FieldWord& word : field.words()) json["words"][std::string(word.word)] = word.number;
+    if (const FieldOfServer* known = fieldOfServer(type.type, field.id)) {
+        json["written_by"] = "server";
+        if (!known->instead.empty()) json["instead"] = known->instead;
+    }
     return json;
 }
 

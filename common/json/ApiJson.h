@@ -19,7 +19,9 @@ inline constexpr int kApiVersion = 1;
 /// record).
 [[nodiscard]] Json requestsJson();
 /// {"schema": hash of types and fields,
-/// "types":[{"name","number","core","fields":[{"name","number","kind","width","unit","to","default","least","greatest","words"}]}]}
+/// "types":[{"name","number","core","fields":[{"name","number","kind","width","unit","to","default","least","greatest",
+/// "words","written_by","instead"}]}]}. "written_by": "server" alone, who refuses it of others, or writes over it;
+/// "instead": what a person does.
 [[nodiscard]] Json typesJson();
 /// What a reference leads to, for people: a type's name, "any core", "anything".
 [[nodiscard]] std::string_view targetName(const FieldInfo& field);

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/base/Utf8.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/ObjectTable.h"
@@ -27,6 +28,13 @@ private:
 namespace {
 
 constexpr std::size_t kNamesInMessages = 8, kLookedAtForMessages = 1000;
+
+/// Names and paths may be as long as a message may.
+std::string shortened(std::string_view text) {
+    constexpr std::size_t kMost = 200;
+    const std::string_view begins = cutUtf8(text, kMost);
+    return begins.size() == text.size() ? std::string(text) : fmt::format("{}…", begins);
+}
 
 std::optional<std::uint64_t> parseNumber(std::string_view text) {
     std::uint64_t number = 0;
@@ -78,7 +86,7 @@ std::string childrenInWords(const Aspect& aspect, const Node& parent) {
             break;
         }
         said.push_back(name);
-        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
+        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", shortened(name));
     }
     return fmt::format("its {} children are {}", parent.children.size(), names);
 }
@@ -87,11 +95,13 @@ Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
     const auto number = parseNumber(text.substr(1));
     if (!number)
         return fail(ErrorCode::kNotFound,
-                    fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", text));
+                    fmt::format("node \"{}\": an id is written as # and a number, e.g. #17", shortened(text)));
     const Object object = aspect.find(ObjectId(*number));
-    if (!object) return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", text));
+    if (!object)
+        return fail(ErrorCode::kNotFound, fmt::format("node {}: there is no object with this id", shortened(text)));
     if (!object.is<Node>())
-        return fail(ErrorCode::kNotFound, fmt::format("node {}: it is a {}, not a node", text, object.info().name));
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("node {}: it is a {}, not a node", shortened(text), object.info().name));
     return ObjectId(*number);
 }
 
@@ -119,9 +129,10 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
         // A name that itself looks like "name[2]".
         if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
         if (!child)
-            return fail(ErrorCode::kNotFound, fmt::format("node \"{}\": there is no \"{}\" below {}; {}", path, text,
-                                                          at == kRootNode ? "the root" : inWords(at),
-                                                          childrenInWords(aspect, parent)));
+            return fail(ErrorCode::kNotFound,
+                        fmt::format("node \"{}\": there is no \"{}\" below {}; {}", shortened(path), shortened(text),
+                                    at == kRootNode ? "the root" : shortened(inWords(at)),
+                                    childrenInWords(aspect, parent)));
         at = child;
         rest.remove_prefix(std::min(slash + 1, rest.size()));
     }

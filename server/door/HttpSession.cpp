@@ -145,16 +145,18 @@ private:
             if (std::optional<HttpAnswer> wrong = wrongHandshake(head)) return refuse(std::move(*wrong));
             return becomeSocket(path == "/link");
         }
+        waitsToBeAsked_ = beast::iequals(head[http::field::expect], "100-continue");
+        if (isUpload(request_)) return readFile();
+        askForBody([self = shared_from_this()] { self->readBody(); });
+    }
+    /// Whoever waits to be asked for the body is asked, once nothing speaks against it.
+    void askForBody(std::function<void()> then) {
         stream_.expiresAfter(context_.limits.idle);
-        // Whoever waits to be asked for the body is asked.
-        if (beast::iequals(head[http::field::expect], "100-continue")) {
-            auto go = std::make_shared<http::response<http::empty_body>>(http::status::continue_, head.version());
-            return http::async_write(stream_, *go,
-                                     [self = shared_from_this(), go](beast::error_code wrong, std::size_t) {
-                                         if (!wrong) self->readBody();
-                                     });
-        }
-        readBody();
+        if (!std::exchange(waitsToBeAsked_, false)) return then();
+        auto go = std::make_shared<http::response<http::empty_body>>(http::status::continue_, 11);
+        http::async_write(stream_, *go, [go, then = std::move(then)](beast::error_code wrong, std::size_t) {
+            if (!wrong) then();  // who holds this session
+        });
     }
     /// A file goes to the disk as it comes.
     void readFile() {
@@ -169,16 +171,19 @@ private:
         context_.disk->run(begin, [self = shared_from_this(), length](
                                       const Expected<std::shared_ptr<UploadFolder::Incoming>>& file) {
             if (!file) return self->fileEnds(apiErrorAnswer({file.error().code, file.error().message}));
-            const auto came = self->buffer_.data();
-            const std::string begins(static_cast<const char*>(came.data()), came.size());
-            receiveFile(self, self->stream_, self->context_, *file, begins, length,
-                        [self, length](const tl::expected<std::string, HttpAnswer>& whole) {
-                            if (!whole) return self->fileEnds(whole.error());
-                            const auto& onFile = self->context_.options.onFile;
-                            if (onFile) onFile(self->routes_.who(), "PutFile", *whole);
-                            self->fileEnds(uploadedAnswer(*whole, length));
-                        });
+            self->askForBody([self, length, file = *file] { self->receive(file, length); });
         });
+    }
+    void receive(const std::shared_ptr<UploadFolder::Incoming>& file, std::uint64_t length) {
+        const auto came = buffer_.data();
+        receiveFile(shared_from_this(), stream_, context_, file,
+                    std::string(static_cast<const char*>(came.data()), came.size()), length,
+                    [self = shared_from_this(), length](const tl::expected<std::string, HttpAnswer>& whole) {
+                        if (!whole) return self->fileEnds(whole.error());
+                        const auto& onFile = self->context_.options.onFile;
+                        if (onFile) onFile(self->routes_.who(), "PutFile", *whole);
+                        self->fileEnds(uploadedAnswer(*whole, length));
+                    });
     }
     void fileEnds(HttpAnswer answer) {
         isUploading = false;
@@ -186,7 +191,6 @@ private:
         write(std::move(answer), false);
     }
     void readBody() {
-        if (isUpload(request_)) return readFile();
         http::async_read(stream_, buffer_, *parser_,
                          [self = shared_from_this()](beast::error_code error, std::size_t) { self->onBody(error); });
     }
@@ -324,7 +328,7 @@ private:
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
-    bool tooSlow_ = false;
+    bool tooSlow_ = false, waitsToBeAsked_ = false;
     boost::asio::steady_timer patience_;      ///< for an answer
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
     static constexpr std::chrono::seconds kQuiet{1};  ///< of who has been refused

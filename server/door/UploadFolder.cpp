@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
+#include <set>
 
 #include "common/base/Controls.h"
 
@@ -29,6 +31,17 @@ std::string words(int error) {
 
 FileHandle openFolder(int above, const std::string& name) {
     return FileHandle(::openat(above, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+}
+
+/// The folders on the way to what has these names, the first one first: as far as there are such.
+std::vector<FileHandle> foldersTo(int folder, const std::vector<std::string>& names) {
+    std::vector<FileHandle> way;
+    for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+        FileHandle next = openFolder(way.empty() ? folder : way.back().get(), names[i]);
+        if (next.get() < 0) break;
+        way.push_back(std::move(next));
+    }
+    return way;
 }
 
 /// Calls `each(name, what it is)` for all in the folder but "." and "..", until it says false.
@@ -177,51 +190,79 @@ UploadFolder::~UploadFolder() {
 }
 
 UploadFolder::Used UploadFolder::used() const {
+    const Turn::Hold turn = turn_.take();
+    return count();
+}
+
+UploadFolder::Used UploadFolder::count() const {
     Used used;
     std::size_t looks = limits_.maxLooks;
-    count(folder_.get(), UploadLimits::kMaxDepth, used, looks);
+    tessera::count(folder_.get(), UploadLimits::kMaxDepth, used, looks);
     if (looks == 0) used.files = std::max(used.files, limits_.maxLooks);  // what was not seen takes room, too
-    used.bytes += comingBytes_;
-    used.files += comingFiles_;
+    std::set<std::vector<std::string>> replaced;
+    for (const Coming& coming : coming_) {
+        used.bytes += coming.bytes;
+        ++used.files;
+        // Which of the two stays is not known yet. Two of one name: either may stay beside nothing else.
+        const std::optional<std::uint64_t> old = bytesOf(coming.names);
+        if (!old || !replaced.insert(coming.names).second) continue;
+        used.bytes -= std::min(*old, coming.bytes);
+        --used.files;
+    }
     return used;
 }
 
-void UploadFolder::takeBack(std::uint64_t bytes) {
-    comingBytes_ -= bytes;
-    --comingFiles_;
+std::optional<std::uint64_t> UploadFolder::bytesOf(const std::vector<std::string>& names) const {
+    const std::vector<FileHandle> folders = foldersTo(folder_.get(), names);
+    struct stat info {};
+    if (folders.size() + 1 != names.size()) return std::nullopt;
+    const int at = folders.empty() ? folder_.get() : folders.back().get();
+    if (::fstatat(at, names.back().c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0 || S_ISDIR(info.st_mode))
+        return std::nullopt;
+    return static_cast<std::uint64_t>(info.st_size);
+}
+
+Expected<void> UploadFolder::checkRoom(const std::vector<std::string>& names, std::uint64_t bytes) const {
+    if (bytes > limits_.maxBytes)
+        return fail(ErrorCode::kLimit, fmt::format("the file has {} bytes; uploads may have {} MiB together "
+                                                   "(--uploads-mib)",
+                                                   bytes, limits_.maxBytes >> 20));
+    const Used used = count();
+    const bool comes = std::ranges::find(coming_, names, &Coming::names) != coming_.end();
+    const std::optional<std::uint64_t> old = comes ? std::nullopt : bytesOf(names);
+    if (!old && used.files >= limits_.maxFiles)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} files lie in the folder for uploads already: remove some", used.files));
+    const std::uint64_t more = bytes - std::min(bytes, old.value_or(0));
+    if (used.bytes > limits_.maxBytes - more)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("uploads have {} of {} MiB (--uploads-mib), and the file {} more: remove some",
+                                used.bytes >> 20, limits_.maxBytes >> 20, (more + 0xFFFFF) >> 20));
+    struct statvfs disk {};
+    if (::fstatvfs(folder_.get(), &disk) != 0) return {};
+    std::uint64_t taken = kLeftFree;
+    for (const Coming& coming : coming_) taken += coming.bytes - coming.written;
+    const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
+    if (free < bytes + taken)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the server's disk has room for {} MiB more", free > taken ? (free - taken) >> 20 : 0));
+    return {};
 }
 
 Expected<std::shared_ptr<UploadFolder::Incoming>> UploadFolder::begin(const std::shared_ptr<UploadFolder>& folder,
                                                                       std::string_view path, std::uint64_t bytes) {
     Expected<std::vector<std::string>> names = uploadNames(path);
     if (!names) return tl::unexpected(names.error());
-    const UploadLimits& limits = folder->limits_;
-    if (bytes > limits.maxBytes)
-        return fail(ErrorCode::kLimit, fmt::format("the file has {} bytes; uploads may have {} MiB together "
-                                                   "(--uploads-mib)",
-                                                   bytes, limits.maxBytes >> 20));
-    const Used used = folder->used();
-    if (used.files >= limits.maxFiles)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("{} files lie in the folder for uploads already: remove some", used.files));
-    if (used.bytes > limits.maxBytes - bytes)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("uploads have {} of {} MiB (--uploads-mib), and the file {} more: remove some",
-                                used.bytes >> 20, limits.maxBytes >> 20, (bytes + 0xFFFFF) >> 20));
-    struct statvfs disk {};
-    if (::fstatvfs(folder->folder_.get(), &disk) == 0) {
-        const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
-        if (free < bytes + kLeftFree)
-            return fail(ErrorCode::kLimit, fmt::format("the server's disk has room for {} MiB more",
-                                                       free > kLeftFree ? (free - kLeftFree) >> 20 : 0));
+    std::shared_ptr<Incoming> incoming;
+    {
+        const Turn::Hold turn = folder->turn_.take();
+        if (const Expected<void> room = folder->checkRoom(*names, bytes); !room) return tl::unexpected(room.error());
+        folder->coming_.push_back({std::move(*names), bytes});
+        incoming.reset(new Incoming(folder, std::prev(folder->coming_.end()),
+                                    fmt::format("{}{}", kTemporary, ++folder->numbers_)));
     }
-    const std::string temporary = fmt::format("{}{}", kTemporary, ++folder->numbers_);
-    folder->comingBytes_ += bytes;
-    ++folder->comingFiles_;
-    std::shared_ptr<Incoming> incoming(new Incoming(folder, std::move(*names), bytes));
-    incoming->temporary_ = temporary;
-    incoming->file_ = FileHandle(
-        ::openat(folder->folder_.get(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+    incoming->file_ = FileHandle(::openat(folder->folder_.get(), incoming->temporary_.c_str(),
+                                          O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
     if (incoming->file_.get() < 0)
         return fail(ErrorCode::kFailed, fmt::format("the server cannot write the file: {}", words(errno)));
     return incoming;
@@ -230,12 +271,17 @@ Expected<std::shared_ptr<UploadFolder::Incoming>> UploadFolder::begin(const std:
 UploadFolder::Incoming::~Incoming() {
     file_.close();
     if (!temporary_.empty()) (void)::unlinkat(folder_->folder_.get(), temporary_.c_str(), 0);
-    folder_->takeBack(bytes_);
+    const Turn::Hold turn = folder_->turn_.take();
+    folder_->coming_.erase(coming_);
 }
 
 Expected<void> UploadFolder::Incoming::write(ByteSpan bytes) {
-    written_ += bytes.size();
-    if (written_ > bytes_) return fail(ErrorCode::kBadInput, "more has come than was said");
+    {
+        const Turn::Hold turn = folder_->turn_.take();
+        if (bytes.size() > coming_->bytes - coming_->written)
+            return fail(ErrorCode::kBadInput, "more has come than was said");
+        coming_->written += bytes.size();
+    }
     while (!bytes.empty()) {
         const ssize_t count = ::write(file_.get(), bytes.data(), bytes.size());
         if (count < 0 && errno == EINTR) continue;
@@ -248,41 +294,41 @@ Expected<void> UploadFolder::Incoming::write(ByteSpan bytes) {
 }
 
 Expected<std::string> UploadFolder::Incoming::finish() {
+    const std::vector<std::string>& names = coming_->names;
     const auto failed = [&](const std::string& name) {
         return fail(errno == ENOTDIR || errno == ELOOP || errno == EISDIR ? ErrorCode::kRefused : ErrorCode::kFailed,
                     fmt::format("{}: the server cannot put the file there: {}", name, words(errno)));
     };
-    if (written_ != bytes_) return fail(ErrorCode::kBadInput, "less has come than was said");
-    if (::fdatasync(file_.get()) != 0) return failed(names_.back());
+    if (coming_->written != coming_->bytes) return fail(ErrorCode::kBadInput, "less has come than was said");
+    if (::fdatasync(file_.get()) != 0) return failed(names.back());
+    const Turn::Hold turn = folder_->turn_.take();
     FileHandle inner;
     std::string path = folder_->path_;
     int at = folder_->folder_.get();
-    for (std::size_t i = 0; i + 1 < names_.size(); ++i) {
-        if (::mkdirat(at, names_[i].c_str(), 0700) != 0 && errno != EEXIST) return failed(names_[i]);
-        FileHandle next = openFolder(at, names_[i]);
-        if (next.get() < 0) return failed(names_[i]);
+    for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+        if (::mkdirat(at, names[i].c_str(), 0700) != 0 && errno != EEXIST) return failed(names[i]);
+        FileHandle next = openFolder(at, names[i]);
+        if (next.get() < 0) return failed(names[i]);
         inner = std::move(next);
         at = inner.get();
-        path += "/" + names_[i];
+        path += "/" + names[i];
     }
-    if (::renameat(folder_->folder_.get(), temporary_.c_str(), at, names_.back().c_str()) != 0)
-        return failed(names_.back());
+    if (::renameat(folder_->folder_.get(), temporary_.c_str(), at, names.back().c_str()) != 0)
+        return failed(names.back());
     temporary_.clear();
     (void)::fsync(at);
-    return path + "/" + names_.back();
+    return path + "/" + names.back();
 }
 
 Expected<void> UploadFolder::remove(std::string_view path) {
     const Expected<std::vector<std::string>> names = uploadNames(path);
     if (!names) return tl::unexpected(names.error());
-    std::vector<FileHandle> inner;
-    int at = folder_.get();
-    for (std::size_t i = 0; i + 1 < names->size(); ++i) {
-        at = inner.emplace_back(openFolder(at, (*names)[i])).get();
-        if (at < 0) return fail(ErrorCode::kNotFound, "there is no such file");
-    }
+    const Turn::Hold turn = turn_.take();
+    const std::vector<FileHandle> inner = foldersTo(folder_.get(), *names);
+    const int at = inner.empty() ? folder_.get() : inner.back().get();
     struct stat info {};
-    if (::fstatat(at, names->back().c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0)
+    if (inner.size() + 1 != names->size() ||
+        ::fstatat(at, names->back().c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0)
         return fail(ErrorCode::kNotFound, "there is no such file");
     if (!removeAll(at, names->back()))
         return fail(ErrorCode::kFailed, fmt::format("the server cannot remove it: {}", words(errno)));

@@ -1,9 +1,10 @@
 /// The folder of a server in which files lie that people bring it.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,11 +12,14 @@
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "common/base/FileHandle.h"
+#include "common/base/Turn.h"
 
 namespace tessera {
 
 struct UploadLimits {
-    std::uint64_t maxBytes = std::uint64_t{2} << 30;  ///< of all files together, those that are on their way too
+    /// Of all files together, those that are on their way too. Of one that takes another's place the larger of the two
+    /// counts: both may lie there meanwhile, so that the folder takes twice as much of the disk at most.
+    std::uint64_t maxBytes = std::uint64_t{2} << 30;
     std::size_t maxFiles = 1024;
     std::size_t maxLooks = 100'000;  ///< at files and folders, for one count: where more lie, nothing else comes
     static constexpr std::size_t kMaxDepth = 4;        ///< SET/textures/wood.png: names on the way to a file
@@ -28,7 +32,7 @@ struct UploadLimits {
 
 /// Held by one server at a time. Whatever is not whole has no name that anybody sees, and is gone with whoever brought
 /// it, or with the next start. No link in the folder is followed. Files stay until somebody removes them: a scene may
-/// name them. Each call may take as long as a disk does. Any thread; files begin one after the other.
+/// name them. Each call may take as long as a disk does, and waits for the one before it. Any thread.
 class UploadFolder {
 public:
     /// Makes the folder, not those above it. kRefused: another server has it; kFailed.
@@ -50,6 +54,13 @@ public:
     };
     [[nodiscard]] Used used() const;
 
+private:
+    struct Coming {
+        std::vector<std::string> names;
+        std::uint64_t bytes = 0, written = 0;  ///< that were promised, and that are there
+    };
+
+public:
     /// A file on its way. Unless `finish` has said that it is there, nothing of it stays.
     class Incoming {
     public:
@@ -63,12 +74,10 @@ public:
 
     private:
         friend class UploadFolder;
-        Incoming(std::shared_ptr<UploadFolder> folder, std::vector<std::string> names, std::uint64_t bytes)
-            : folder_(std::move(folder)), names_(std::move(names)), bytes_(bytes) {}
+        Incoming(std::shared_ptr<UploadFolder> folder, std::list<Coming>::iterator coming, std::string temporary)
+            : folder_(std::move(folder)), coming_(coming), temporary_(std::move(temporary)) {}
         std::shared_ptr<UploadFolder> folder_;
-        std::vector<std::string> names_;
-        std::uint64_t bytes_;
-        std::uint64_t written_ = 0;
+        std::list<Coming>::iterator coming_;
         std::string temporary_;
         FileHandle file_;
     };
@@ -81,15 +90,18 @@ public:
 private:
     UploadFolder(std::string path, FileHandle folder, UploadLimits limits)
         : path_(std::move(path)), folder_(std::move(folder)), limits_(limits) {}
-    void takeBack(std::uint64_t bytes);
+    [[nodiscard]] Used count() const;
+    /// Of what has these names, and would go for another one; nothing: there is none, or it is a folder.
+    [[nodiscard]] std::optional<std::uint64_t> bytesOf(const std::vector<std::string>& names) const;
+    [[nodiscard]] Expected<void> checkRoom(const std::vector<std::string>& names, std::uint64_t bytes) const;
 
     const std::string path_;
     const FileHandle folder_;  ///< locked
     const UploadLimits limits_;
     bool isOwn_ = false;
-    std::atomic<std::uint64_t> comingBytes_ = 0;  ///< that were promised to files on their way
-    std::atomic<std::size_t> comingFiles_ = 0;
-    std::atomic<std::uint64_t> numbers_ = 0;  ///< of temporary names
+    mutable Turn turn_;          ///< what lies there and what comes is counted at one moment
+    std::list<Coming> coming_;
+    std::uint64_t numbers_ = 0;  ///< of temporary names
 };
 
 /// A file without a name in `folder`, or where there is none in the folder for temporary files.

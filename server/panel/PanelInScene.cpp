@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "common/cores/Node.h"
+#include "common/scene/WrittenByServer.h"
 
 namespace tessera {
 namespace {
@@ -143,6 +144,8 @@ Expected<PanelInScene::Target> PanelInScene::look(const PanelField& of, const Pa
     if (!node) return fail(ErrorCode::kNotFound, node.error().message);
     const std::optional<FieldOfObject> found = fieldOf(scene_, *node, of.field);
     if (!found) return fault(fmt::format("{} has no field \"{}\"", of.node, of.field));
+    if (fieldOfServer(scene_.find(found->object).info().type, found->field->id))
+        return fault(fmt::format("{} of {} is the server's alone to write", of.field, of.node));
     if (const std::string why = misfit(control, *found->field); !why.empty())
         return fault(fmt::format("{} of {} {}", of.field, of.node, why));
     Target target{*node, found->object, found->field};

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,tablets,sockets,faults,input,upload]`.
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,tablets,sockets,faults,input,upload,reload]`.
 
 A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
   rest   nobody looks: frames, and what server and hosts take of a core
@@ -13,6 +13,8 @@ A server and four hosts that draw 960×540 together, on this machine; the view m
   faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has subscribed to
          states hears of it, and until the page in chromium shows it (limit 250 ms)
   upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in crowd
+  reload a file of 100,000 nodes that share a mesh is replaced whenever it has been taken in, 500 nodes of it changed, while a person moves
+         another one in each frame: late frames as in crowd, and from the rename until a socket hears of the change
   input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
          fast as it can, beside the time that two frames take; the same from a field of the page in chromium ("page")
 Browsers, tablets, sockets and what is brought give way (nice 19): they would run on other machines.
@@ -36,6 +38,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 sys.path[:0] = [str(BUILD / "python"), str(ROOT / "tests/python")]
 
+import console_reload  # noqa: E402
 import page_browser  # noqa: E402
 from console_socket import WebSocket  # noqa: E402
 from door import burn, hammer, watch  # noqa: E402
@@ -434,7 +437,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--seconds", type=float, default=20)
-    options.add_argument("--rows", default="look,crowd,tablets,sockets,faults,input,upload")
+    options.add_argument("--rows", default="look,crowd,tablets,sockets,faults,input,upload,reload")
     said = options.parse_args()
     rows = []
     with run_folder() as folder:

@@ -16,7 +16,8 @@ FIELDS = """
 return [...document.querySelectorAll('.object section')].map((section) => [section.querySelector('h3').textContent,
   [...section.querySelectorAll('.field')].map((field) => [field.querySelector('.field-name').firstChild.textContent,
     field.querySelectorAll('input, select, textarea').length, field.querySelector('.field-name .muted')?.textContent ?? '',
-    field.querySelector('.value').textContent])]);
+    field.querySelector('.value').textContent,
+    field.querySelector('.field-name').scrollWidth <= field.querySelector('.field-name').clientWidth])]);
 """
 # Of the ball of a material: the mean of red, green, blue where it is, and how much its brightest parts are brighter than that.
 BALL = """
@@ -117,9 +118,14 @@ class PageScene(page_wall.OnAPage):
             shown = self.browser.until(f"the fields of {expected}", lambda: next((one for one in self.browser.run(FIELDS) if one[0].startswith(expected + " #")), None))
             fields = self.types[expected]["fields"]
             self.assertEqual([name for name, *_ in shown[1]], [spaced(field["name"]) for field in fields], expected)
-            for field, (name, editors, note, value) in zip(fields, shown[1]):
+            for field, (name, editors, note, value, fits) in zip(fields, shown[1]):
                 with self.subTest(type=expected, field=name):
-                    if field["kind"] == "blob":
+                    self.assertTrue(fits, "it lies over its editor")
+                    if field.get("written_by"):
+                        self.assertEqual((editors, "the wall says it" in note), (0, True))
+                        self.assertIn(field.get("instead", ""), note)
+                        self.assertTrue(value or field["default"] == "")
+                    elif field["kind"] == "blob":
                         self.assertEqual((editors, "programs write it" in note), (0, True))
                         self.assertTrue(value)
                     else:

@@ -2,6 +2,7 @@
 import json
 import os
 import struct
+import threading
 import time
 import unittest
 
@@ -63,6 +64,30 @@ class Changing(Live):
         return self.log("server").count(words)
 
 
+class Rewriting:
+    """Replaces a hall faster than it could rest, its crate ever farther away."""
+
+    def __init__(self, file):
+        self._file, self._enough, self.last = file, threading.Event(), 9
+        self._thread = threading.Thread(target=self._work, daemon=True)
+
+    def _work(self):
+        while not self._enough.wait(0.03):
+            self.last += 1
+            replace(self._file, hall(crate=(self.last, 0, 0)))
+
+    def stop(self):
+        self._enough.set()
+        self._thread.join()
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind, value, trace):
+        self.stop()
+
+
 def place(wall, path):
     return tuple(float(x) for x in wall[path].translation)
 
@@ -111,6 +136,96 @@ class Reload(unittest.TestCase):
             wait_until(lambda: place(wall, "/hall/crate") == (19, 0, 0), "the last one")
             self.assertEqual(live.said("what it held before stays"), 1, live.log("server"))
 
+    def test_a_file_that_never_rests_is_read_still(self):
+        with Changing(hall()) as live, live.connect() as wall, Rewriting(live.file) as writing:
+            wait_until(lambda: place(wall, "/hall/crate")[0] >= 10, "some of it is seen")
+            writing.stop()
+            wait_until(lambda: place(wall, "/hall/crate")[0] == writing.last, "the last one")
+
+    def test_whatever_comes_in_the_place_of_a_file_changes_nothing(self):
+        def cut(file):
+            file.write_bytes(file.read_bytes()[:len(file.read_bytes()) // 2])
+
+        def become(make):
+            def work(file):
+                file.unlink()
+                make(file)
+            return work
+
+        wrong = {
+            "cut": cut, "empty": lambda file: file.write_bytes(b""), "noise": lambda file: file.write_bytes(bytes(range(256)) * 40),
+            "letter": lambda file: file.write_text("this is a letter, not a model"), "many": lambda file: file.write_text("node { " * 5000),
+            "folder": become(lambda file: file.mkdir()), "pipe": become(os.mkfifo), "device": become(lambda file: file.symlink_to("/dev/zero")),
+            "loop": become(lambda file: file.symlink_to(file.name)),
+        }
+        for name, text in (("hall.tsct", hall()), ("sail.gltf", triangle(1.0)[0])):
+            live = Changing(text, name=name)
+            (live.files / "sail.bin").write_bytes(triangle(1.0)[1])
+            with self.subTest(name), live, live.connect() as wall:
+                def shape():
+                    return wall.find("/**", type="Geometry")[0].positions[2][1] if name == "sail.gltf" else place(wall, "/hall/crate")[0]
+
+                def good(number):
+                    if live.file.is_dir():
+                        live.file.rmdir()
+                    (live.files / "sail.bin").write_bytes(triangle(number)[1])
+                    replace(live.file, triangle(number)[0] if name == "sail.gltf" else hall(crate=(number, 0, 0)))
+                    wait_until(lambda: shape() == number, f"a good file is taken in: {number}")
+
+                number, before = 1.0, shape()
+                for what, work in wrong.items():
+                    with self.subTest(what):
+                        said = live.said("stays") + live.said("it is gone")
+                        work(live.file)
+                        wait_until(lambda: live.said("stays") + live.said("it is gone") > said, f"{what}: that is said")
+                        self.assertEqual(shape(), before)
+                        number += 1
+                        good(number)
+                        before = number
+                if name == "sail.gltf":
+                    said = live.said("stays")
+                    (live.files / "sail.bin").unlink()
+                    wait_until(lambda: live.said("stays") > said, "an array is missing: that is said")
+                    self.assertEqual(shape(), before)
+                    good(number + 1)
+                self.assertIsNone(live.server.poll())
+
+    def test_a_link_that_comes_to_lead_outside_is_not_followed(self):
+        live = Changing(hall(more='node { name: "inner" inline { file: "inner.tsct" } }'))
+        models, outside = live.folder / "models", live.folder / "outside"
+        models.mkdir()
+        outside.mkdir()
+        secret = 'node { name: "secret" }'
+        (outside / "box.tsct").write_text(secret)
+        file, inner = models / "box.tsct", live.files / "inner.tsct"
+        file.write_text('node { name: "box" }')
+        inner.write_text('node { name: "within" }')
+        live._options += ["--allow", str(models)]
+        with live, live.connect() as wall:
+            wall.load(str(file))
+            wait_until(lambda: list(wall.find("/**/within")), "the Inline's file is there")
+            for one in (file, inner):
+                said = live.said("stays")
+                link = one.with_name("link")
+                link.symlink_to(outside / "box.tsct")
+                os.replace(link, one)
+                wait_until(lambda: live.said("stays") > said, f"{one}: that is said")
+            self.assertFalse(list(wall.find("/**/secret")))
+            self.assertTrue(list(wall.find("/**/box")) and list(wall.find("/**/within")), "what they held stays")
+            replace(file, 'node { name: "box" node { name: "more" } }')
+            wait_until(lambda: list(wall.find("/**/more")), "a good file is taken in")
+
+    def test_a_step_whose_nodes_have_gone_with_the_file_is_forgotten_in_words(self):
+        with Changing(hall()) as live, live.connect() as wall:
+            wall.remove("/hall/crate")
+            wall.undo()
+            replace(live.file, hall().replace('node { name: "crate"', 'node { name: "barrel"'))
+            wait_until(lambda: list(wall.find("/**/barrel")), "the crate has gone with the file")
+            with self.assertRaises(tessera.Refused) as refused:
+                wall.redo()
+            self.assertIn("is forgotten", str(refused.exception))
+            self.assertEqual(wall.status().redo_depth, 0)
+
     def test_files_that_a_file_names_are_watched_too(self):
         text, array = triangle(1.0)
         live = Changing(text, name="sail.gltf")
@@ -136,6 +251,20 @@ class Reload(unittest.TestCase):
             replace(live.file, hall())
             wait_until(lambda: not list(wall.find("/**/inner")), "the Inline goes, and what it held")
             self.assertEqual(len(list(wall.find("/**/crate"))), 1)
+
+    def test_what_has_changed_while_it_was_removed_is_read_when_it_is_back(self):
+        live = Changing(hall(more='node { name: "inner" inline { file: "inner.tsct" } }'))
+        inner = live.files / "inner.tsct"
+        inner.write_text(hall())
+        with live, live.connect() as wall:
+            wait_until(lambda: list(wall.find("/hall/inner/hall/crate")), "it is there")
+            wall.remove("/hall/inner")
+            replace(inner, hall(crate=(5, 0, 0)))
+            replace(live.file, hall(crate=(6, 0, 0), more='node { name: "inner" inline { file: "inner.tsct" } }'))
+            wait_until(lambda: place(wall, "/hall/crate") == (6, 0, 0), "both have been looked at")
+            self.assertFalse(list(wall.find("/**/inner")), "what was removed stays so")
+            wall.undo()
+            wait_until(lambda: place(wall, "/hall/inner/hall/crate") == (5, 0, 0), "what it says now")
 
     def test_a_wall_that_goes_on_from_its_journal_finds_its_files_again(self):
         with Changing(hall(), journal=True) as live:

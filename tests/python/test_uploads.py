@@ -126,6 +126,37 @@ class Uploads(unittest.TestCase):
             self.assertIn("stopped coming", json.loads(answer.read())["error"]["message"])
         until("nothing to be there", lambda: self.there() == [])
 
+    def test_who_waits_to_be_asked_is_refused_before_a_byte_has_come(self):
+        def ask(name, length):
+            """Whether it is asked for the body, and how it ends."""
+            with self.door.says(f"PUT /upload/{name} HTTP/1.1", more=f"Content-Length: {length}\r\nExpect: 100-continue\r\n") as stream:
+                head = b""
+                while b"\r\n\r\n" not in head:
+                    head += stream.recv(1)
+                asked = head.startswith(b"HTTP/1.1 100")
+                if asked:
+                    stream.sendall(b"x" * length)
+                    head = b""
+                    while b"\r\n\r\n" not in head:
+                        head += stream.recv(1)
+                return asked, int(head.split()[1])
+
+        self.assertEqual(ask("a", 1000), (True, 201))
+        with self.door.begin("b", 200 << 20):
+            until("its place to be taken", lambda: self.door.used()["files"] == 2)
+            self.assertEqual(ask("c", 200 << 20), (False, 413), "there is no room for it")
+        self.assertEqual(ask("c", 301 << 20), (False, 413))
+        streams = [self.door.begin(f"d{i}", 1000, b"x") for i in range(8)]
+        until("all to have begun", lambda: self.door.used()["files"] == 9)
+        self.assertEqual(ask("c", 1000), (False, 503))
+        for stream in streams:
+            stream.close()
+
+    def test_one_in_the_place_of_another_has_its_room(self):
+        self.bring("a", bytes(200 << 20))
+        self.bring("a", bytes(201 << 20))
+        self.assertEqual((self.door.used()["bytes"], self.door.used()["files"]), (201 << 20, 1))
+
     def test_what_is_too_large_is_refused_before_it_comes(self):
         for length, status in ((301 << 20, 413), (2 ** 63, 413), (0, 400), (None, 411)):
             with self.door.begin("a.gltf", length) if length is not None else self.without_length() as stream:

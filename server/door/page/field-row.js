@@ -3,9 +3,10 @@ import { asText, editorOf, isEditable } from './editors.js';
 import { element, freshId, setText } from './elements.js';
 import { Newest } from './newest.js';
 import { reasonOf } from './scene.js';
-import { isReference, spaced } from './schema.js';
+import { isOfServer, isReference, spaced } from './schema.js';
 
 const kMostLinks = 32;  // of a list of references
+const kWrittenOut = 1e9;  // a bound, up to here
 
 export class FieldRow {
   #field;
@@ -29,13 +30,10 @@ export class FieldRow {
     this.#proposals = new Newest(propose);
     this.#onVisit = onVisit;
     const name = element('span', { class: 'field-name', text: label, dir: 'auto' });
-    const limits = [field.unit, boundsText(field)].filter(Boolean).join(', ');
-    if (limits) name.append(element('span', { class: 'muted', text: limits }));
+    const canEdit = Boolean(makeEditor) || (isEditable(field) && !isOfServer(field));
+    const about = [field.unit, boundsText(field), propose && !canEdit && whyNoEditor(field)].filter(Boolean).join(', ');
+    if (about) name.append(element('span', { class: 'muted', text: about }));
     this.node = element('div', { class: 'field' }, name, this.#reading, this.#said);
-    const canEdit = Boolean(makeEditor) || isEditable(field);
-    if (propose && !canEdit)
-      name.append(element('span', { class: 'muted', text: field.kind === 'blob' ? 'an array: programs write it'
-                                                                                : `${field.kind}: not edited here` }));
     if (!propose || !canEdit) return;
     this.#editor = (makeEditor ?? editorOf)(field, label, (value, isHeld) => {
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
@@ -84,9 +82,16 @@ export class FieldRow {
   }
 }
 
+function whyNoEditor(field) {
+  if (isOfServer(field)) return ['the wall says it', field.instead].filter(Boolean).join(': ');
+  return field.kind === 'blob' ? 'an array: programs write it' : `${field.kind}: not edited here`;
+}
+
 function boundsText({ least, greatest, words }) {
   if (words) return '';
-  const said = (bound) => bound.toLocaleString('en');
+  // Of what is as good as no bound nobody counts the noughts.
+  const said = (bound) => (Math.abs(bound) < kWrittenOut ? bound.toLocaleString('en')
+                                                         : bound.toExponential().replace('e+', 'e'));
   if (least !== undefined && greatest !== undefined) return `${said(least)} to ${said(greatest)}`;
   if (least !== undefined) return `at least ${said(least)}`;
   return greatest === undefined ? '' : `at most ${said(greatest)}`;

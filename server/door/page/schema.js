@@ -3,7 +3,8 @@ import { authorization } from './token.js';
 
 /**
  * @typedef {{name: string, number: number, kind: string, width: number, unit: string, to?: string, default: any,
- *     least?: number, greatest?: number, words?: Record<string, number>, flags?: boolean}} Field
+ *     least?: number, greatest?: number, words?: Record<string, number>, flags?: boolean, written_by?: string,
+ *     instead?: string}} Field
  * @typedef {{name: string, number: number, core: boolean, fields: Field[]}} Type
  */
 
@@ -14,6 +15,10 @@ export function spaced(name) {
 /** @param {Field} field */
 export function isReference(field) {
   return field.kind === 'ref' || field.kind === 'reference list';
+}
+/** What the wall finds out or chooses itself: edits of it are refused. @param {Field} field */
+export function isOfServer(field) {
+  return field.written_by === 'server';
 }
 /** All fields of an object: what the wall has not said is default. */
 export function valuesOf(object, type) {

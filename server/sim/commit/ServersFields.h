@@ -8,12 +8,9 @@
 namespace tessera {
 
 /// Of an edit of a person or an application: of what is there it says no other verdict or problem of a SurfaceProgram, no other problem of a Movie, and
-/// does not say which handle of a Manipulator is held, nor how large users see it. What is new may come with anything; whoever finds out says it anew. (An Inline's state:
-/// InlineContents.) Costs a look-up per column.
+/// does not say which handle of a Manipulator is held, nor how large users see it, nor whether an Inline is there
+/// (common/scene/WrittenByServer.h). What is new may come with anything; whoever finds out says it anew. Costs a look-up
+/// per column.
 [[nodiscard]] Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list);
-
-/// What a running scene says of itself, whatever the file says that it came from: those, states of Inlines and ProxyGroups, and
-/// what the server has chosen or hung into a node.
-[[nodiscard]] bool isServersField(ObjectType type, FieldId field);
 
 }  // namespace tessera

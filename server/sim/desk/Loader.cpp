@@ -118,17 +118,27 @@ Expected<ImportedScene> Loader::readWatched(Preparation& order) const {
     return scene;
 }
 
-/// Whoever writes it may not be ready: what was read is one state of all its files.
+/// Whoever writes it may not be ready: what was read is one state of all its files, where they ever rest. Where they do
+/// not, it is what came; its stamps are those of before, so that it is read again.
 Expected<ImportedScene> Loader::readQuiet(Preparation& order) const {
-    constexpr int kTries = 5;
-    for (int i = 0; i < kTries; ++i) {
+    constexpr int kTries = 3;
+    for (int left = kTries;;) {
         const std::vector<FileStamp> before = stampsOf(order.watched->paths);
         Expected<ImportedScene> scene = read(order);
-        if (scene) order.files = filesOf(order, std::move(scene->files));
-        if (stampsOf(order.watched->paths) == before) return scene;
-        std::this_thread::sleep_for(FileWatch::kQuiet);
+        const bool rested = stampsOf(order.watched->paths) == before;
+        if (!rested && --left > 0) {
+            std::this_thread::sleep_for(FileWatch::kQuiet);
+            continue;
+        }
+        if (!scene) return scene;
+        WatchedFiles files = *filesOf(order, std::move(scene->files));
+        const std::vector<std::string>& watched = order.watched->paths;
+        for (std::size_t i = 0; !rested && i < files.paths.size(); ++i)
+            if (const auto at = std::ranges::find(watched, files.paths[i]); at != watched.end())
+                files.stamps[i] = before[static_cast<std::size_t>(at - watched.begin())];
+        order.files = std::make_shared<const WatchedFiles>(std::move(files));
+        return scene;
     }
-    return fail(ErrorCode::kRefused, order.path + ": it changes again and again while it is read");
 }
 
 void Loader::compare(Preparation& order, ChangeList list, std::optional<HeldFile> held) {

@@ -104,8 +104,11 @@ ServerActions ReloadRequests::changed(std::uint64_t number, FileWatch::News news
         say(known.file.path + ": it is gone; what it held stays, and it is taken in again when it is back", true);
         return {};
     }
-    // What people have removed they may bring back: it is watched on, and read once it stands there again.
-    if (!stands(known.file)) return {};
+    // What people have removed they may bring back: it is looked for, and read once it stands there again.
+    if (!stands(known.file)) {
+        watch_->watch(number, *known.file.files, FileWatch::kGone);
+        return {};
+    }
     known.again = true;
     return known.busy ? ServerActions() : begin(number);
 }

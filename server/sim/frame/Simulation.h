@@ -164,8 +164,8 @@ private:
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// Whether the next list of an undo under way hides more.
     [[nodiscard]] bool hidesMore() const;
-    /// A step that could not be applied is none any more where it speaks of what is not there.
-    void forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome);
+    /// A step that speaks of what is not there is none any more.
+    void forgetStep(Edit::Kind kind, const std::string& why, EditOutcome& outcome);
     /// Refuses where a step is under way.
     [[nodiscard]] Expected<void> checkStill() const;
     /// Refuses a step where one is under way, or something appears.

@@ -129,10 +129,17 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
         outcome.result = fail(ErrorCode::kRefused, undo ? "there is nothing to undo" : "there is nothing to redo");
         return outcome;
     }
-    if (ChangeListPtr rest = withoutWhatHasGone(scene(), *list)) list = std::move(rest);
+    const bool inParts = undo ? history_.undoesInParts() : history_.redoesInParts();
+    if (ChangeListPtr rest = withoutWhatHasGone(scene(), *list)) {
+        list = std::move(rest);
+        if (list->empty() && !inParts) {
+            forgetStep(edit.kind, "what it takes away has gone already", outcome);
+            return outcome;
+        }
+    }
     // What is led back may be one of several lists; those speak of the poses of what they make themselves only.
     std::vector<ObjectId> moved;
-    if (!(undo ? history_.undoesInParts() : history_.redoesInParts())) {
+    if (!inParts) {
         moved = movedBy(scene(), *list);
         ChangeList paused = *list;
         pause(actors_.drivers(*list), paused);
@@ -145,7 +152,9 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     Expected<Committer::Applied> applied = committer_.applyInverse(list, Committer::Inverse::kMade);
     if (!applied) {
         outcome.result = tl::unexpected(applied.error());
-        forgetStep(edit.kind, *list, outcome);
+        // Worth another try: in the next frame, or once there is room.
+        if (applied.error().code != ErrorCode::kLimit && committer_.checkNotDestroyedNow(*list))
+            forgetStep(edit.kind, applied.error().message, outcome);
         return outcome;
     }
     pipeline_.sceneChanged(scene(), applied->list.get());
@@ -272,12 +281,10 @@ void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const 
     }
 }
 
-void Simulation::forgetStep(Edit::Kind kind, const ChangeList& list, EditOutcome& outcome) {
-    // Worth another try: in the next frame, or once there is room.
-    if (outcome.result.error().code == ErrorCode::kLimit || !committer_.checkNotDestroyedNow(list)) return;
+void Simulation::forgetStep(Edit::Kind kind, const std::string& why, EditOutcome& outcome) {
     kind == Edit::Kind::kUndo ? history_.undoForgotten() : history_.redoForgotten();
-    outcome.result = fail(ErrorCode::kRefused, fmt::format("that step speaks of what is not there any more, and is forgotten: {}",
-                                                           outcome.result.error().message));
+    outcome.result = fail(ErrorCode::kRefused,
+                          fmt::format("that step speaks of what is not there any more, and is forgotten: {}", why));
 }
 
 std::optional<EditOutcome> Simulation::goOn() {

@@ -47,9 +47,9 @@ FileWatch::~FileWatch() {
     ::close(stop_);
 }
 
-void FileWatch::watch(std::uint64_t group, WatchedFiles files) {
+void FileWatch::watch(std::uint64_t group, WatchedFiles files, Duration quiet) {
     const Turn::Hold hold = turn_.take();
-    orders_[group] = std::move(files);
+    orders_[group] = Group{.files = std::move(files), .quiet = quiet};
 }
 
 void FileWatch::forget(std::uint64_t group) {
@@ -72,20 +72,20 @@ void FileWatch::run() {
 }
 
 void FileWatch::takeOrders() {
-    std::map<std::uint64_t, std::optional<WatchedFiles>> orders;
+    std::map<std::uint64_t, std::optional<Group>> orders;
     {
         const Turn::Hold hold = turn_.take();
         orders.swap(orders_);
     }
-    for (auto& [number, files] : orders) {
-        if (!files) {
+    for (auto& [number, order] : orders) {
+        if (!order) {
             groups_.erase(number);
             continue;
         }
         Group& group = groups_[number];
-        group = {.files = std::move(*files)};
+        group = std::move(*order);
         group.seen = group.files.stamps;
-        group.since = clockNow();
+        group.since = group.same = clockNow();
     }
 }
 
@@ -98,10 +98,13 @@ void FileWatch::lookAt(std::uint64_t number, Group& group, TimePoint now) const 
     const Duration quiet = now - group.since;
     const bool gone = group.seen.front() == FileStamp();
     if (gone && quiet >= kGone && !std::exchange(group.goneTold, true)) tell_(number, News::kGone);
+    if (group.seen == group.files.stamps || (gone && quiet >= kQuiet)) group.same = now;
     if (gone) return;
     group.goneTold = false;
-    if (group.seen == group.files.stamps || quiet < kQuiet) return;
+    if (group.seen == group.files.stamps || (quiet < group.quiet && now - group.same < kLongest)) return;
     group.files.stamps = group.seen;
+    group.quiet = kQuiet;
+    group.same = now;
     tell_(number, News::kChanged);
 }
 

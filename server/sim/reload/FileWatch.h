@@ -34,12 +34,13 @@ struct WatchedFiles {
 /// for files that are replaced by renaming, that are gone for a while, and whose folders are. It looks less often where
 /// that takes it more than a tenth of its time: so many files, or so slow ones, cost no more.
 ///
-/// A group of files is told once any of them has changed and all have been as they are for kQuiet. What is gone is not
-/// told until it is back; when it has been gone for kGone, that is told once.
+/// A group of files is told once any of them has changed and all have been as they are for kQuiet, or have never been
+/// so for kLongest: of a file that is written again and again something is seen. What is gone is not told until it is
+/// back; when it has been gone for kGone, that is told once.
 class FileWatch {
 public:
     static constexpr int kLooks = 10;
-    static constexpr std::chrono::milliseconds kQuiet{200}, kGone{2000};
+    static constexpr std::chrono::milliseconds kQuiet{200}, kLongest{2000}, kGone{2000};
 
     enum class News : std::uint8_t { kChanged, kGone };
     /// On the watch's thread.
@@ -49,15 +50,18 @@ public:
     FileWatch(const FileWatch&) = delete;
     FileWatch& operator=(const FileWatch&) = delete;
 
-    /// In place of what the group had. Frame thread; does not wait for any file.
-    void watch(std::uint64_t group, WatchedFiles files);
+    /// In place of what the group had; `quiet`: for so long it is left alone first. Frame thread; does not wait for any
+    /// file.
+    void watch(std::uint64_t group, WatchedFiles files, Duration quiet = kQuiet);
     void forget(std::uint64_t group);
 
 private:
     struct Group {
-        WatchedFiles files;           ///< with their stamps when it was told last
+        WatchedFiles files;  ///< with their stamps when it was told last
+        Duration quiet = kQuiet;
         std::vector<FileStamp> seen;  ///< at the last look
         TimePoint since = {};         ///< as they were then
+        TimePoint same = {};          ///< the last look at which they were as they had been told, or the file was gone
         bool goneTold = false;
     };
     void run();
@@ -66,8 +70,8 @@ private:
 
     Tell tell_;
     Turn turn_;
-    std::map<std::uint64_t, std::optional<WatchedFiles>> orders_;  ///< for the thread; nothing: the group is over
-    std::map<std::uint64_t, Group> groups_;                        ///< of the thread
+    std::map<std::uint64_t, std::optional<Group>> orders_;  ///< for the thread; nothing: the group is over
+    std::map<std::uint64_t, Group> groups_;                 ///< of the thread
     int stop_ = -1;
     std::thread thread_;
 };

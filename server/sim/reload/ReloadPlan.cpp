@@ -10,7 +10,7 @@
 
 #include "common/cores/Node.h"
 #include "common/cores/Skin.h"
-#include "server/sim/commit/ServersFields.h"
+#include "common/scene/WrittenByServer.h"
 #include "server/sim/frame/InlineContents.h"
 #include "server/sim/frame/LoadParts.h"
 #include "server/sim/reload/ChildOrder.h"
@@ -178,7 +178,7 @@ private:
         const TypeInfo& type = object.info();
         std::vector<const FileChange::Row*> writes, keeps;
         for (const FileChange::Row& row : rows) {
-            if (isServersField(type.type, row.field->id)) continue;
+            if (fieldOfServer(type.type, row.field->id)) continue;
             const FieldValue now = row.field->load(object);
             if (followsOthers(type.type, row.field->id)) {
                 rows_.push_back({id, &type, row.field, now, row.is});
@@ -277,7 +277,7 @@ private:
     void nameWhatWasChanged(ObjectId id, std::uint32_t place) {
         const Object object = scene_.find(id);
         for (const FieldEntry& field : object.info().fields) {
-            if (isServersField(object.info().type, field.id)) continue;
+            if (fieldOfServer(object.info().type, field.id)) continue;
             if (areSame(field, field.load(object), withFormerIds(change_.before.value(place, field)))) continue;
             note(fmt::format("{} has gone with the file; its {} had been changed here", formerNames_.of(place),
                              field.name));

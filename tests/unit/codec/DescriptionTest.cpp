@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <map>
 #include <set>
+#include <string>
 
 #include "common/request/Catalogue.h"
 #include "common/request/Requests.h"
@@ -51,6 +53,35 @@ TEST(Descriptions, HaveANumberANameAndALineOfHelpEach) {
     }
     for (const ToldText& answer : allAnswers()) EXPECT_FALSE(answer.info.help.empty()) << answer.info.name;
     for (const ToldText& notice : allNotices()) EXPECT_FALSE(notice.info.help.empty()) << notice.info.name;
+}
+
+/// What a type is made of; empty: it is one that everybody knows.
+std::string contentOf(const MemberText& member) {
+    std::string content;
+    for (const MemberText& each : member.members) content += each.name + " " + each.type + "; ";
+    return content;
+}
+
+void expectOneMeaning(const std::vector<MemberText>& members, std::map<std::string, std::string>& contents) {
+    for (const MemberText& member : members) {
+        const auto [known, isNew] = contents.emplace(member.type, contentOf(member));
+        EXPECT_EQ(known->second, contentOf(member)) << "two types are called " << member.type;
+        expectOneMeaning(member.members, contents);
+    }
+}
+
+/// Clients in other languages know types by their names alone.
+TEST(Descriptions, GiveNoTwoTypesOneName) {
+    std::map<std::string, std::string> contents;
+    for (const char* known : {"bool", "word", "double", "text", "Place", "Vector", "Rotation", "bytes", "fixed64", "reserved",
+                              "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float"})
+        contents[known] = "";
+    const std::size_t atFirst = contents.size();
+    for (const RequestText& request : allRequests()) expectOneMeaning(request.members, contents);
+    for (const ToldText& answer : allAnswers()) expectOneMeaning(answer.members, contents);
+    for (const ToldText& notice : allNotices()) expectOneMeaning(notice.members, contents);
+    EXPECT_GT(contents.size(), atFirst + 20);
+    EXPECT_EQ(contents.count("NodePlace"), 1u);
 }
 
 /// A viewer changes nothing; what changes the scene or the view is an editor's, but for files, which an operator loads.

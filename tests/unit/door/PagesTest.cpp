@@ -1,9 +1,18 @@
 /// The page that describes the API.
 #include "server/door/Pages.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "common/json/ApiJson.h"
 #include "common/request/Catalogue.h"
+#include "common/scene/FieldTable.h"
+#include "common/scene/WrittenByServer.h"
 
 namespace tessera {
 namespace {
@@ -42,6 +51,28 @@ TEST(ApiPage, HasEachRequestAnswerAndNoticeWithAllTheirMembers) {
         expectMembers(partOf(page, told.info.name), told.members, "");
     }
     EXPECT_NE(page.find("<td>ray.direction</td>"), std::string::npos);
+}
+
+/// Who offers fields to be edited leaves out what would be refused.
+TEST(ApiPage, MarksWhatTheServerAloneWrites) {
+    const Json types = typesJson()["types"];
+    ASSERT_EQ(types.size(), allTypes().size());
+    std::set<std::string> marked;
+    for (std::size_t t = 0; t < types.size(); ++t) {
+        const TypeInfo& type = allTypes()[t];
+        ASSERT_EQ(types[t]["fields"].size(), type.fields.size());
+        for (std::size_t f = 0; f < type.fields.size(); ++f) {
+            const Json& field = types[t]["fields"][f];
+            const std::string name = fmt::format("{}.{}", type.name, type.fields[f].name);
+            EXPECT_EQ(field.contains("written_by"), fieldOfServer(type.type, type.fields[f].id) != nullptr) << name;
+            if (!field.contains("written_by")) continue;
+            EXPECT_EQ(field["written_by"], "server") << name;
+            marked.insert(name);
+        }
+    }
+    for (const char* name : {"Node.ofServer", "Node.levels", "Inline.state", "Movie.problem", "Manipulator.held"})
+        EXPECT_TRUE(marked.contains(name)) << name;
+    EXPECT_FALSE(marked.contains("Transform.translation"));
 }
 
 }  // namespace

@@ -11,6 +11,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "tests/property/Seeds.h"
+
 namespace tessera {
 namespace {
 
@@ -129,6 +131,85 @@ TEST_F(UploadFolders, TogetherTheyHaveBounds) {
     EXPECT_NE(fourth.error().message.find("remove some"), std::string::npos) << fourth.error().message;
     ASSERT_TRUE(folder->remove("b"));
     EXPECT_TRUE(bring("d", "d"));
+}
+
+TEST_F(UploadFolders, OfTwoOfOneNameTheLargerCounts) {
+    const std::string most(1000, 'x');
+    ASSERT_TRUE(bring("a", most));
+    ASSERT_TRUE(bring("a", most)) << "in its own place there is room";
+    EXPECT_EQ(folder->used().bytes, 1000u);
+    {
+        const auto small = UploadFolder::begin(folder, "a", 1);
+        ASSERT_TRUE(small);
+        EXPECT_EQ(folder->used().bytes, 1000u) << "either may stay";
+        EXPECT_EQ(folder->used().files, 1u);
+        EXPECT_FALSE(UploadFolder::begin(folder, "b", 1));
+        EXPECT_FALSE(UploadFolder::begin(folder, "a", 1)) << "one alone has its place";
+        ASSERT_TRUE(folder->remove("a"));
+        EXPECT_EQ(folder->used().bytes, 1u);
+        const auto other = UploadFolder::begin(folder, "a", 999);
+        ASSERT_TRUE(other);
+        EXPECT_EQ(folder->used().bytes, 1000u);
+    }
+    EXPECT_EQ(folder->used().files, 0u);
+    for (const char* name : {"a", "b", "c"}) ASSERT_TRUE(bring(name, name));
+    EXPECT_TRUE(bring("b", "more")) << "it is no fourth";
+    EXPECT_FALSE(bring("d", "d"));
+}
+
+/// Whatever is brought, stops, goes and comes at once: never more than the bound, once all has come or gone.
+TEST_F(UploadFolders, WhateverHappensTheyStayWithinTheirBounds) {
+    forSeeds(50, [&](Random& random) {
+        fs::remove_all(path_ / "in");
+        open({.maxBytes = 20, .maxFiles = 3});
+        struct OnItsWay {
+            std::shared_ptr<UploadFolder::Incoming> file;
+            std::string text;
+        };
+        std::vector<OnItsWay> coming;
+        for (int i = 0; i < 40; ++i) {
+            const std::string name(1, static_cast<char>('a' + below(random, 4)));
+            const std::size_t what = below(random, 4);
+            if (what < 2) {
+                const std::string text(1 + below(random, 20), 'x');
+                if (auto file = UploadFolder::begin(folder, name, text.size())) coming.push_back({*file, text});
+            } else if (what == 2) {
+                (void)folder->remove(name);
+            } else if (!coming.empty()) {
+                const auto one = coming.begin() + static_cast<std::ptrdiff_t>(below(random, coming.size()));
+                if (below(random, 3) > 0) {
+                    ASSERT_TRUE(one->file->write(bytesOf(one->text)));
+                    ASSERT_TRUE(one->file->finish());
+                }
+                coming.erase(one);
+            }
+            std::uint64_t bytes = 0;
+            std::size_t files = 0;
+            for (const auto& entry : fs::directory_iterator(path_ / "in")) {
+                if (entry.path().filename().string().starts_with('.')) continue;
+                bytes += entry.file_size();
+                ++files;
+            }
+            ASSERT_LE(bytes, 20u);
+            ASSERT_LE(files, 3u);
+            ASSERT_LE(folder->used().bytes, 20u);
+            ASSERT_LE(folder->used().files, 3u);
+            ASSERT_GE(folder->used().bytes, bytes);
+        }
+    });
+}
+
+/// Nothing of them is written here.
+TEST_F(UploadFolders, WhatIsPromisedOfTheDiskIsNotPromisedTwice) {
+    open({.maxBytes = std::uint64_t{1} << 60});
+    const std::uint64_t free = fs::space(path_).available;
+    if (free < std::uint64_t{1} << 30) GTEST_SKIP() << "the disk is nearly full";
+    const auto first = UploadFolder::begin(folder, "a", free / 10 * 6);
+    ASSERT_TRUE(first) << first.error().message;
+    const auto second = UploadFolder::begin(folder, "b", free / 10 * 6);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().code, ErrorCode::kLimit);
+    EXPECT_NE(second.error().message.find("disk has room"), std::string::npos) << second.error().message;
 }
 
 TEST_F(UploadFolders, NoLinkIsFollowed) {

@@ -144,11 +144,12 @@ TEST_F(Launching, HandsItsOptionsOn) {
     options_.size = "16x8";
     options_.record = "hall.rec";
     options_.threads = 3;
+    options_.reload = true;
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
     const std::string server = read(folder_ / "server.args");
     for (const char* expected : {"--wall\n", "lab.wall\n", "--scene\nhall.tsct\n", "--listen\n127.0.0.1:0\n",
                                  "--frames\n3\n", "--assets\n/models\n", "--size\n16x8\n", "--samples\n1\n",
-                                 "--camera\nview 2\n", "--record\nhall.rec\n", "--threads\n3\n", "--progress\n", "/out/report.json\n"}) {
+                                 "--camera\nview 2\n", "--record\nhall.rec\n", "--threads\n3\n", "--reload\n", "--progress\n", "/out/report.json\n"}) {
         EXPECT_NE(server.find(expected), std::string::npos) << expected << server;
     }
     const std::string client = read(folder_ / "client.args");

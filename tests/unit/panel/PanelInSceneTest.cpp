@@ -148,6 +148,7 @@ TEST_F(PanelReaches, ControlsThatAreNothingHereAreNamed) {
     EXPECT_NE(faults(R"(node: "/lamp" field: "color" toggle {})").find("neither on nor off"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "intensity" colour {})").find("is no colour"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "on" text {})").find("is no text"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "ofServer" toggle {})").find("the server's alone"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })").find("no value"), std::string::npos);
     EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })").find("no value"),
               std::string::npos);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "common/base/Utf8.h"
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -61,6 +62,26 @@ TEST(Paths, SayWhichStepFailedAndWhatIsThereInstead) {
     EXPECT_NE(error(aspect, "#5").find("a Transform, not a node"), std::string::npos);
     EXPECT_NE(error(aspect, "#5x").find("written as #"), std::string::npos);
     EXPECT_NE(error(aspect, "").find("named by its path"), std::string::npos);
+}
+
+/// An answer has a bound, and whoever asks is told of others' names.
+TEST(Paths, SayLongNamesInShort) {
+    constexpr std::size_t kMost = 4096;  // ApplicationLimits::maxTextBytes
+    Aspect aspect = hall();
+    const std::string name(4000, 'x'), strange = [] {
+        std::string letters;
+        for (int i = 0; i < 1300; ++i) letters += "世";
+        return letters;
+    }();
+    for (std::uint64_t id = 20; id < 30; ++id)
+        mustApply(aspect, Edits().node(id, std::to_string(id) + (id % 2 == 0 ? name : strange), id == 20 ? 1 : 20).take());
+    for (const std::string& path : {"/" + name, "/" + strange, "/20" + name + "/" + strange, "/20" + name + "/a",
+                                    "/hall/" + name, "#" + name, "#5" + strange}) {
+        const std::string said = error(aspect, path);
+        EXPECT_LT(said.size(), kMost);
+        EXPECT_NE(said.find("…"), std::string::npos);
+        EXPECT_TRUE(isUtf8(said));
+    }
 }
 
 TEST(Paths, OfANodeLeadBackToIt) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <utility>
 
 #include "common/base/Channel.h"
@@ -82,6 +83,18 @@ TEST_F(Watched, OneThatIsWrittenWithoutAPauseIsToldOnceItRests) {
         }
     }
     EXPECT_EQ(next(), Told(5, FileWatch::News::kChanged));
+}
+
+TEST_F(Watched, OneThatNeverRestsIsToldStill) {
+    const std::string file = scratch.write("a", "0");
+    watch(5, {file});
+    std::optional<Told> told;
+    for (const TimePoint begin = clockNow(); !told && clockNow() < begin + 5 * FileWatch::kLongest;) {
+        std::ofstream(file, std::ios::app) << "more";
+        told = told_.popFor(FileWatch::kQuiet / 10);
+    }
+    ASSERT_TRUE(told);
+    EXPECT_EQ(*told, Told(5, FileWatch::News::kChanged));
 }
 
 TEST_F(Watched, WhatNobodyWantsIsNotTold) {

@@ -10,6 +10,7 @@
 #include "common/cores/Material.h"
 #include "common/cores/Movie.h"
 #include "common/scene/FieldTable.h"
+#include "common/scene/WrittenByServer.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/unit/TestFolder.h"
@@ -210,6 +211,39 @@ TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
         EXPECT_EQ(problemOf(list(), false), "") << "the server itself";
     }
     EXPECT_EQ(problemOf(saying(Movie(), fieldId<&Movie::problem>, toValue(std::string()))), "") << "as it is";
+}
+
+/// What programs are told not to offer (`GET /api`) is what is refused, of every type.
+TEST(ServersFields, WhatIsMarkedAsTheServersIsRefusedOfOthers) {
+    std::size_t asked = 0;
+    for (const TypeInfo& type : allTypes())
+        for (const FieldEntry& field : type.fields) {
+            const FieldOfServer* const known = fieldOfServer(type.type, field.id);
+            if (!known || known->instead.empty()) continue;
+            Simulation simulation;
+            const auto edit = [&](ChangeList list) {
+                std::vector<Edit> edits;
+                edits.push_back({.ticket = 1, .list = std::move(list)});
+                return simulation.step(false, std::move(edits)).outcomes[0].result;
+            };
+            ChangeListBuilder making, saying;
+            making.create(ObjectId(kFirstPlaceholder), type.type);
+            ASSERT_TRUE(edit(making.take())) << type.name;
+            ObjectId made;
+            for (const ObjectId id : simulation.scene().ids())
+                if (simulation.scene().find(id).info().type == type.type) made = id;
+            FieldValue value = field.load(simulation.scene().find(made));
+            if (auto* number = std::get_if<std::int64_t>(&value)) ++*number;
+            if (auto* text = std::get_if<std::string>(&value)) *text += "mine";
+            if (auto* numbers = std::get_if<Floats>(&value)) numbers->values[0] += 1;
+            saying.set(made, type.type, field.id, value);
+            const auto refused = edit(saying.take());
+            ASSERT_FALSE(refused) << type.name << "." << field.name;
+            EXPECT_NE(refused.error().message.find("the server alone says"), std::string::npos) << refused.error().message;
+            EXPECT_NE(refused.error().message.find(known->instead), std::string::npos) << refused.error().message;
+            ++asked;
+        }
+    EXPECT_EQ(asked, 10u);
 }
 
 TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {

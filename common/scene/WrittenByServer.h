@@ -1,0 +1,19 @@
+/// Fields that the server alone writes: what it found out of an object, or has chosen.
+#pragma once
+
+#include <string_view>
+
+#include "common/change/Value.h"
+
+namespace tessera {
+
+struct FieldOfServer {
+    ObjectType type;
+    FieldId field;
+    std::string_view instead;  ///< what a person does who wants another value; empty: nothing
+};
+
+/// Null: anybody who edits may write it. What is new may come with any value: whoever finds out says it anew.
+[[nodiscard]] const FieldOfServer* fieldOfServer(ObjectType type, FieldId field);
+
+}  // namespace tessera
