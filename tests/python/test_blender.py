@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import signal
+import tempfile
 import time
 import unittest
 
@@ -62,7 +63,8 @@ class Blender(InBlender):
         path = os.path.join(self.folder, "pair.blend")
         self.finished(blender(self.folder, "blender_pair", "make", path))
         with run_folder(), Live(surface="none") as live:
-            both = [blender(self.folder, "blender_pair", "come", self.folder, path, live.address, name) for name in "ab"]
+            folders = [self.enterContext(tempfile.TemporaryDirectory(prefix="tessera-blender-")) for _ in "ab"]  # settings of their own
+            both = [blender(folder, "blender_pair", "come", self.folder, path, live.address, name) for folder, name in zip(folders, "ab")]
             try:
                 self.say("begin")
                 self.said("a.dragged"), self.said("b.dragged")
@@ -89,7 +91,7 @@ class Blender(InBlender):
             finally:
                 for process in both:
                     process.kill()
-                    self.output = process.communicate()[0]
+                    process.communicate()
 
     def finished(self, process):
         said, _ = process.communicate(timeout=10 * PATIENCE)
