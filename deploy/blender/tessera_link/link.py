@@ -172,8 +172,9 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        looking = self._taking_up or self._scanning or self.rescan
-        return self.courier.state == "linked" and self._again_at is None and not (looking or self.superfluous or self._under_way or self.removals or self._news or self._placed or any(self._dirty.values()))
+        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None
+        leaving = self._under_way or self.removals or self.superfluous or any(self._dirty.values())
+        return self.courier.state == "linked" and not (looking or leaving or self._news or self._placed)
 
     @property
     def waiting(self):

@@ -413,8 +413,9 @@ class ObjectSubject(Subject):
         """Of this link: an object may be in several collections, each of which was linked once."""
         kept = thing.get(PROPERTY)
         try:
-            self.kept = None if kept["link"] != link_key else {"name": str(kept["name"]), "root": str(kept["root"]), **{side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS}
-                                                      for side in ("here", "there")}}
+            sides = {side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS} for side in ("here", "there")}
+            said = {"name": str(kept["name"]), "root": str(kept["root"]), **sides}
+            self.kept = said if kept["link"] == link_key else None
         except (TypeError, KeyError, ValueError, AttributeError):
             self.kept = None
 
