@@ -422,7 +422,7 @@ class BothWays(OnAWall):
         link = self.link()
         bpy.data.objects.remove(bpy.data.objects["box"])
         settle()
-        until("that is known", lambda: not link.contents["images"]["checks"].mirror.number)
+        until("that is known", lambda: not link.contents.images["checks", None].mirror.number)
         add(self.stage, "again", bpy.data.meshes["a"])
         settle()
         self.assertEqual(self.node("again/again").material.baseColorImage.widthPx, 2)

@@ -45,6 +45,17 @@ def items_of(value: Any, where: str) -> list[Any]:
         raise BadInput(f"{where}: {value!r} is no list") from None
 
 
+def written(value: Any) -> str:
+    """What somebody gave, in a message: numbers of numpy as people write them."""
+    if not isinstance(value, (np.ndarray, np.generic)):
+        return repr(value)
+    if isinstance(value, np.ndarray) and value.ndim:
+        if value.size >= 20:
+            return f"an array of {value.size} numbers"
+        return f"[{', '.join(written(each) for each in value)}]"
+    return str(value).removesuffix(".0") if value.dtype.kind in "fiub" else repr(value.tolist())
+
+
 def as_array(value: Any, where: str, dtype: Any = None) -> Array:
     """Without a copy where it is one. BadInput: rows of different lengths, masked values, or what is no number where numbers are wanted."""
     if isinstance(value, np.ma.MaskedArray) and np.any(value.mask):
@@ -62,5 +73,5 @@ def finite(given: Array, dtype: Any, where: str) -> Array:
         cast = np.ascontiguousarray(given, dtype)
     if not np.isfinite(cast).all():
         wrong = f"more than a {cast.dtype} holds" if np.isfinite(given).all() else "not finite"
-        raise BadInput(f"{where}: {given!r} is {wrong}" if given.size < 20 else f"{where}: not all numbers are finite, as a {cast.dtype}")
+        raise BadInput(f"{where}: {written(given)} is {wrong}" if given.size < 20 else f"{where}: not all numbers are finite, as a {cast.dtype}")
     return cast

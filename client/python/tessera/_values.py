@@ -5,7 +5,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from ._types import Array, as_array, finite, items_of, utf8
+from ._types import Array, as_array, finite, items_of, utf8, written
 from . import _wire
 from ._changes import pack_refs, pack_texts
 from ._hash import array_id
@@ -37,7 +37,7 @@ def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
     dtype = SCALARS[field.kind]
     given = as_array(value, field.where)
     if given.dtype.kind not in "fiub" or (given.dtype.kind == "b" and field.kind != BOOL):
-        raise BadInput(f"{field.where}: {value!r} is no number" if given.size < 20 else f"{field.where}: {given.dtype} is no type of numbers")
+        raise BadInput(f"{field.where}: {written(value)} is no number" if given.size < 20 else f"{field.where}: {given.dtype} is no type of numbers")
     if field.kind == MATRIX and given.shape[-2:] == (4, 4):
         given = given.swapaxes(-1, -2).reshape(*given.shape[:-2], 16)  # on the wire column by column
     wanted: tuple[int, ...] = (field.width,) if rows is None else (rows, field.width)
@@ -47,11 +47,11 @@ def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
     if field.kind in (FLOAT, DOUBLE, MATRIX):
         return finite(given.reshape(wanted), dtype, field.where)
     if field.kind == INT and given.dtype.kind == "f":
-        raise BadInput(f"{field.where}: {value!r} is no whole number")
+        raise BadInput(f"{field.where}: {written(value)} is no whole number")
     if field.kind == INT and given.dtype.kind == "u" and given.size and int(given.max()) > np.iinfo(dtype).max:
-        raise BadInput(f"{field.where}: {value!r} is more than a whole number may be" if given.size < 20 else f"{field.where}: not all numbers are in its range")
+        raise BadInput(f"{field.where}: {written(value)} is more than a whole number may be" if given.size < 20 else f"{field.where}: not all numbers are in its range")
     if field.kind == BOOL and given.dtype.kind != "b" and not np.isin(given, (0, 1)).all():
-        raise BadInput(f"{field.where}: {value!r} is neither true nor false")
+        raise BadInput(f"{field.where}: {written(value)} is neither true nor false")
     return np.ascontiguousarray(given.reshape(wanted), dtype)
 
 

@@ -30,8 +30,11 @@ class Found:
         self.role, self.plan = role, plan
         self.root = self.root_core = self.marks = 0
         self.root_stand = None
+        self.same = False  # numbers mean what they meant
+        self.stamp = ""  # of the root: another one was made anew, and what is not below it was not removed
         self.objects = {}  # by key
         self.epoch = 0
+        self.twice = set()  # nodes of keys that others have already
         self.others = 0  # nodes below the root that are not of Blender
 
 
@@ -53,6 +56,7 @@ class Courier:
         self._closing = threading.Event()
         self._follow = threading.Event()
         self._broken = None
+        self._server = 0  # its epoch
         self._epoch = 0  # of sessions: what was made for another one has numbers that mean something else
         self._thread = threading.Thread(target=self._run, name="tessera link", daemon=True)
         self._thread.start()
@@ -85,6 +89,11 @@ class Courier:
         with self._lock:
             found, self._news = self._news, {}
         return found
+
+    def again(self, why):
+        """Dials anew, and finds what is there."""
+        self._broken = self._tessera.NetworkError(why)
+        self._jobs.put(None)
 
     def close(self):
         self._closing.set()
@@ -163,6 +172,8 @@ class Courier:
         try:
             with self._gate if batch.creates else contextlib.nullcontext():
                 told = self._commit(wall, batch) if batch.steps else None
+            if batch.begins is not None:
+                self._yield_to_the_first(wall, batch)
             sequence = told.sequence if told is not None else 0
             for node in self._one_of_many(wall, batch):
                 sequence = node.remove().sequence
@@ -184,6 +195,12 @@ class Courier:
             for node in nodes:
                 edit.place(node, bin_of_all)
         return [bin_of_all]
+
+    def _yield_to_the_first(self, wall, batch):
+        """Two Blenders with one file may both have found nothing."""
+        if min(mark.id for mark in wall.find(f"/**/{ROOT_MARK}{self._key}")) != batch.begins.number:
+            wall.handle(batch.root.number, "Node").remove()
+            raise self._tessera.NetworkError("another Blender shows this collection: what it shows is taken up")
 
     # ---- a batch as an edit
 
@@ -226,12 +243,13 @@ class Courier:
     # ---- what is there
 
     def _take_up(self, wall, role):
-        found = Found(role, wall.ask("GetWall"))
+        found, status = Found(role, wall.ask("GetWall")), wall.status()
+        found.same, self._server = status.epoch == self._server or bool(status.journal), status.epoch
         marks = wall.find(f"/**/{ROOT_MARK}{self._key}")
         root = next((mark.parent for mark in sorted(marks, key=lambda mark: mark.id)), None)
         if root is None:
             return found
-        names, cores, parents, values, types = {}, {}, {}, {}, {}
+        names, cores, parents, values, types, stamps = {}, {}, {}, {}, {}, {}
         for rows, content in wall.tree(root):
             parents.update(zip(rows["node"].tolist(), rows["parent"].tolist()))
             types.update(zip(content.created["id"].tolist(), content.created["type"].tolist()))
@@ -240,6 +258,8 @@ class Courier:
                     names.update(zip(column.ids.tolist(), column.values))
                 elif (column.type.name, column.field.name) == ("Node", "core"):
                     cores.update(zip(column.ids.tolist(), column.values.tolist()))
+                elif (column.type.name, column.field.name) == ("ApplicationData", "key"):
+                    stamps.update(zip(column.ids.tolist(), column.values))
                 elif column.type.name == "Transform" or column.field.name == "material":
                     for number, value in zip(column.ids.tolist(), column.values.tolist()):
                         values.setdefault(number, {})[column.field.name] = tuple(value) if isinstance(value, list) else value
@@ -260,9 +280,11 @@ class Courier:
             if number == root.id or not is_type(cores.get(number, 0), "ApplicationData"):
                 continue
             if parent == root.id and name.startswith(ROOT_MARK):
-                found.marks = cores[number]
+                found.marks, found.stamp = cores[number], stamps.get(cores[number], "")
                 ours.add(number)
-            elif name.startswith(MARK) and key not in found.objects and is_type(cores.get(parent, 0), "Transform"):
+            elif name.startswith(MARK) and key in found.objects:
+                found.twice.add(parent)
+            elif name.startswith(MARK) and is_type(cores.get(parent, 0), "Transform"):
                 each = FoundObject()
                 each.node, each.core, each.mark, each.parent = parent, cores[parent], number, parents.get(parent, 0)
                 each.name, each.stand, each.parts = names.get(parent, ""), stand_of(each.core), []
@@ -313,6 +335,10 @@ class Courier:
             if parent:
                 self._events.append(("placed", self.watched[node], parent, change.sequence))
         for column in change.columns:
+            if (column.type.name, column.field.name) == ("Node", "name"):
+                for number, name in zip(column.ids.tolist(), column.values):
+                    if name.startswith(MARK) and number not in self.watched:
+                        self._events.append(("marked", name[len(MARK):]))
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:
                 continue

@@ -1,41 +1,45 @@
 """A collection and a wall, kept in step: what is linked, what is news on either side, and in which order it goes."""
+import gc
 import time
 
 import bpy
 
-from . import meshes, stand
+from . import stand
+from .contents import Contents
 from .courier import ROOT_MARK, Courier
-from .lights import TYPES as LIGHTS
 from .mirror import Batch, Mirror
 from .removals import make_again, put_back, take_out
 from .take_up import take_up
-from .subjects import (PROPERTY, ImageSubject, LightSubject, MaterialSubject, MeshSubject, ObjectSubject, key_of, new_key)
+from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_of, known_as, new_key
+from .whole import Whole
 
 BUDGET = 0.004  # s of Blender's thread, each time
 _MOST_CHANGES = 4000  # in one batch
 _MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
 _PAUSE = 1.0  # s without a change end a gesture
+_TAKEN_UP_AFTER = 0.5  # s without another node of ours that others made
 _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
 _KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
-_SLICE = 64  # objects, between two looks at the clock
-_PLACE_ONLY = {"EMPTY", "CAMERA"}
+_GROWN = 256  # objects
+SLICE = 64  # objects, between two looks at the clock
 
 
 class Link:
     """`pump` does all that is to be done now, within its budget; nothing here waits for the network."""
 
     def __init__(self, tessera, way, collection, link_key):
-        self.key, self._collection, self._name = link_key, collection, collection.name
-        self._scene = next((scene.name for scene in bpy.data.scenes if scene.collection == collection), None)  # whose whole it is
+        self.key, self._whole = link_key, Whole(collection, link_key)
         self.courier = Courier(tessera, way, link_key)
         self.root, self.root_core = Mirror("Node", self), Mirror("Transform", self)
         self.marks, self.root_mark = Mirror("ApplicationData", self), Mirror("Node", self)
         self.objects = {}  # by key
         self.by_name = {}
-        self.contents = {"materials": {}, "images": {}, "lights": {}, "meshes": {}}  # by what they are found by
+        self.contents = Contents(self)
         self.removed_there, self.deleted_here = {}, {}  # by key
+        self.staying = {}  # keys of a library's objects that were removed there
         self.notes, self.refused = {}, {}
+        self.stamp, self.superfluous, self._again_at = "", [], None
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
@@ -47,22 +51,19 @@ class Link:
         self._gesture_at, self._gestures = 0.0, 0
         self._camera = None
         self.camera_leads, self.units_per_metre = False, 1.0
+        self.grown = 0  # objects, since Python was told to leave them alone
+        self._still = False  # the collection was removed
         self.token = 0  # changes with each operator that Blender finishes
 
     # ---- what Blender says
 
     @property
     def collection(self):
-        try:
-            if self._collection is not None:
-                self._name = self._collection.name
-                return self._collection
-        except ReferenceError:  # deleted, or made anew by undo
-            pass
-        scene = bpy.data.scenes.get(self._scene) if self._scene is not None else None
-        self._collection = scene.collection if scene is not None else bpy.data.collections.get(self._name)
-        self.note(("collection",), "" if self._collection is not None else f"the collection {self._name} is gone: nothing is followed")
-        return self._collection
+        """None: it was removed here."""
+        found = self._whole.find(lambda thing: known_as(thing) in self.by_name)
+        self.note(("collection",), "" if found is not None else f"the collection {self._whole.name} was removed here: nothing is followed "
+                  "until undo brings it back, and the wall keeps what it has")
+        return found
 
     @staticmethod
     def depsgraph():
@@ -73,15 +74,17 @@ class Link:
         for update in updates:
             thing = update.id
             if isinstance(thing, bpy.types.Object):
-                self._mark_object(thing.name, update.is_updated_geometry)
+                self._mark_object(known_as(thing), update.is_updated_geometry)
             elif isinstance(thing, bpy.types.Material):
-                self._mark_material(thing.name)
+                self.contents.mark_material(known_as(thing))
+                self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])  # it may have been the material
             elif isinstance(thing, bpy.types.Light):
-                self._mark_content("lights", thing.name)
+                self.contents.mark("lights", known_as(thing))
             elif isinstance(thing, bpy.types.Image):
-                self._mark_content("images", thing.name)
+                self.contents.mark("images", known_as(thing))
             elif isinstance(thing, (bpy.types.Collection, bpy.types.Scene)):
                 self.rescan = True
+                self._whole.seek()
 
     def dirty(self, subject):
         """Something of it may be news."""
@@ -93,52 +96,55 @@ class Link:
     def clean(self, subject):
         self._dirty[subject.kind].pop(subject, None)
 
-    def _mark_object(self, name, geometry):
-        subject = self.by_name.get(name)
-        if subject is None:
+    def _mark_object(self, known, geometry):
+        subject = self.by_name.get(known)
+        thing = subject.get() if subject is not None else None
+        if thing is None or known_as(thing) != known:
             self.rescan = True
             return
         self.dirty(subject)
         if geometry:
-            self._choose_content(subject, subject.get())
+            self.contents.choose(subject, thing)
             if isinstance(subject.content, MeshSubject):
                 self.dirty(subject.content)
 
-    def _mark_content(self, kind, name):
-        for subject in self.contents[kind].values():
-            if subject.name == name:
-                self.dirty(subject)
-
-    def _mark_material(self, name):
-        known = self.contents["materials"]
-        if name not in known:
-            lost = [each for each in known if each not in bpy.data.materials]
-            if len(lost) == 1:  # it has another name
-                known[name] = known.pop(lost[0])
-                known[name].name = name
-        if name in known:
-            self.dirty(known[name])
-        self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])  # it may have been the material
-
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
-        self.rescan, self.undone, self._collection = True, self.undone or undone, None
+        self.rescan, self.undone = True, self.undone or undone
+        self._whole.seek(undone=True)
         self._scanning = None  # it holds objects that may not be touched any more
         for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
             subject.thing = None
         self.dirty_all("objects", self.objects.values())
         for kind in ("materials", "lights", "meshes"):
-            self.dirty_all(kind, self.contents[kind].values())
+            self.dirty_all(kind, self.contents.of(kind).values())
 
     # ---- the pump
 
     def pump(self, budget=BUDGET):
         begun = time.perf_counter()
-        end = begun + budget
+        self._go(begun + budget)
+        if self.grown >= _GROWN:  # Python looks through all of them again and again, and holds Blender for that time
+            gc.freeze()
+            self.grown = 0
+        self.counts["pumps"] += 1
+        self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
+
+    def _go(self, end):
         events = self.courier.events()
+        if self.collection is None:
+            self._still = True
+            return
+        if self._still:
+            self._still, self._epoch, self.rescan = False, 0, True
+            self.courier.again("the collection is here again")  # nobody has listened meanwhile
+            return
         if any(event[0] == "gone" and event[1] is self.root for event in events):
             self._lost_root()  # with it all go: that is no word about each of them
-        if self.rescan and self._scanning is None and self._epoch and self.collection is not None:
+        if self._again_at is not None and time.monotonic() > self._again_at and self._under_way is None:
+            self._again_at = None
+            self.courier.again("another Blender shows the same objects")
+        if self.rescan and self._scanning is None and self._epoch:
             self._scanning = self._scan()
         for event in events:
             getattr(self, f"_on_{event[0]}")(*event[1:])
@@ -146,14 +152,12 @@ class Link:
         if self._scanning is None and not self.rescan:
             self._taking_up = self._go_on(self._taking_up, end)
         busy = self._scanning or self._taking_up or self.rescan
-        if self._epoch and not busy and self.courier.state == "linked" and self.collection is not None:
+        if self._epoch and not busy and self.courier.state == "linked":
             self._take_news(end)
             self._take_places()
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
-        self.counts["pumps"] += 1
-        self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
 
     def _go_on(self, work, end):
         """With what is done slice by slice; None: it is done."""
@@ -168,8 +172,9 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        looking = self._taking_up or self._scanning or self.rescan
-        return self.courier.state == "linked" and not (looking or self._under_way or self.removals or self._news or self._placed or any(self._dirty.values()))
+        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None
+        leaving = self._under_way or self.removals or self.superfluous or any(self._dirty.values())
+        return self.courier.state == "linked" and not (looking or leaving or self._news or self._placed)
 
     @property
     def waiting(self):
@@ -181,11 +186,10 @@ class Link:
 
     def keep(self):
         """In Blender's data, which are about to be saved."""
-        collection = self.collection
-        if collection is not None and collection.library is None:
-            collection[PROPERTY] = {"key": self.key}
+        if self.collection is not None:
+            self._whole.put_key()
         for subject in self.objects.values():
-            subject.keep()
+            subject.keep(self.key)
 
     def note(self, key, text):
         """What a person should know; an empty text takes it back."""
@@ -199,84 +203,93 @@ class Link:
     def _scan(self):
         """Objects come, go, hang elsewhere, have other names."""
         self.rescan = False
+        self._whole.stands_alone()
         groups = {}
-        for at, thing in enumerate(list(self.collection.all_objects)):
-            key = key_of(thing)
-            if not key and thing.name in self.by_name:
-                key = self.by_name[thing.name].key  # Blender's undo went back to before it was linked
-            groups.setdefault(key or new_key(), []).append(thing)
-            if at % _SLICE == 0:
+        for at, thing in enumerate(self._whole.objects()):
+            if at % SLICE == 0:
                 yield
+            key = key_of(thing)
+            known = self.by_name.get(known_as(thing)) if not key else None  # Blender's undo went back to before it was linked
+            key = key or (known.key if known is not None else self.staying.get(known_as(thing)))
+            groups.setdefault(key or new_key(), []).append(thing)
+        yield
         present = {}
         for key, things in groups.items():
             subject = self.objects.get(key)
             # A copy in Blender has the key, too: the one with the name that is known keeps it.
-            first = next((thing for thing in things if subject is not None and thing.name == subject.name), things[0])
+            first = next((thing for thing in things if subject is not None and known_as(thing) == subject.known_as), things[0])
             for thing in things:
-                present[key if thing is first else new_key()] = thing
-        for key in [key for key in self.objects if key not in present]:
-            self._deleted(self.objects.pop(key))
+                known = self.by_name.get(known_as(thing)) if thing is not first else None
+                own = known is not None and known.key not in groups
+                present[key if thing is first else known.key if own else new_key()] = thing
+        for at, key in enumerate([key for key in self.objects if key not in present]):
+            if at % SLICE == 0:
+                yield
+            subject = self.objects.pop(key, None)
+            if subject is not None:
+                self._deleted(subject)
         for at, (key, thing) in enumerate(present.items()):
+            if at % SLICE == 0:
+                yield
             subject = self.objects.get(key)
             if subject is None:
                 subject = self._came(key, thing)
                 if subject is None:
                     continue
                 self._fresh[subject] = None
-            elif subject.name != thing.name:
-                subject.name = thing.name
+            elif subject.known_as != known_as(thing):
+                subject.known_as = known_as(thing)
                 self.dirty(subject)
             subject.thing = thing
-            if at % _SLICE == 0:
-                yield
-        self.by_name = {subject.name: subject for subject in self.objects.values()}
+        self.by_name = {subject.known_as: subject for subject in self.objects.values()}
         for at, subject in enumerate(list(self.objects.values())):
             self._hang(subject, subject.known())
-            if at % _SLICE == 0:
+            if at % SLICE == 0:
                 yield
         for at, subject in enumerate(list(self._fresh)):
             if subject.key in self.objects:
-                self._choose_content(subject, subject.known())
+                self.contents.choose(subject, subject.known())
                 self.dirty(subject)
             del self._fresh[subject]
-            if at % _SLICE == 0:
+            if at % SLICE == 0:
                 yield
 
     def _hang(self, subject, thing):
         """Below the nearest object above it that is linked."""
         above = thing.parent
-        while above is not None and self.by_name.get(above.name) is None:
+        while above is not None and known_as(above) not in self.by_name:
             above = above.parent
-        parent = self.by_name[above.name] if above is not None else None
+        parent = self.by_name[known_as(above)] if above is not None else None
         if parent is not subject.parent:
             subject.parent = parent
             self.dirty(subject)
 
     def _came(self, key, thing):
-        if key in self.removed_there:
-            subject = self.removed_there[key]
-            take_out(self, subject, thing)  # Blender's undo brought it back: at the wall it is removed
+        if key in self.removed_there and (self.undone or known_as(thing) in self.staying):
+            take_out(self, self.removed_there[key], thing)  # Blender's undo brought it back: at the wall it is removed
             return None
+        if self.removed_there.pop(key, None) is not None:  # somebody put it into a collection again
+            self.note(("removed", key), "")
+            thing.use_fake_user = False
+            key = new_key()
         subject = self.deleted_here.pop(key, None)
         if subject is not None:
             self.removals = [each for each in self.removals if each is not subject]
-            subject.name, subject.alone = thing.name, False
+            subject.known_as, subject.alone = known_as(thing), False
             if not subject.node.exists:
                 subject.forget()
         else:
-            subject = ObjectSubject(thing.name, key)
-            subject.read_kept(thing)
-        if thing.library is None:
-            kept = thing.get(PROPERTY)
-            if kept is None or key_of(thing) != key:
-                thing[PROPERTY] = {"key": key}
+            subject = ObjectSubject(known_as(thing), key)
+            subject.read_kept(thing, self.key)
+            self.grown += 1
+        if thing.library is None and key_of(thing) != key:
+            thing[PROPERTY] = {"key": key}
         self.objects[key] = subject
         return subject
 
     def _deleted(self, subject):
         """Here; what it showed may be needed again."""
-        if subject.content is not None:
-            self._without(subject.content, subject)
+        self.contents.without(subject.content, subject)
         self.deleted_here[subject.key] = subject
         self.clean(subject)
         if subject.node.exists:
@@ -284,72 +297,10 @@ class Link:
         while len(self.deleted_here) > _MOST_GONE:
             self.deleted_here.pop(next(iter(self.deleted_here)))
 
-    def _without(self, content, subject):
-        if isinstance(content, MeshSubject):
-            content.users.pop(subject, None)
-            if not content.users:
-                self.clean(content)
-                self.contents["meshes"] = {key: each for key, each in self.contents["meshes"].items() if each is not content}
-
-    def _choose_content(self, subject, thing):
-        """What it shows: shared with whoever shows the same."""
-        before, content = subject.content, None
-        subject.remains = (thing.type, thing.data.name if thing.data else "")
-        said = ""
-        if thing.type in meshes.KINDS:
-            content = self._mesh_of(subject, thing)
-        elif thing.type == "LIGHT" and thing.data.type in LIGHTS:
-            content = self.contents["lights"].get((thing.data.name, thing.data.type))
-            if content is None:
-                content = self.contents["lights"][thing.data.name, thing.data.type] = LightSubject(thing.data.name, thing.data.type)
-                self.dirty(content)
-        elif thing.type not in _PLACE_ONLY or thing.instance_type != "NONE":
-            kind = f"{thing.data.type.lower()} light" if thing.type == "LIGHT" else thing.type.lower()
-            kind += "" if thing.instance_type == "NONE" else " with instances"
-            said = f"{thing.name} ({kind}): only its place is shown"
-        self.note(("kind", subject.key), said)
-        if content is not before:
-            if before is not None:
-                self._without(before, subject)
-            subject.content = content
-            self.dirty(subject)
-        if isinstance(content, MeshSubject) and subject not in content.users:
-            content.users[subject] = None
-
-    def _mesh_of(self, subject, thing):
-        own = thing.type != "MESH" or any(each.show_viewport for each in thing.modifiers) or thing.data.shape_keys
-        looks = tuple(slot.material.name if slot.material else "" for slot in thing.material_slots) if any(
-            slot.link == "OBJECT" for slot in thing.material_slots) else ()
-        key = ("object", subject.key) if own else ("mesh", thing.data.name, looks)
-        known = self.contents["meshes"]
-        content = known.get(key)
-        if content is None:
-            before = subject.content
-            if isinstance(before, MeshSubject) and list(before.users) == [subject]:
-                self.contents["meshes"] = known = {each: value for each, value in known.items() if value is not before}
-                content = before  # nobody else shows it: the same Geometry gets other arrays
-            else:
-                content = MeshSubject(thing.data.name)
-            known[key] = content
-            self.dirty(content)
-        return content
-
-    def material_of(self, material):
-        known = self.contents["materials"]
-        if material.name not in known:
-            known[material.name] = MaterialSubject(material.name)
-        return known[material.name]
-
-    def image_of(self, image):
-        known = self.contents["images"]
-        if image.name not in known:
-            known[image.name] = ImageSubject(image.name)
-        return known[image.name]
-
-    def renamed(self, subject, name):
-        self.by_name.pop(subject.name, None)
-        subject.name = name
-        self.by_name[name] = subject
+    def renamed(self, subject, thing):
+        self.by_name.pop(subject.known_as, None)
+        subject.known_as = known_as(thing)
+        self.by_name[subject.known_as] = subject
 
     def at(self, number):
         """The object whose node has this number."""
@@ -362,12 +313,14 @@ class Link:
         if self.root.exists:
             return
         batch.create(self.root_core, {"translation": (0.0, 0.0, 0.0), "rotation": stand.UP, "scale": (1.0, 1.0, 1.0)})
-        batch.create(self.marks, {"key": "blender"})
+        self.stamp = f"blender {new_key()}"
+        batch.create(self.marks, {"key": self.stamp})
         self.root.owner = self
         top = Mirror("Node")
         top.number = 1
-        batch.node(self.root, top, self._name, self.root_core)
+        batch.node(self.root, top, self._whole.name, self.root_core)
         batch.node(self.root_mark, self.root, ROOT_MARK + self.key, self.marks)
+        batch.begins = self.root_mark
 
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
@@ -386,6 +339,9 @@ class Link:
 
     def _remove(self, batch):
         """One that was refused among others by itself."""
+        for node in self.superfluous:
+            batch.remove(node)
+        self.superfluous = []
         alone = [subject for subject in self.removals if subject.alone][:1]
         if alone and batch:
             return
@@ -456,6 +412,8 @@ class Link:
 
     def _on_found(self, found):
         self._epoch, self.plan = found.epoch, found.plan
+        if found.root or not found.same:
+            self._found_root()
         self._under_way, self._news, self._placed, self._taking_up = None, {}, {}, take_up(self, found)
 
     def _on_done(self, batch, sequence, stopped):
@@ -468,7 +426,7 @@ class Link:
                     mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:
                 subject.alone = subject.unsent = False
-                self.note(("refused", subject.kind, subject.name), "")
+                self.note(("refused", subject.kind, subject.known_as), "")
                 self.refused.pop(subject, None)
             for subject in batch.hung:
                 subject.hung_at = sequence
@@ -483,7 +441,8 @@ class Link:
             mirror.refused()
         for subject, before in batch.hung.items():
             subject.hung = before
-        removed = [mirror.owner for mirror in batch.removed if mirror is mirror.owner.node and mirror.owner.key in self.deleted_here]
+        removed = [mirror.owner for mirror in batch.removed if mirror.owner is not None and mirror is mirror.owner.node
+                   and mirror.owner.key in self.deleted_here]
         several = len(batch.subjects) + len(removed) > 1
         for subject in removed if several else ():
             subject.alone = True
@@ -494,10 +453,16 @@ class Link:
                 self.dirty(subject)
             else:
                 subject.alone = False
-                self.refused[subject] = None
-                self.note(("refused", subject.kind, subject.name), f"{subject.name}: the wall refuses: {message}")
+                self.refuse(subject, f"the wall refuses: {message}")
         if removed and not several:
             self.note(("refused", removed[0].key), f"{removed[0].name}: the wall refuses its removal: {message}")
+
+    def refuse(self, subject, why):
+        """Until something of it changes, or of what is above it."""
+        self.refused[subject] = None
+        self.note(("refused", subject.kind, subject.known_as), f"{subject.name}: {why}")
+        if isinstance(subject, ObjectSubject):
+            self.dirty_all("objects", subject.waiting)
 
     def _take_news(self, end):
         self._news.update(self.courier.changed())
@@ -551,6 +516,10 @@ class Link:
         self.root_lost = True
         self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the removal back there")
 
+    def _found_root(self):
+        self.root_lost = False
+        self.note(("root",), "")
+
     def _on_back(self, mirror, number):
         """By undo, under its old number."""
         if mirror.number == number:
@@ -558,8 +527,7 @@ class Link:
         if not mirror.exists:
             mirror.number = number
         if mirror is self.root:
-            self.root_lost = False
-            self.note(("root",), "")
+            self._found_root()
         subject = mirror.owner
         if not isinstance(subject, ObjectSubject) or mirror is not subject.node or mirror.number != number:
             return
@@ -567,6 +535,11 @@ class Link:
             put_back(self, subject)
         elif self.deleted_here.pop(subject.key, None) is not None:
             make_again(self, subject)
+
+    def _on_marked(self, key):
+        """A node with the key of an object: another Blender with this file made it, or undo of what was done before we were here."""
+        if key in self.objects or key in self.removed_there or key in self.deleted_here:
+            self._again_at = time.monotonic() + _TAKEN_UP_AFTER
 
     def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""
@@ -584,6 +557,8 @@ class Link:
 
     def _hang_as_there(self, subject, parent):
         above = self.at(parent)
+        if above is not None or parent == self.root.number:
+            self.note(("hung", subject.key), "")
         if above is subject.hung and (above is not None or parent == self.root.number):
             return
         if above is None and parent != self.root.number:
@@ -592,7 +567,12 @@ class Link:
         thing = subject.get()
         if thing is None:
             return
-        thing.parent = above.get() if above is not None else None
+        wanted = above.get() if above is not None else None
+        thing.parent = wanted
+        subject.hung = above
+        if thing.parent != wanted:  # here it stands above that one
+            self.note(("hung", subject.key), f"{subject.name} cannot hang below {above.name}, which hangs below it here")
+            return
         thing.matrix_parent_inverse.identity()
-        subject.parent = subject.hung = above
+        subject.parent = above
         subject.put(self, subject.core.there)

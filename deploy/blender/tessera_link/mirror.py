@@ -86,6 +86,7 @@ class Batch:
         self.subjects = {}  # whose changes these are, in order
         self.changes = 0  # fields, for the count
         self.creates = False
+        self.begins = None  # the Mirror of the mark of a new root
 
     def __bool__(self):
         return bool(self.steps or self.removed)

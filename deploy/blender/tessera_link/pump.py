@@ -1,4 +1,5 @@
 """What Blender calls: its handlers mark what changed, its timer pumps the link. A program, or a test, calls `pump` itself."""
+import gc
 import os
 import socket
 import traceback
@@ -22,6 +23,8 @@ def start(collection, address="", token_file="", keys="", package_folder=""):
     global link
     tessera = package.find(package_folder)
     stop()
+    gc.collect()  # what is there now is looked through once, at a button's press, and not while the link grows
+    gc.freeze()
     way = {name: value for name, value in (("address", address), ("token_file", token_file), ("keys", keys)) if value}
     link = Link(tessera, way, collection, _link_key(collection))
     if not bpy.app.timers.is_registered(_tick):
@@ -34,6 +37,7 @@ def stop():
     if link is not None:
         link.close()
         link = None
+        gc.unfreeze()
 
 
 def pump():

@@ -1,17 +1,23 @@
 """Objects that were removed at the wall, or deleted here: undo on either side brings them back."""
 import bpy
 
-from .subjects import PROPERTY, MeshSubject
+from .subjects import PROPERTY, known_as
 
 
 def take_out(link, subject, thing):
     """Of its collections; the file keeps it."""
     subject.away = [each.name for each in thing.users_collection] or subject.away
     for each in thing.users_collection:
-        each.objects.unlink(thing)
+        if each.library is None:
+            each.objects.unlink(thing)
+    if thing.users_collection:
+        said = f"{subject.name} was removed at the wall; here it stays in {thing.users_collection[0].name}, which is of a library"
+        link.staying[subject.known_as] = subject.key
+        return link.note(("removed", subject.key), said)
     thing.use_fake_user = True
-    link.by_name.pop(subject.name, None)
+    link.by_name.pop(subject.known_as, None)
     link.note(("removed", subject.key), f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
+    return None
 
 
 def put_back(link, subject):
@@ -20,25 +26,23 @@ def put_back(link, subject):
         return make_again(link, subject)
     for name in subject.away:
         collection = bpy.data.collections.get(name) or link.collection
-        if thing.name not in collection.objects:
+        if collection.library is None and thing not in collection.objects.values():
             collection.objects.link(thing)
     thing.use_fake_user = False
+    link.staying.pop(subject.known_as, None)
     link.note(("removed", subject.key), "")
     return _linked_again(link, subject, thing)
 
 
 def make_again(link, subject):
     """It was deleted here, and its removal has been taken back at the wall."""
-    kind, name = subject.remains
-    kept = {"MESH": bpy.data.meshes, "LIGHT": bpy.data.lights, "CAMERA": bpy.data.cameras, "CURVE": bpy.data.curves,
-            "SURFACE": bpy.data.curves, "FONT": bpy.data.curves, "META": bpy.data.metaballs}.get(kind)
-    data = kept.get(name) if kept is not None else None
-    if data is None and name:
+    data = link.contents.remains_of(subject)
+    if data is None and subject.remains[1]:
         link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
     thing = bpy.data.objects.new(subject.name, data)
     thing[PROPERTY] = {"key": subject.key}
     link.collection.objects.link(thing)
-    subject.name = thing.name
+    subject.known_as = known_as(thing)
     parent = subject.parent.get() if subject.parent and subject.parent.key in link.objects else None
     if parent is not None:
         thing.parent = parent
@@ -47,11 +51,7 @@ def make_again(link, subject):
 
 
 def _linked_again(link, subject, thing):
-    link.objects[subject.key] = link.by_name[subject.name] = subject
+    link.objects[subject.key] = link.by_name[subject.known_as] = subject
     if subject.parent is not None and subject.parent.key not in link.objects:
         subject.parent = None
-    if isinstance(subject.content, MeshSubject):
-        known = link.contents["meshes"]
-        subject.content.users[subject] = None
-        if subject.content not in known.values():
-            known.setdefault(("mesh", thing.data.name, ()) if thing.type == "MESH" and thing.data else ("object", subject.key), subject.content)
+    link.contents.shown_again(subject, thing)

@@ -12,21 +12,33 @@ FIELDS = ("translation", "rotation", "scale")
 SHEAR = 1e-4  # of the longest column: more is said
 _ROTATION_NOISE = 4e-7  # a rotation is taken out of a matrix of floats anew each time
 _SCALE_NOISE = 1e-6
-_THROUGH_WORLD = 2e-6  # where a matrix came by two others
+_THROUGH_WORLD = 2e-6  # of the largest number, where a matrix came by others
+_CARRIERS = {"CHILD_OF", "FOLLOW_PATH", "ARMATURE", "FOLLOW_TRACK", "OBJECT_SOLVER"}  # constraints that carry an object from where it stood
 
 
-def simple(thing):
+def _by_itself(thing, parent):
     """Blender computes its matrix from its own fields and its parent's alone."""
-    return not thing.constraints and (thing.parent is None or thing.parent_type == "OBJECT")
+    return not thing.constraints and (thing.parent is None or thing.parent_type == "OBJECT") and thing.parent == parent
 
 
 def local_matrix(thing, parent):
     """Relative to `parent` (an object, or None: to the world)."""
-    if simple(thing) and thing.parent == parent:
+    if _by_itself(thing, parent):
         return thing.matrix_parent_inverse @ thing.matrix_basis if parent else thing.matrix_basis.copy()
     if parent is None:
         return thing.matrix_world.copy()
     return parent.matrix_world.inverted_safe() @ thing.matrix_world
+
+
+def largest(thing, parent):
+    """Of the numbers that its place is computed from, in its own units; 0: it is its own alone."""
+    if _by_itself(thing, parent):
+        return 0.0
+    found = max(1.0, *map(abs, thing.matrix_world.translation))
+    if parent is None:
+        return found
+    smallest = min(parent.matrix_world.to_scale(), key=abs)
+    return max(found, *map(abs, parent.matrix_world.translation)) / (abs(smallest) or 1.0)
 
 
 def read(thing, parent):
@@ -41,8 +53,8 @@ def read(thing, parent):
     return dict(zip(FIELDS, (tuple(translation), tuple(rotation), tuple(scale)))), sheared
 
 
-def without_noise(now, here, exact):
-    """`now`, with what differs from `here` by rounding alone as it was there."""
+def without_noise(now, here, most):
+    """`now`, with what differs from `here` by rounding alone as it was there; `most`: `largest`."""
     found = dict(now)
     for name, value in now.items():
         before = here.get(name)
@@ -51,11 +63,11 @@ def without_noise(now, here, exact):
         apart = max(abs(a - b) for a, b in zip(value, before))
         size = max(map(abs, before))
         if name == "rotation":
-            same = apart <= _ROTATION_NOISE
+            same = apart <= (_THROUGH_WORLD if most else _ROTATION_NOISE)
         elif name == "scale":
-            same = apart <= _SCALE_NOISE * size
+            same = apart <= (_THROUGH_WORLD if most else _SCALE_NOISE) * size
         else:
-            same = not exact and apart <= _THROUGH_WORLD * max(size, 1.0)
+            same = apart <= _THROUGH_WORLD * max(size, most) if most else False
         if same:
             found[name] = before
     return found
@@ -64,10 +76,28 @@ def without_noise(now, here, exact):
 def write(thing, parent, fields):
     """Puts it where a Transform of these fields stands. Blender makes no step of undo of it."""
     matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]), Vector(fields["scale"]))
-    if simple(thing) and thing.parent == parent:
+    if _by_itself(thing, parent):
         thing.matrix_basis = thing.matrix_parent_inverse.inverted_safe() @ matrix if parent else matrix
-    else:
-        thing.matrix_world = parent.matrix_world @ matrix if parent else matrix
+        return
+    world = parent.matrix_world @ matrix if parent else matrix
+    carried = _carried(thing)
+    if carried is not None:
+        thing.matrix_world = carried.inverted_safe() @ world
+        before = thing.matrix_basis.copy()
+    thing.matrix_world = world
+    if carried is not None:
+        thing.matrix_basis = before
+
+
+def _carried(thing):
+    """By its constraints, from where its own fields and its parent have it. None: they carry nothing, at most they hold it."""
+    if not any(each.type in _CARRIERS and not each.mute and each.influence for each in thing.constraints):
+        return None
+    now, basis = thing.matrix_world.copy(), thing.matrix_basis.copy()
+    thing.matrix_world = Matrix()
+    above = thing.matrix_basis.inverted_safe()  # what else stands above it
+    thing.matrix_world, thing.matrix_basis = now, basis
+    return now @ (above @ basis).inverted_safe()
 
 
 def turn_of(quaternion):

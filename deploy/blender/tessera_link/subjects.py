@@ -16,10 +16,14 @@ _REMEMBERED = 32  # places, by which undo is told from undo
 class Subject:
     """Something in Blender that one or more Mirrors stand for."""
 
-    def __init__(self, name):
-        self.name = name  # Blender's, by which it is found: its address changes with each undo
+    def __init__(self, known_as):
+        self.known_as = known_as  # in Blender, where it is found by that: its address changes with each undo
         self.alone = False  # was refused among others: is sent by itself
         self.unsent = False  # under way
+
+    @property
+    def name(self):
+        return self.known_as[0]
 
     def collect(self, link, batch):
         """Adds what is news."""
@@ -34,8 +38,8 @@ class FieldsSubject(Subject):
 
     kind = ""
 
-    def __init__(self, name, kind):
-        super().__init__(name)
+    def __init__(self, known_as, kind):
+        super().__init__(known_as)
         self.mirror = Mirror(kind, self)
 
     def get(self):
@@ -71,15 +75,15 @@ class FieldsSubject(Subject):
 class MaterialSubject(FieldsSubject):
     kind = "materials"
 
-    def __init__(self, name):
-        super().__init__(name, "Material")
+    def __init__(self, known_as):
+        super().__init__(known_as, "Material")
 
     def get(self):
-        return bpy.data.materials.get(self.name)
+        return bpy.data.materials.get(self.known_as)
 
     def now(self, link, thing):
         fields, left = materials.read(thing)
-        link.note(("material", self.name), left and f"material {self.name}: {left}")
+        link.note(("material", self.known_as), left and f"material {self.name}: {left}")
         return single(fields)
 
     def put(self, thing, name, value):
@@ -89,7 +93,7 @@ class MaterialSubject(FieldsSubject):
         super().collect(link, batch)
         thing = self.get()
         picture = materials.image_of(thing) if thing is not None else None
-        image = link.image_of(picture) if picture is not None else None
+        image = link.contents.image_of(picture) if picture is not None else None
         if image is not None and not image.mirror.exists:
             image.collect(link, batch)
         if thing is not None:
@@ -99,16 +103,16 @@ class MaterialSubject(FieldsSubject):
 class ImageSubject(Subject):
     kind = "images"
 
-    def __init__(self, name):
-        super().__init__(name)
+    def __init__(self, known_as):
+        super().__init__(known_as)
         self.mirror = Mirror("Image", self)
 
     def collect(self, link, batch):
-        image = bpy.data.images.get(self.name)
+        image = bpy.data.images.get(self.known_as)
         if image is None:
             return
         fields, left = materials.read_image(image)
-        link.note(("image", self.name), left)
+        link.note(("image", self.known_as), left)
         if fields is None and not self.mirror.exists:
             batch.create(self.mirror, {})
         elif fields is not None:
@@ -119,12 +123,12 @@ class ImageSubject(Subject):
 class LightSubject(FieldsSubject):
     kind = "lights"
 
-    def __init__(self, name, kind):
-        super().__init__(name, lights.TYPES[kind])
+    def __init__(self, known_as, kind):
+        super().__init__(known_as, lights.TYPES[kind])
         self.of = kind
 
     def get(self):
-        found = bpy.data.lights.get(self.name)
+        found = bpy.data.lights.get(self.known_as)
         return found if found is not None and found.type == self.of else None
 
     def now(self, link, thing):
@@ -147,8 +151,9 @@ class MeshSubject(Subject):
 
     kind = "meshes"
 
-    def __init__(self, name):
-        super().__init__(name)
+    def __init__(self, known_as):
+        super().__init__(known_as)
+        self.found_by = None  # among all meshes
         self.cores = {}  # by slot
         self.users = {}  # objects, in order
         self.found = {}  # Mirrors of Geometries that the wall has already, by their numbers, with the numbers of their materials
@@ -172,7 +177,7 @@ class MeshSubject(Subject):
         slots = meshes.slots_of(raw)
         for slot in slots:
             material = thing.material_slots[slot].material if slot < len(thing.material_slots) else None
-            subject = link.material_of(material) if material is not None else None
+            subject = link.contents.material_of(material) if material is not None else None
             core = self.cores.get(slot)
             if core is None:
                 core = self.cores[slot] = Mirror("Geometry", self)
@@ -204,20 +209,21 @@ class ObjectSubject(Subject):
 
     kind = "objects"
 
-    def __init__(self, name, key):
-        super().__init__(name)
+    def __init__(self, known_as, key):
+        super().__init__(known_as)
         self.key = key
         self.thing = None  # Blender's; looking one up by its name takes as long as there are objects
         self.node, self.core, self.mark = Mirror("Node", self), Mirror("Transform", self), Mirror("Node", self)
         self.parent = None  # an ObjectSubject
+        self.waiting = {}  # those that hang below this one, until it is there
         self.hung = None  # below which it hangs at the wall; None: below the root
         self.hung_at = 0  # the list in which the wall granted that
         self.content = None  # a MeshSubject or a LightSubject
         self.parts = []  # Mirrors of nodes
         self.kept = None  # where the wall had it when the file was saved
-        self.was = False  # at the wall, as far as is known
+        self.was = ""  # at the wall, as far as is known: the stamp of the root that it is below
         self.away = []  # removed at the wall: the collections that it was in
-        self.remains = ("", "")  # once it is deleted here: what it showed
+        self.remains = ("", None)  # once it is deleted here: what it showed
         self.own = ()  # where it was put here
         self.overridden = ()  # where it was when others put it elsewhere
 
@@ -227,7 +233,9 @@ class ObjectSubject(Subject):
                 return self.thing
         except ReferenceError:  # deleted, or made anew by undo
             pass
-        self.thing = bpy.data.objects.get(self.name)
+        self.thing = bpy.data.objects.get(self.known_as)
+        if self.thing is not None and key_of(self.thing) not in ("", self.key):
+            self.thing = None  # another one is called so now
         return self.thing
 
     def known(self):
@@ -243,23 +251,20 @@ class ObjectSubject(Subject):
     def forget(self):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
-        self.parts, self.hung, self.hung_at, self.was = [], None, 0, False
+        self.parts, self.hung, self.hung_at, self.was = [], None, 0, ""
         self.own = self.overridden = ()
 
     def now(self, link, thing):
         fields, sheared = stand.read(thing, self.parent_thing())
         link.note(("shear", self.key), sheared and f"{self.name} is sheared: it is shown without that")
-        return stand.without_noise(fields, self.core.here, stand.simple(thing))
+        return stand.without_noise(fields, self.core.here, stand.largest(thing, self.parent_thing()))
 
     def collect(self, link, batch):
         thing = self.get()
         if thing is None:
             return
         if self.parent is not None and not self.parent.node.exists:
-            if link.objects.get(self.parent.key) is not self.parent:
-                link.rescan = True  # it was removed meanwhile: another one is above this
-                return None
-            self.parent.collect(link, batch)
+            return self._wait(link)
         if not self.node.exists:
             return self._create(link, batch, thing)
         if self.node.asked:
@@ -278,6 +283,17 @@ class ObjectSubject(Subject):
             self.hung = self.parent
         return self.settle(link, batch)
 
+    def _wait(self, link):
+        """For the one above it."""
+        above = self.parent
+        above.waiting[self] = None
+        if link.objects.get(above.key) is not above:
+            link.rescan = True  # it was removed meanwhile: another one is above this
+        elif above in link.refused:
+            link.refuse(self, f"{above.name}, which it hangs below, is not there")
+        else:
+            link.dirty(above)
+
     def _is_of_others(self, now):
         """Blender's undo goes back to a whole file: it has taken back what others did since, too, which was no step of Blender's."""
         place = _place(now)
@@ -290,7 +306,10 @@ class ObjectSubject(Subject):
         batch.create(self.core, now)
         batch.node(self.node, self.parent.node if self.parent else link.root, self.name, self.core)
         batch.node(self.mark, self.node, MARK + self.key, link.marks)
-        self.hung, self.was = self.parent, True
+        self.hung, self.was = self.parent, link.stamp
+        link.grown += 1
+        waiting, self.waiting = self.waiting, {}
+        link.dirty_all("objects", [each for each in waiting if link.objects.get(each.key) is each])
         self.settle(link, batch)
 
     def settle(self, link, batch):
@@ -324,10 +343,12 @@ class ObjectSubject(Subject):
         thing = self.get()
         if thing is None:
             return
+        if thing.library is not None:
+            link.note(("library", self.key), f"{self.name} is of {thing.library.name}: what is changed at the wall is not saved here")
         if mirror is self.node:
-            if thing.name == self.node.here.get("name"):
+            if thing.library is None and thing.name == self.node.here.get("name"):  # a library's would not be found again
                 thing.name = value
-                link.renamed(self, thing.name)
+                link.renamed(self, thing)
                 self.node.in_step({"name": thing.name}, {"name": value})
             return
         now = self.now(link, thing)
@@ -357,7 +378,8 @@ class ObjectSubject(Subject):
             link.courier.watch(mirror)
         for part in self.parts:
             link.courier.watch(part.core)
-        self.was = True
+        self.was = link.stamp
+        link.grown += 1
         thing = self.get()
         now = self.now(link, thing)
         if not self.core.here and self.kept:
@@ -375,23 +397,25 @@ class ObjectSubject(Subject):
             self.take(link, self.node, "name", found.name)
         self.node.there = {"name": found.name}
 
-    def keep(self):
+    def keep(self, link_key):
         """In the file: by what it is found again, and what both had when it was saved."""
         thing = self.get()
         if thing is None or thing.library is not None:
             return
-        kept = {"key": self.key}
+        kept = {"key": self.key, "link": link_key, "root": self.was}
         if self.was and all(name in self.core.here and name in self.core.there for name in stand.FIELDS):
             kept["name"] = self.node.here.get("name", self.name)
             for side, fields in (("here", self.core.here), ("there", self.core.there)):
                 kept[side] = {name: list(fields[name]) for name in stand.FIELDS}
         thing[PROPERTY] = kept
 
-    def read_kept(self, thing):
+    def read_kept(self, thing, link_key):
+        """Of this link: an object may be in several collections, each of which was linked once."""
         kept = thing.get(PROPERTY)
         try:
-            self.kept = {"name": str(kept["name"]), **{side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS}
-                                                      for side in ("here", "there")}}
+            sides = {side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS} for side in ("here", "there")}
+            said = {"name": str(kept["name"]), "root": str(kept["root"]), **sides}
+            self.kept = said if kept["link"] == link_key else None
         except (TypeError, KeyError, ValueError, AttributeError):
             self.kept = None
 
@@ -402,6 +426,11 @@ def _place(fields):
 
 def _remembered(places, fields):
     return (*places, _place(fields))[-_REMEMBERED:]
+
+
+def known_as(thing):
+    """Its name, and the file that it is linked from: no two of a kind have both."""
+    return thing.name, thing.library.filepath if thing.library is not None else None
 
 
 def key_of(thing):

@@ -1,7 +1,8 @@
 """What the wall had when we came: each object that is there already is taken up, and nothing is made twice."""
 import itertools
 
-from .removals import put_back
+from .mirror import Mirror
+from .removals import make_again, put_back
 from .subjects import PROPERTY, MaterialSubject
 
 
@@ -11,6 +12,7 @@ def take_up(link, found):
         return
     _contents(link, found)
     yield
+    link.stamp = found.stamp
     link.root.number, link.root_core.number, link.marks.number = found.root, found.root_core, found.marks
     for mirror in (link.root, link.root_core, link.marks, link.root_mark):
         mirror.refused()
@@ -25,6 +27,8 @@ def take_up(link, found):
     numbers = sorted(link.objects.items(), key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
     for key, subject in numbers:
         if key in found.objects:
+            if found.same and subject.node.number in found.twice:
+                link.superfluous.append(_node(subject.node.number))
             subject.node.number = found.objects[key].node
             link.courier.watch(subject.node)
     yield
@@ -34,7 +38,7 @@ def take_up(link, found):
         each = found.objects.pop(key, None)
         if each is not None:
             subject.adopt(link, each)
-        elif found.root and (subject.was or subject.kept):
+        elif found.root and found.stamp == (subject.was or (subject.kept or {}).get("root")):
             subject.node.gone()
             link.removed(subject)
             continue
@@ -43,10 +47,14 @@ def take_up(link, found):
         link.dirty(subject)
         yield
     for key, each in found.objects.items():
-        if key in link.deleted_here:
+        if key in link.deleted_here and link.deleted_here[key].node.number:
             subject = link.deleted_here[key]
             subject.node.number = each.node
             link.removals.append(subject)
+        elif key in link.deleted_here:  # its removal was granted, and has been taken back there
+            subject = link.deleted_here.pop(key)
+            make_again(link, subject)
+            subject.adopt(link, each)
         elif key in link.removed_there:
             subject = link.removed_there.pop(key)
             put_back(link, subject)
@@ -57,6 +65,12 @@ def take_up(link, found):
     others = found.others + sum(key not in link.deleted_here and key not in link.objects for key in found.objects)
     link.note(("others",), others and f"{others} nodes below the collection at the wall are not of this file")
     link.courier.begin()
+
+
+def _node(number):
+    found = Mirror("Node")
+    found.number = number
+    return found
 
 
 def _by_names(link, found):
@@ -81,21 +95,21 @@ def _contents(link, found):
     parts = [part for each in found.objects.values() for part in each.parts]
     geometries = {core: material for _, core, kind, material in parts if kind == "Geometry"}
     materials_there, cores_there = set(geometries.values()), {core for _, core, _, _ in parts}
-    for subject in itertools.chain(link.contents["materials"].values(), link.contents["lights"].values()):
-        if subject.mirror.number not in (materials_there if isinstance(subject, MaterialSubject) else cores_there):
+    for subject in itertools.chain(link.contents.materials.values(), link.contents.lights.values()):
+        if not found.same or subject.mirror.number not in (materials_there if isinstance(subject, MaterialSubject) else cores_there):
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
         link.dirty(subject)
-    materials = [subject.mirror for subject in link.contents["materials"].values() if subject.mirror.number]
+    materials = [subject.mirror for subject in link.contents.materials.values() if subject.mirror.number]
     images_there = {mirror.here.get("baseColorImage") for mirror in materials}
-    for subject in link.contents["images"].values():
+    for subject in link.contents.images.values():
         if subject.mirror not in images_there:
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
-    for subject in link.contents["meshes"].values():
-        whole = subject.cores and all(core.number in geometries for core in subject.cores.values())
+    for subject in link.contents.meshes.values():
+        whole = found.same and subject.cores and all(core.number in geometries for core in subject.cores.values())
         if not whole or subject.unsent:
             link.dirty(subject)
         if not whole:
