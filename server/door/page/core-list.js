@@ -1,4 +1,5 @@
 // Nodes whose cores are of certain types, from all over the scene: some at a time, however many there are.
+import { seen } from './elements.js';
 import { valuesOf } from './schema.js';
 
 const kMostPages = 20;  // of the tree, between two answers to who asks for more
@@ -72,7 +73,7 @@ export class CoreList {
     const left = shown.filter(({ node, core }) => objects.has(node) && objects.has(core));
     return left.map(({ node, core: id, type, length }) => {
       const core = objects.get(id), path = paths.get(node) ?? '';
-      const label = path.startsWith('/') ? path : objects.get(node).fields.get('name') || `#${node}`;
+      const label = seen(path.startsWith('/') ? path : objects.get(node).fields.get('name') || `#${node}`);
       return { node, label, core, type, values: valuesOf(core, type), length, at: (at + performance.now()) / 2 };
     });
   }
