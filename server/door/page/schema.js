@@ -21,7 +21,8 @@ export function valuesOf(object, type) {
     [field.name, object.fields.has(field.name) ? object.fields.get(field.name) : field.default])));
 }
 
-export class Schema {
+/** Event `outdated`: behind the same address another version answers now, and this page is of the one before. */
+export class Schema extends EventTarget {
   /** @type {Promise<Map<string, Type>>} by their names */
   #types = new Promise(() => {});
   #requests = new Map();
@@ -29,6 +30,7 @@ export class Schema {
 
   /** @param {import('./connection.js').Connection} connection */
   constructor(connection) {
+    super();
     connection.addEventListener('open', () => {
       this.#types = this.#load();
       this.#types.catch(() => {});
@@ -50,9 +52,8 @@ export class Schema {
     if (!answer.ok) throw new Error(`The types of the scene did not come: ${answer.status}`);
     const api = await answer.json();
     const version = `${api.version} ${api.protocol} ${api.schema}`;
-    // Behind the same address another version answers now, and this page is one of the version before.
-    if (this.#known && this.#known !== version) location.reload();
-    this.#known = version;
+    this.#known ||= version;
+    if (this.#known !== version) this.dispatchEvent(new Event('outdated'));
     this.#requests = new Map(api.requests.map((request) => [request.name, request]));
     for (const field of api.types.flatMap((type) => type.fields)) field.default = inWords(field, field.default);
     return new Map(api.types.map((type) => [type.name, type]));

@@ -24,9 +24,9 @@ export class TimeView {
   constructor(panel, connection, status) {
     const halves = ([half, most]) => [{ name: 'half below', samples: half }, { name: '99 % below', samples: most }];
     this.#plots = [
-      new Plot('From frame to frame', 'ms', [{ name: 'as they come here', samples: this.#between }]),
-      new Plot('Frame time', 'ms', halves(this.#frame)),
-      new Plot('Wait at the barrier', 'ms', halves(this.#barrier)),
+      new Plot('From frame to frame', 'ms', [{ name: 'as they come here', samples: this.#between }], true),
+      new Plot('Frame time since the server has started', 'ms', halves(this.#frame)),
+      new Plot('Wait at the barrier since the server has started', 'ms', halves(this.#barrier)),
     ];
     panel.append(element('div', { class: 'plots' }, ...this.#plots.map((plot) => plot.node)),
                  element('div', { class: 'columns' },

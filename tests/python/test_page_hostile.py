@@ -1,0 +1,165 @@
+"""The console's page among others: names that nobody sees or that never end, a flood of changes, two who drag one thing, tabs, other versions."""
+import unittest
+
+import page_browser
+import page_wall
+
+UNSEEN = "\u200b\u200b"
+BLANK = "   "
+LONG = "long name " * 400
+TURNED = "\u202eevil\u202c مرحبا <b>bold</b>"
+
+# Controls that nobody reads out: without a text, a label, or a title. As a browser's tree for screen readers has it.
+UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch", "slider", "combobox", "radio", "tab", "treeitem", "spinbutton", "ColorWell"}
+
+
+@unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
+class PageHostile(page_wall.OnAPage):
+    options = {"surface": "none", "size": "64x48", "journal": True}
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        with cls.wall.edit() as edit:
+            cls.names = edit.create("/names", None)
+            for name in (UNSEEN, BLANK, LONG, TURNED):
+                edit.add(cls.names, name)
+            edit.create("/lamp", "PointLight", intensity=2.0, range=5.0)
+            edit.create("/plate", "Transform")
+            edit.create("/swing", "Animation", playing=False)
+
+    def row(self, name):
+        return self.browser.until(f"a row {name[:20]}", lambda: self.browser.run(
+            "return [...document.querySelectorAll('[role=treeitem]')].find((one) => one.textContent.includes(arguments[0]))", name))
+
+    def select(self, name):
+        self.browser.run("arguments[0].click()", self.row(name))
+        self.browser.until(f"the fields of {name[:20]}", lambda: name in self.browser.text(".object h2"))
+
+    def field(self, label):
+        return self.browser.until(f"a field {label}", lambda: next(iter(self.browser.all(f".object [aria-label='{label}']")), None))
+
+    def show_names(self):
+        self.come_in(tab="scene")
+        self.browser.run("arguments[0].querySelector('.toggle').click()", self.row("names"))
+
+    # ---- names
+
+    def test_names_that_nobody_would_see_are_told_in_code_points(self):
+        self.show_names()
+        self.select("U+200B U+200B")
+        self.assertEqual(self.browser.text(".object .path"), "/names/U+200B U+200B")
+        self.select("U+0020 U+0020 U+0020")
+        self.browser.run("const input = document.querySelector('input[type=search]'); input.value = '/names/*'; input.dispatchEvent(new Event('input'))")
+        self.browser.until("all of them", lambda: self.browser.text(".browse [role=status]") == "4 found")
+        self.assertEqual(self.browser.text(".results .name"), "/names/U+200B U+200B")
+        self.assert_nothing_logged()
+
+    def test_names_without_end_leave_the_fields_in_sight(self):
+        for width, height in page_browser.SIZES:
+            self.browser.size(width, height)
+            self.show_names()
+            for name in (LONG, TURNED):
+                self.select(name)
+                with self.subTest(width=width, name=name[:9]):
+                    self.assertEqual(self.browser.faults(), [])
+                    title, field = (self.browser.run(f"return document.querySelector('{one}').getBoundingClientRect().top") for one in (".object h2", ".object .field"))
+                    self.assertLess(field - title, height)
+            self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => one.textContent.includes('Remove')).click()")
+            self.browser.until("a question", lambda: self.browser.all("dialog[open]"))
+            self.assertEqual(self.browser.faults(), [])
+        self.assertEqual(self.browser.run("return document.querySelectorAll('main b, main img').length"), 0)
+        self.assert_nothing_logged()
+
+    # ---- fields that others change, too
+
+    def test_what_one_types_stays_and_the_rest_of_the_field_follows(self):
+        self.come_in(tab="scene")
+        self.select("plate")
+        x, y = self.field("translation, x"), self.field("translation, y")
+        self.browser.run("arguments[0].focus(); arguments[0].select()", y)
+        y.send_keys("7.")
+        for i in range(1, 40):
+            self.wall["/plate"].translation = (i, i, i)
+        self.browser.until("the newest x", lambda: x.get_property("value") == "39")
+        y.send_keys("25\n")
+        self.browser.until("both have what they have set", lambda: tuple(self.wall["/plate"].translation) == (39, 7.25, 39))
+        # Who only looks in sees the newest as soon as they leave.
+        self.browser.run("arguments[0].focus()", x)
+        self.wall["/plate"].translation = (5, 5, 5)
+        self.browser.until("the newest y", lambda: y.get_property("value") == "5")
+        self.assertEqual(x.get_property("value"), "39")
+        self.browser.run("arguments[0].blur()", x)
+        self.browser.until("the newest x", lambda: x.get_property("value") == "5")
+        self.assert_nothing_logged()
+
+    def test_the_next_step_names_the_node_of_a_core(self):
+        self.come_in(tab="scene")
+        self.wall["/lamp"].intensity = 3.0
+        self.browser.until("its path", lambda: self.browser.text("#next-steps").startswith("↶ sets PointLight.intensity of /lamp"))
+        self.assert_nothing_logged()
+
+    # ---- tabs and addresses
+
+    def test_a_bookmark_of_another_tab_opens_it_and_a_skip_leaves_it(self):
+        self.come_in(tab="time")
+        self.browser.run("location.hash = '#plan'")
+        self.browser.until("the plan", lambda: self.browser.all("#panel-plan"))
+        self.browser.run("document.querySelector('.skip').click()")
+        self.browser.until("its own address", lambda: self.browser.run("return location.hash") == "#plan")
+        self.assertTrue(self.browser.all("#panel-plan"))
+        self.browser.driver.refresh()
+        self.browser.until("the plan again", lambda: self.browser.all("#panel-plan"))
+        self.browser.driver.back()
+        self.browser.driver.forward()
+        self.browser.until("the plan once more", lambda: "running" in self.browser.text("#wall-state") and self.browser.all("#panel-plan"))
+
+    def test_another_version_loads_the_page_anew_but_not_from_under_a_hand(self):
+        changed = """
+            const real = fetch;
+            window.isSamePage = true;
+            window.fetch = async (...said) => {
+              const answer = await real(...said);
+              return said[0] === '/api' ? Response.json({ ...await answer.json(), version: '9.9.9' }) : answer;
+            };"""
+        self.come_in(tab="scene")
+        self.browser.run(changed)
+        self.browser.run("document.querySelector('input[type=search]').focus()")
+        self.live.kill_server()
+        self.browser.until("a banner", lambda: "lost" in self.browser.text("#banner"))
+        self.live.start_server()
+        self.browser.until("an offer", lambda: "another version" in self.browser.text("#banner") and self.browser.all("#banner button"))
+        self.assertTrue(self.browser.run("return window.isSamePage"))
+        self.browser.all("#banner button")[0].click()
+        self.browser.until("another page", lambda: not self.browser.run("return window.isSamePage"))
+        self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state") and not self.browser.all("#banner"))
+        self.browser.run(changed)
+        self.browser.run("document.activeElement.blur()")
+        self.live.kill_server()
+        self.live.start_server()
+        self.browser.until("another page by itself", lambda: not self.browser.run("return window.isSamePage"))
+        self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state"))
+
+    # ---- for everybody
+
+    def test_all_controls_have_names_and_pages_as_large_as_twice_are_whole(self):
+        self.come_in(tab="wall")
+        for width in (320, 640):  # WCAG 1.4.10; and 1,280 at twice the size
+            self.browser.size(width, 700)
+            for tab in ("wall", "plan", "time", "scene", "files"):
+                self.browser.run(f"document.getElementById('tab-{tab}').click()")
+                if tab == "scene":
+                    self.select("lamp")
+                with self.subTest(width=width, tab=tab):
+                    self.assertEqual(self.browser.faults(), [])
+                    self.assertEqual(self.unnamed(), [])
+                self.browser.shoot(f"hostile-{tab}-{width}")
+        self.assert_nothing_logged()
+
+    def unnamed(self):
+        tree = self.browser.driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+        return [node["role"]["value"] for node in tree if not node["ignored"] and node["role"]["value"] in UNNAMED_ROLES and not node.get("name", {}).get("value", "").strip()]
+
+
+if __name__ == "__main__":
+    unittest.main()
