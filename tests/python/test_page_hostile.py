@@ -14,7 +14,7 @@ UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch",
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
-class PageHostile(page_wall.OnAPage):
+class PageHostile(page_wall.OnAScene):
     options = {"surface": "none", "size": "64x48", "journal": True}
 
     @classmethod
@@ -27,17 +27,6 @@ class PageHostile(page_wall.OnAPage):
             edit.create("/lamp", "PointLight", intensity=2.0, range=5.0)
             edit.create("/plate", "Transform")
             edit.create("/swing", "Animation", playing=False)
-
-    def row(self, name):
-        return self.browser.until(f"a row {name[:20]}", lambda: self.browser.run(
-            "return [...document.querySelectorAll('[role=treeitem]')].find((one) => one.textContent.includes(arguments[0]))", name))
-
-    def select(self, name):
-        self.browser.run("arguments[0].click()", self.row(name))
-        self.browser.until(f"the fields of {name[:20]}", lambda: name in self.browser.text(".object h2"))
-
-    def field(self, label):
-        return self.browser.until(f"a field {label}", lambda: next(iter(self.browser.all(f".object [aria-label='{label}']")), None))
 
     def show_names(self):
         self.come_in(tab="scene")

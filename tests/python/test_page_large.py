@@ -9,7 +9,7 @@ AT_ONCE = 50_000
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
-class PageLarge(page_wall.OnAPage):
+class PageLarge(page_wall.OnAScene):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -20,10 +20,6 @@ class PageLarge(page_wall.OnAPage):
                     edit.add(many, f"child {i:06}")
         with cls.wall.edit() as edit:
             cls.ball = edit.create("/ball", "Geometry", material=edit.object("Material", baseColor=(1, 0, 0, 1)))
-
-    def row(self, name):
-        return self.browser.until(f"a row {name}", lambda: self.browser.run(
-            "return [...document.querySelectorAll('[role=treeitem]')].find((one) => one.textContent.includes(arguments[0]))", name))
 
     def look_for(self, text, said):
         self.browser.run("const input = document.querySelector('input[type=search]'); input.value = arguments[0]; input.dispatchEvent(new Event('input'))", text)

@@ -487,6 +487,32 @@ class Picture(OnAPicture):
         self.wall.ask("NavigateView", mode="fly")
         self.assert_nothing_logged()
 
+    def tap(self, u, v):
+        x, y, *_ = self.surface_at(u, v)
+        self.touch("touchStart", (x, y))
+        self.touch("touchEnd")
+
+    def test_a_finger_looks_picks_and_measures(self):
+        self.browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+        self.addCleanup(self.browser.driver.execute_cdp_cmd, "Emulation.setTouchEmulationEnabled", {"enabled": False})
+        self.browser.size(360, 740)
+        self.come_in()
+        self.browser.until("its picture", lambda: self.browser.all(".tile"))
+        self.tap(0.5, 0.5)
+        self.browser.until("its numbers", lambda: "Round trip" in self.browser.text("dialog[open]"))
+        self.browser.run("document.querySelector('dialog[open]').close()")
+        body = self.place_of((-2, 0.5, 0.5))
+        self.choose("Pick")
+        self.tap(*body)
+        self.browser.until("the carriage", lambda: "/carriage/body" in self.said())
+        self.choose("Measure")
+        self.tap(*body)
+        self.browser.until("the second is wanted", lambda: "Now the second" in self.said())
+        self.tap(0.3, 0.9)
+        self.browser.until("the distance", lambda: "to /floor" in self.said())
+        self.assertLessEqual(self.browser.run("return document.scrollingElement.scrollWidth"), 360)
+        self.assert_nothing_logged()
+
     def test_a_finger_drags_a_thing(self):
         self.browser.size(360, 740)
         self.come_in()
