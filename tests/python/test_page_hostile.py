@@ -129,7 +129,27 @@ class PageHostile(page_wall.OnAScene):
         self.browser.until("another page by itself", lambda: not self.browser.run("return window.isSamePage"))
         self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state"))
 
+    def test_a_page_that_sleeps_does_not_take_its_own_sleep_for_the_walls(self):
+        self.come_in(tab="time")
+        self.browser.until("frames", lambda: "–" not in self.browser.text(".plot strong"))
+        with self.browser.asleep():
+            frame = self.wall.status().frame
+            page_browser.until("five seconds of frames", lambda: self.wall.status().frame > frame + 300)
+        seen = self.wall.status().frame
+        self.browser.until("a second of frames", lambda: self.wall.status().frame > seen + 60)
+        self.assertLess(float(self.browser.text(".plot .scale").split()[0]), 3000)
+        self.browser.logged()
+
     # ---- for everybody
+
+    def test_paper_is_white(self):
+        self.come_in()
+        if self.browser.run("return document.documentElement.dataset.theme") != "dark":
+            self.browser.run("document.getElementById('theme').click()")
+        self.browser.run("window.printed = []; for (const kind of ['beforeprint', 'afterprint']) addEventListener(kind, () => printed.push(document.documentElement.dataset.theme))")
+        self.browser.driver.execute_cdp_cmd("Page.printToPDF", {})
+        self.assertEqual(self.browser.run("return printed"), ["light", "dark"])
+        self.assert_nothing_logged()
 
     def test_all_controls_have_names_and_pages_as_large_as_twice_are_whole(self):
         self.come_in(tab="wall")
