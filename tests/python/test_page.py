@@ -222,32 +222,6 @@ class Page(page_wall.OnAPage):
         self.assertIn("started again", self.browser.text(".faults"))
         self.assertTrue(all(re.search("WebSocket|ERR_|/api", line) for line in self.browser.logged()))
 
-    def test_while_nobody_looks_no_picture_is_asked_for(self):
-        added = self.browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
-            window.asked = {};
-            const send = WebSocket.prototype.send;
-            WebSocket.prototype.send = function (text) {
-              const { request } = JSON.parse(text);
-              asked[request] = (asked[request] ?? 0) + 1;
-              return send.call(this, text);
-            };"""})
-        self.addCleanup(self.browser.driver.execute_cdp_cmd, "Page.removeScriptToEvaluateOnNewDocument", added)
-
-        def asked(request):
-            return self.browser.run("return asked[arguments[0]] ?? 0", request)
-        self.come_in()
-        self.browser.until("pictures", lambda: asked("GetPreview") > 1)
-        self.addCleanup(self.browser.driver.set_window_rect, 0, 0, 1280, 800)
-        self.browser.driver.minimize_window()
-        self.browser.until("it is hidden", lambda: self.browser.run("return document.visibilityState") == "hidden")
-        pictures, looks = asked("GetPreview"), asked("GetStatus")
-        self.wall["/carriage"].translation = (-2, 1.5, 0)
-        self.browser.until("some seconds", lambda: asked("GetStatus") > looks + 2)
-        self.assertEqual(asked("GetPreview"), pictures)
-        self.browser.driver.set_window_rect(0, 0, 1280, 800)
-        self.browser.until("pictures again", lambda: asked("GetPreview") > pictures + 1)
-        self.assert_nothing_logged()
-
     def test_a_token_that_counts_no_more_is_asked_for_on_the_page(self):
         self.come_in()
         token = self.browser.run("const kept = sessionStorage.getItem('tessera-token'); sessionStorage.setItem('tessera-token', 'old'); return kept")

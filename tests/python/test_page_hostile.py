@@ -15,7 +15,7 @@ UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch",
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
 class PageHostile(page_wall.OnAScene):
-    options = {"surface": "none", "size": "64x48", "journal": True}
+    options = {"surface": "osmesa", "size": "64x48", "journal": True}
 
     @classmethod
     def setUpClass(cls):
@@ -128,6 +128,49 @@ class PageHostile(page_wall.OnAScene):
         self.live.start_server()
         self.browser.until("another page by itself", lambda: not self.browser.run("return window.isSamePage"))
         self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state"))
+
+    def test_what_is_refused_for_a_moment_is_asked_for_again(self):
+        self.come_in(tab="scene")
+        self.browser.run("""
+            const real = fetch, send = WebSocket.prototype.send;
+            let refused = 0;
+            window.fetch = (...said) => said[0] === '/api' && ++refused < 3 ? Promise.resolve(new Response('', { status: 503 })) : real(...said);
+            window.looks = 0;
+            WebSocket.prototype.send = function (text) {  // which no wall knows
+              return send.call(this, text.includes('"GetStatus"') && ++looks < 3 ? text.replace('GetStatus', 'GetNothing') : text);
+            };""")
+        self.live.kill_server()
+        self.browser.until("a banner", lambda: "lost" in self.browser.text("#banner"))
+        self.live.start_server()
+        self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state"))
+        self.select("lamp")
+        self.field("intensity")
+
+    def test_while_nobody_looks_no_picture_is_asked_for(self):
+        added = self.browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+            window.asked = {};
+            const send = WebSocket.prototype.send;
+            WebSocket.prototype.send = function (text) {
+              const { request } = JSON.parse(text);
+              asked[request] = (asked[request] ?? 0) + 1;
+              return send.call(this, text);
+            };"""})
+        self.addCleanup(self.browser.driver.execute_cdp_cmd, "Page.removeScriptToEvaluateOnNewDocument", added)
+
+        def asked(request):
+            return self.browser.run("return asked[arguments[0]] ?? 0", request)
+        self.come_in()
+        self.browser.until("pictures", lambda: asked("GetPreview") > 1)
+        self.addCleanup(self.browser.driver.set_window_rect, 0, 0, 1280, 800)
+        self.browser.driver.minimize_window()
+        self.browser.until("it is hidden", lambda: self.browser.run("return document.visibilityState") == "hidden")
+        pictures, looks = asked("GetPreview"), asked("GetStatus")
+        self.wall["/carriage"].translation = (-2, 1.5, 0)
+        self.browser.until("some seconds", lambda: asked("GetStatus") > looks + 2)
+        self.assertEqual(asked("GetPreview"), pictures)
+        self.browser.driver.set_window_rect(0, 0, 1280, 800)
+        self.browser.until("pictures again", lambda: asked("GetPreview") > pictures + 1)
+        self.assert_nothing_logged()
 
     def test_a_page_that_sleeps_does_not_take_its_own_sleep_for_the_walls(self):
         self.come_in(tab="time")

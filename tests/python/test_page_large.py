@@ -19,6 +19,7 @@ class PageLarge(page_wall.OnAScene):
                 for i in range(begin, begin + AT_ONCE):
                     edit.add(many, f"child {i:06}")
         with cls.wall.edit() as edit:
+            edit.create("/swing", "Animation", playing=False)
             cls.ball = edit.create("/ball", "Geometry", material=edit.object("Material", baseColor=(1, 0, 0, 1)))
 
     def look_for(self, text, said):
@@ -39,6 +40,8 @@ class PageLarge(page_wall.OnAScene):
             self.browser.run("document.getElementById('tab-scene-materials').click()")
             self.browser.until("the last material", lambda: f"#{self.ball.material.id}" in self.browser.text(".materials"))
             self.browser.until("all", lambda: self.browser.text("#panel-scene-materials [role=status]") == "4 materials")
+            self.browser.run("document.getElementById('tab-scene-animations').click()")
+            self.browser.until("the last animation", lambda: self.browser.text("#panel-scene-animations [role=status]") == "1 to 2 of 2")
             end = self.wall.status().frame
             for frame in frames:
                 self.assertEqual(frame.held, [])

@@ -47,7 +47,10 @@ export class FieldRow {
     this.#reading.append(...this.#editor.nodes);
     this.#said.id = freshId('said');
     for (const input of this.#inputs()) input.setAttribute('aria-describedby', this.#said.id);
-    this.#reading.addEventListener('focusout', () => this.#showNews());  // what others have set meanwhile
+    this.#reading.addEventListener('focusout', () => {
+      this.#gesture = 0;  // of a finger that was taken away
+      this.#showNews();   // what others have set meanwhile
+    });
   }
 
   #inputs() {

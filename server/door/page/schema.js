@@ -1,5 +1,8 @@
 // The types of a scene with their fields, as the wall describes them at /api.
+import { pause } from './elements.js';
 import { authorization } from './token.js';
+
+const kAgain = 1000;  // ms
 
 /**
  * @typedef {{name: string, number: number, kind: string, width: number, unit: string, to?: string, default: any,
@@ -32,7 +35,7 @@ export class Schema extends EventTarget {
   constructor(connection) {
     super();
     connection.addEventListener('open', () => {
-      this.#types = this.#load();
+      this.#types = this.#load(connection);
       this.#types.catch(() => {});
     });
   }
@@ -47,8 +50,10 @@ export class Schema extends EventTarget {
     return this.#requests.get(name);
   }
 
-  async #load() {
-    const answer = await fetch('/api', { headers: authorization() });
+  async #load(connection) {
+    let answer = await fetch('/api', { headers: authorization() });
+    for (; !answer.ok && connection.isOpen; answer = await fetch('/api', { headers: authorization() }))
+      await pause(kAgain);  // too much is asked at once
     if (!answer.ok) throw new Error(`The types of the scene did not come: ${answer.status}`);
     const api = await answer.json();
     const version = `${api.version} ${api.protocol} ${api.schema}`;
