@@ -146,9 +146,10 @@ class PageKeys(page_wall.OnAPage):
                 seen = set()
                 for keys in [(Keys.TAB,)] * (controls + 2) + [(Keys.SHIFT, Keys.TAB, Keys.NULL)] * 3:
                     self.browser.press(*keys)
-                    where, label, outline = self.browser.run(
-                        "const at = document.activeElement; return [at === document.body || at.closest('dialog[open]') !== null, at.getAttribute('aria-label') || at.textContent || at.id, getComputedStyle(at).outlineStyle]")
+                    where, label, around = self.browser.run(
+                        "const at = document.activeElement; return [at === document.body || at.closest('dialog[open]') !== null, at.getAttribute('aria-label') || at.textContent || at.id, getComputedStyle(at.parentElement ?? at).overflow]")
                     self.assertTrue(where, f"outside: {label}")
+                    self.assertIn(around, ("visible", "auto"), f"what shows the focus is clipped: {label}")
                     seen.add(label)
                 self.assertGreaterEqual(len(seen), min(controls, 5))
                 self.browser.press(Keys.ESCAPE)

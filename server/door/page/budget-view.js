@@ -21,7 +21,8 @@ export class BudgetView {
       this.#values.set(name, value);
       this.#facts.append(element('dt', { text: name }), value);
     }
-    this.#form.append(element('label', { class: 'labelled' }, 'Budget in ms ', this.#input), element('button', { text: 'Set' }),
+    this.#form.append(element('label', { class: 'labelled' }, 'Budget in ms ', this.#input),
+                      element('button', { text: 'Set' }),
                       ...kOffers.map(({ ms, text }) => (
                         element('button', { type: 'button', text, onclick: () => this.#set(ms) }))), this.#bounds);
     this.#form.addEventListener('submit', (event) => {

@@ -14,6 +14,7 @@ export class FieldRow {
   #editor = null;
   #said = element('p', { class: 'said', role: 'alert' });
   #value;
+  #isOld = false;  // something else has been proposed since
   #shown = null;   // of values, as JSON: what the editor shows; null: what somebody has done to it
   #reading = element('div', { class: 'value' });
   #gesture = 0;
@@ -40,6 +41,7 @@ export class FieldRow {
     if (!propose || !canEdit) return;
     this.#editor = (makeEditor ?? editorOf)(field, label, (value, isHeld) => {
       this.#shown = null;
+      this.#isOld = true;
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
       this.#send(value, this.#gesture);
       if (!isHeld) this.#gesture = 0;
@@ -60,10 +62,11 @@ export class FieldRow {
   /** As it is in the scene; what has the focus to be typed in, or is held, stays. */
   show(value) {
     this.#value = value;
+    this.#isOld &&= this.#proposals.isUnderWay;
     this.#showNews();
   }
   #showNews() {
-    if (this.#value === undefined || this.#proposals.isUnderWay || this.#gesture) return;
+    if (this.#value === undefined || this.#isOld || this.#proposals.isUnderWay || this.#gesture) return;
     if (JSON.stringify(this.#value) !== this.#shown) this.#showValue(false);
   }
   /** @param {boolean} isForced what is typed was refused, and goes */
