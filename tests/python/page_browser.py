@@ -1,9 +1,11 @@
 """A browser without a screen for tests of the console's page: Debian's chromium, led by its driver."""
+import contextlib
 import importlib.util
 import os
 import pathlib
 import re
 import shutil
+import signal
 import time
 
 WHY_NOT = next((f"{what} is not installed (./deploy/set-up installs it)" for what, is_there in (
@@ -60,6 +62,12 @@ def until(what, condition):
         time.sleep(0.05)
 
 
+def _below(process):
+    """Processes that it has started, and those that they have."""
+    children = [int(child) for task in pathlib.Path(f"/proc/{process}/task").iterdir() for child in (task / "children").read_text().split()]
+    return children + [below for child in children for below in _below(child)]
+
+
 class Browser:
     """`with Browser() as browser:`; what it logs is kept until `logged` is called."""
 
@@ -92,6 +100,18 @@ class Browser:
     def reduce_motion(self, is_wanted):
         feature = {"name": "prefers-reduced-motion", "value": "reduce" if is_wanted else "no-preference"}
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+
+    @contextlib.contextmanager
+    def asleep(self):
+        """All of it stands still meanwhile, as on a device that sleeps."""
+        processes = _below(self.driver.service.process.pid)
+        try:
+            for process in processes:
+                os.kill(process, signal.SIGSTOP)
+            yield
+        finally:
+            for process in processes:
+                os.kill(process, signal.SIGCONT)
 
     def open(self, url):
         self.driver.get(url)

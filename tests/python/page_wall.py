@@ -27,3 +27,37 @@ class OnAPage(unittest.TestCase):
 
     def assert_nothing_logged(self):
         self.assertEqual(self.browser.logged(), [])
+
+
+class OnAScene(OnAPage):
+    """With a hand in its tab Scene."""
+
+    def part(self, name):
+        self.browser.run("document.getElementById(arguments[0]).click()", f"tab-scene-{name}")
+
+    def shown(self, selector, text=""):
+        """The first that is shown and says that; among very many it is asked for at once, and not one by one."""
+        return self.browser.until(f"{selector} with {text}", lambda: self.browser.run(
+            "return [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && one.textContent.includes(arguments[1]))", selector, text))
+
+    def press(self, selector, text):
+        self.shown(selector, text).click()
+
+    def row(self, name):
+        return self.shown("[role=treeitem]", name)
+
+    def select(self, name):
+        self.browser.run("arguments[0].click()", self.row(name))
+        self.browser.until(f"the fields of {name}", lambda: name in self.browser.text(".object h2"))
+
+    def field(self, label):
+        return self.shown(f".object [aria-label='{label}']")
+
+    def type(self, field, text):
+        from selenium.webdriver.common.keys import Keys
+
+        self.browser.run("arguments[0].focus(); arguments[0].select()", field)
+        field.send_keys(text, Keys.ENTER)
+
+    def texts(self, selector):
+        return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => one.checkVisibility()).map((one) => one.textContent)", selector)

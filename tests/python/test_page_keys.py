@@ -127,6 +127,57 @@ class PageKeys(page_wall.OnAPage):
         self.wall.ask("SetBudget", milliseconds=0)
         self.assert_nothing_logged()
 
+    def test_a_dialog_keeps_the_keys_and_gives_the_focus_back(self):
+        from selenium.webdriver.common.keys import Keys
+
+        self.come_in(tab="scene")
+        self.press_on("[role=treeitem]", "plays 00", Keys.ENTER)
+        self.browser.until("its fields", lambda: self.browser.text(".object h2") == "plays 00")
+        openers = [("scene", "#identity", "You"), ("scene", ".node-tools button", "New child"), ("scene", ".node-tools button", "Remove"),
+                   ("scene", ".object .choose", "Choose"), ("wall", ".tile-list button", "front"), ("files", ".folder .results button", "0001.obj")]
+        for tab, selector, text in openers:
+            self.browser.run(f"document.getElementById('tab-{tab}').click()")
+            if tab == "files" and not self.browser.run("return document.querySelector('.folder h3').textContent.includes('models')"):
+                self.press_on(".folder button", "models", Keys.ENTER)
+            with self.subTest(text):
+                self.press_on(selector, text, Keys.ENTER)
+                self.browser.until("a dialog", lambda: self.browser.all("dialog[open]"))
+                controls = self.browser.run("return [...document.querySelectorAll('dialog[open] :is(button, input, select, textarea)')].filter((one) => one.checkVisibility()).length")
+                seen = set()
+                for keys in [(Keys.TAB,)] * (controls + 2) + [(Keys.SHIFT, Keys.TAB, Keys.NULL)] * 3:
+                    self.browser.press(*keys)
+                    where, label, around = self.browser.run(
+                        "const at = document.activeElement; return [at === document.body || at.closest('dialog[open]') !== null, at.getAttribute('aria-label') || at.textContent || at.id, getComputedStyle(at.parentElement ?? at).overflow]")
+                    self.assertTrue(where, f"outside: {label}")
+                    self.assertIn(around, ("visible", "auto"), f"what shows the focus is clipped: {label}")
+                    seen.add(label)
+                self.assertGreaterEqual(len(seen), min(controls, 5))
+                self.browser.press(Keys.ESCAPE)
+                self.browser.until("it is closed", lambda: not self.browser.all("dialog[open]"))
+                self.assertTrue(self.browser.run("return document.activeElement.matches(arguments[0]) && document.activeElement.textContent.includes(arguments[1])", selector, text))
+        self.assert_nothing_logged()
+
+    def test_all_that_has_the_focus_by_keys_is_seen_to_have_it(self):
+        from selenium.webdriver.common.keys import Keys
+
+        self.come_in()
+        for tab in ("wall", "plan", "time", "scene", "files"):
+            self.browser.run(f"document.getElementById('tab-{tab}').click(); document.getElementById('tab-{tab}').focus()")
+            self.browser.until("its panel", lambda: self.browser.all(f"#panel-{tab}"))
+            for _ in range(14):
+                self.browser.press(Keys.TAB)
+                at, width, is_whole = self.browser.run("""
+                    const at = document.activeElement, style = getComputedStyle(at), box = at.getBoundingClientRect();
+                    const under = document.querySelector('.tabs').getBoundingClientRect();
+                    return [at.outerHTML.slice(0, 90), style.outlineStyle === 'none' ? 0 : parseFloat(style.outlineWidth),
+                            box.bottom > (at.closest('main') ? under.bottom : 0) && box.top < innerHeight];""")
+                if at.startswith("<body"):
+                    break
+                with self.subTest(tab=tab, at=at):
+                    self.assertGreaterEqual(width, 2)
+                    self.assertTrue(is_whole, "below the tabs, or out of sight")
+        self.assert_nothing_logged()
+
     def test_long_names_of_hosts_and_users_cut_nothing_off(self):
         self.come_in()
         for width, theme in self.browser.sizes_and_themes():

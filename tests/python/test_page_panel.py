@@ -281,6 +281,27 @@ class PanelPage(unittest.TestCase):
         self.browser.all("#banner input")[0].send_keys(token, "\n")
         self.browser.until("it is live again", lambda: "live" in self.browser.text("#panel-state") and not self.browser.all("#banner"))
 
+    def test_a_person_whose_token_is_taken_back_is_asked_once_for_another(self):
+        self.live.keys_say("person", "ada", "--role", "editor", "--out", str(self.live.folder / "ada"))
+        token = self.live.keys_say("token", "ada", "--role", "editor").split()[-1]
+
+        def is_let_in():
+            self.browser.open("about:blank")
+            self.browser.open(self.live.sealed_link().partition("?")[0] + f"?token={token}#scene")
+            return self.browser.all("#wall-state")
+        self.browser.until("that the server knows her", is_let_in)
+        self.browser.until("the console", lambda: "running" in self.browser.text("#wall-state"))
+        self.browser.run("window.dials = 0; window.WebSocket = class extends WebSocket { constructor(...said) { super(...said); ++dials; } }")
+        self.live.keys_say("revoke", "ada")
+        self.browser.until("why", lambda: "taken back" in self.browser.text("#banner") and self.browser.all("#banner"))
+        dials, frame = self.browser.run("return dials"), self.wall.status().frame
+        self.assertLessEqual(dials, 2)
+        for event in ("visibilitychange", "online"):
+            self.browser.run("(arguments[0] === 'online' ? window : document).dispatchEvent(new Event(arguments[0]))", event)
+        self.browser.until("a second of frames", lambda: self.wall.status().frame > frame + 60)
+        self.assertEqual(self.browser.run("return dials"), dials, "nobody asks again and again")
+        self.browser.logged()
+
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
         self.come_in()
         for width, theme in self.browser.sizes_and_themes():

@@ -53,6 +53,26 @@ FRONT = ((-1.6, 0.6, 0), (1.6, 0.6, 0), (-1.6, 2.4, 0))  # deploy/walls/1x1.wall
 VIEWER = (0, 1.7, 2.4)
 
 
+def stand_ray(u, v):
+    """Of the wall where it stands."""
+    return ray_through(FRONT, VIEWER, u, v, STAND)
+
+
+def on_depth(ray, z):
+    origin, direction = ray
+    return plus(origin, times(direction, (z - origin[2]) / direction[2]))
+
+
+def seen_at(point):
+    """Where a point of the world is seen from there: parts of the picture."""
+    eye = plus(STAND["position"], times(VIEWER, 1.5))
+    assert point[2] < eye[2]
+    inside = times(minus(point, STAND["position"]), 1 / 1.5)
+    t = VIEWER[2] / (VIEWER[2] - inside[2])
+    x, y = (e + t * (p - e) for e, p in zip(VIEWER[:2], inside[:2]))
+    return (x + 1.6) / 3.2, (2.4 - y) / 1.8
+
+
 class OnAPicture(page_wall.OnAPage):
     """With a hand on the mouse."""
     options = {"surface": "none", "size": "960x540"}
@@ -75,6 +95,13 @@ class OnAPicture(page_wall.OnAPage):
         from selenium.webdriver.common.action_chains import ActionChains
 
         return ActionChains(self.browser.driver, duration=0)
+
+    def mouse(self, kind, u, v, tile=0):
+        """A hand that holds the button over several calls: the driver's own moves let go of what was held for a while."""
+        x, y, *part = self.surface_at(u, v, tile)
+        held = 0 if kind == "mouseReleased" else 1
+        self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left", "buttons": held, "clickCount": 1})
+        return part
 
     def press(self, u, v, tile=0):
         """Presses there; the ray that leads through the very place."""
@@ -110,16 +137,10 @@ class Picture(OnAPicture):
         self.wall.ask("SetView", **STAND)
 
     def place_of(self, point):
-        """Where a point of the world is seen: parts of the picture."""
-        eye = plus(STAND["position"], times(VIEWER, 1.5))
-        inside = times(minus(point, STAND["position"]), 1 / 1.5)
-        t = VIEWER[2] / (VIEWER[2] - inside[2])
-        x, y = (e + t * (p - e) for e, p in zip(VIEWER[:2], inside[:2]))
-        self.assertLess(point[2], eye[2])
-        return (x + 1.6) / 3.2, (2.4 - y) / 1.8
+        return seen_at(point)
 
     def ray(self, u, v):
-        return ray_through(FRONT, VIEWER, u, v, STAND)
+        return stand_ray(u, v)
 
     def test_a_pick_finds_what_the_wall_finds_there(self):
         self.come_in()
@@ -189,10 +210,8 @@ class Picture(OnAPicture):
         parts = self.drag(*steps)
         self.browser.until("it was moved", lambda: "/carriage: " in self.said())
 
-        def on_face(part):
-            origin, direction = self.ray(*part)
-            return plus(origin, times(direction, (0.5 - origin[2]) / direction[2]))  # its front, one unit deep
-        wanted = plus(begin, minus(on_face(parts[-1]), on_face(parts[0])))
+        front = 0.5  # it is one unit deep
+        wanted = plus(begin, minus(on_depth(self.ray(*parts[-1]), front), on_depth(self.ray(*parts[0]), front)))
         self.browser.until("it is where the hand is", lambda: math.dist(self.wall["/carriage"].translation, wanted) < 1e-9)
         self.assertEqual(self.wall.status().undo_depth, depth + 1)
         next(b for b in self.browser.all(".tool-side button") if "Undo" in b.text).click()
@@ -207,10 +226,7 @@ class Picture(OnAPicture):
         from_, to = self.place_of((-3.5, 2.4, -0.6)), self.place_of((-3.1, 2.6, -0.6))
         first, last = self.drag(from_, to)
 
-        def on_face(part):
-            origin, direction = self.ray(*part)
-            return plus(origin, times(direction, (-0.6 - origin[2]) / direction[2]))
-        x, y, z = minus(on_face(last), on_face(first))
+        x, y, z = minus(on_depth(self.ray(*last), -0.6), on_depth(self.ray(*first), -0.6))
         wanted = plus(begin, (y / 2, -x / 2, z / 2))
         self.browser.until("it is where the hand is", lambda: math.dist(self.wall["/turned/inner"].translation, wanted) < 1e-9)
 
@@ -240,15 +256,12 @@ class Picture(OnAPicture):
     def test_two_who_drag_one_thing(self):
         self.come_in()
         self.choose("Drag")
-        x, y, *_ = self.surface_at(*self.place_of((-2, 0.5, 0.5)))
-        chain = self.chain()
-        chain.w3c_actions.pointer_action.move_to_location(x, y)
-        chain.click_and_hold().perform()
+        u, v = self.place_of((-2, 0.5, 0.5))
+        self.mouse("mousePressed", u, v)
         self.browser.until("it is held", lambda: "/carriage" in self.said())
         self.wall["/carriage"].translation = (-2.5, 0.8, 0)  # somebody else
-        chain = self.chain()
-        chain.w3c_actions.pointer_action.move_to_location(x + 40, y)
-        chain.release().perform()
+        self.mouse("mouseMoved", u + 0.04, v)
+        self.mouse("mouseReleased", u + 0.04, v)
         self.browser.until("the last one has it", lambda: self.wall["/carriage"].translation[1] == 0.5 and self.wall["/carriage"].translation[0] > -2)
         # A handle is one person's at a time.
         handle = self.wall.ask("GrabHandle", ray=self.handle_ray())
@@ -472,6 +485,32 @@ class Picture(OnAPicture):
         self.still()
         self.assertAlmostEqual(math.dist(in_the_room(pressed), VIEWER), before, delta=0.01)
         self.wall.ask("NavigateView", mode="fly")
+        self.assert_nothing_logged()
+
+    def tap(self, u, v):
+        x, y, *_ = self.surface_at(u, v)
+        self.touch("touchStart", (x, y))
+        self.touch("touchEnd")
+
+    def test_a_finger_looks_picks_and_measures(self):
+        self.browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+        self.addCleanup(self.browser.driver.execute_cdp_cmd, "Emulation.setTouchEmulationEnabled", {"enabled": False})
+        self.browser.size(360, 740)
+        self.come_in()
+        self.browser.until("its picture", lambda: self.browser.all(".tile"))
+        self.tap(0.5, 0.5)
+        self.browser.until("its numbers", lambda: "Round trip" in self.browser.text("dialog[open]"))
+        self.browser.run("document.querySelector('dialog[open]').close()")
+        body = self.place_of((-2, 0.5, 0.5))
+        self.choose("Pick")
+        self.tap(*body)
+        self.browser.until("the carriage", lambda: "/carriage/body" in self.said())
+        self.choose("Measure")
+        self.tap(*body)
+        self.browser.until("the second is wanted", lambda: "Now the second" in self.said())
+        self.tap(0.3, 0.9)
+        self.browser.until("the distance", lambda: "to /floor" in self.said())
+        self.assertLessEqual(self.browser.run("return document.scrollingElement.scrollWidth"), 360)
         self.assert_nothing_logged()
 
     def test_a_finger_drags_a_thing(self):

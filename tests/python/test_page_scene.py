@@ -1,4 +1,4 @@
-"""The tab Scene in a real browser, before a real wall: fields of all types, materials, animations, files, budget, and whole nodes."""
+"""The tab Scene in a real browser, before a real wall: fields of all types, materials, and whole nodes."""
 import json
 import pathlib
 import unittest
@@ -9,7 +9,7 @@ import page_browser
 import page_wall
 from live import Live, run_folder
 
-MANY = 620  # children of one node, and animations in another scene
+MANY = 620  # children of one node
 
 # Of each field of what is selected: its object's type, its name as the wall says it, what it is edited with, what is said of it.
 FIELDS = """
@@ -40,7 +40,7 @@ def spaced(name):
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
-class PageScene(page_wall.OnAPage):
+class PageScene(page_wall.OnAScene):
     @classmethod
     def setUpClass(cls):
         cls.enterClassContext(run_folder())
@@ -62,44 +62,6 @@ class PageScene(page_wall.OnAPage):
             edit.create("/goner", None)
             for i in range(8):
                 edit.create(f"/goner/part {i}", None)
-
-    def part(self, name):
-        self.browser.run("document.getElementById(arguments[0]).click()", f"tab-scene-{name}")
-
-    def shown(self, selector, text=""):
-        """The first that is shown and says that; among very many it is asked for at once, and not one by one."""
-        return self.browser.until(f"{selector} with {text}", lambda: self.browser.run(
-            "return [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && one.textContent.includes(arguments[1]))", selector, text))
-
-    def press(self, selector, text):
-        self.shown(selector, text).click()
-
-    def row(self, name):
-        return self.shown("[role=treeitem]", name)
-
-    def select(self, name):
-        self.browser.run("arguments[0].click()", self.row(name))
-        self.browser.until(f"the fields of {name}", lambda: name in self.browser.text(".object h2"))
-
-    def field(self, label):
-        return self.shown(f".object [aria-label='{label}']")
-
-    def type(self, field, text):
-        from selenium.webdriver.common.keys import Keys
-
-        self.browser.run("arguments[0].focus(); arguments[0].select()", field)
-        field.send_keys(text, Keys.ENTER)
-
-    def texts(self, selector):
-        return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => one.checkVisibility()).map((one) => one.textContent)", selector)
-
-    def ctl(self, *arguments):
-        said = self.live.run("tessera-ctl", "--server", self.live.address, "--json", *arguments)
-        self.assertEqual(said.returncode, 0, said.stderr)
-        return json.loads(said.stdout)
-
-    def animation(self, node="/led/swing"):
-        return next(one for one in self.ctl("animations")["animations"] if one["node"] == node)
 
     # ---- fields
 
@@ -245,92 +207,6 @@ class PageScene(page_wall.OnAPage):
         self.browser.until("what is not drawn", lambda: "without program" in self.browser.text(".preview"))
         self.assert_nothing_logged()
 
-    # ---- what plays
-
-    def test_animations_play_stop_and_are_sought(self):
-        self.come_in(tab="scene")
-        self.part("animations")
-        row = self.shown(".animation", "/led/swing")
-        self.browser.until("where it stands", lambda: "1.00 of 8.00 s" in row.text)
-        self.assertIn("stands", row.text)
-        self.press("[aria-label='Play /led/swing']", "Play")
-        self.browser.until("the wall plays it", lambda: self.animation()["playing"])
-        told = self.browser.run("return new Promise((done) => { const seen = new Set(), at = document.querySelector(\"[aria-label='/led/swing, time']\");"
-                                "const look = () => { seen.add(at.value); seen.size > 8 ? done(seen.size) : requestAnimationFrame(look); }; look(); })")
-        self.assertGreater(told, 8, "it moves by itself")
-        self.press("[aria-label='Pause /led/swing']", "Pause")
-        self.browser.until("the wall stops it", lambda: not self.animation()["playing"])
-        shown = self.browser.until("both say the same", lambda: (lambda time: time if f"{time:.2f} of" in row.text else None)(self.animation()["time"]))
-        self.assertGreater(shown, 1.0)
-        slider = self.browser.all("[aria-label='/led/swing, time']")[0]
-        self.browser.run("arguments[0].value = '4'; for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind))", slider)
-        self.browser.until("it is in the middle", lambda: self.animation()["time"] == 4)
-        self.type(self.browser.all("[aria-label='/led/swing, time in s']")[0], "2.5")
-        self.browser.until("it is sought", lambda: self.animation()["time"] == 2.5)
-        self.type(self.shown("[aria-label='/led/swing, time in s']"), "11")  # beyond its end, as tessera-ctl seeks
-        self.browser.until("it goes round", lambda: self.animation()["time"] == 3)
-        speed = self.browser.all("[aria-label='/led/swing, speed']")[0]
-        self.type(speed, "-2")
-        self.browser.until("it is fast", lambda: self.animation()["speed"] == -2)
-        self.type(speed, "1e9")
-        self.browser.until("a refusal", lambda: "1000000" in row.text.replace(",", "").replace("1e+06", "1000000"))
-        self.assertEqual(self.animation()["speed"], -2)
-        self.ctl("speed", "/led/swing", "3")  # by somebody else
-        self.browser.run("document.activeElement.blur()")
-        self.browser.until("what another has set", lambda: speed.get_property("value") == "3")
-        self.assert_nothing_logged()
-
-    def test_many_animations_come_in_pages(self):
-        with self.wall.edit() as edit:
-            edit.create("/crowd", None)
-            for i in range(MANY):
-                edit.create(f"/crowd/{i:04}", "Animation", playing=False)
-        self.come_in(tab="scene")
-        self.part("animations")
-        self.browser.until("a page", lambda: len(self.texts(".animation")) == 50)
-        first = self.texts(".animation .name")[0]
-        self.press("button", "On ›")
-        self.browser.until("the next one", lambda: "51 to 100" in self.browser.text("#panel-scene-animations [role=status]") and self.texts(".animation .name")[0] != first)
-        self.press("button", "‹ Back")
-        self.browser.until("the first again", lambda: self.texts(".animation .name")[0] == first)
-        self.wall.remove("/crowd")
-        self.browser.until("few are left", lambda: len(self.texts(".animation")) < 10)
-        self.assert_nothing_logged()
-
-    # ---- budget and files
-
-    def test_who_operates_sets_the_budget(self):
-        self.come_in(tab="scene")
-        self.part("budget")
-        self.browser.until("none", lambda: "no limit" in self.browser.text("#panel-scene-budget"))
-        field = self.browser.all("[aria-label='Budget in ms']")[0]
-        self.type(field, "40")
-        self.browser.until("it is set", lambda: self.wall.status().budget_ms == 40)
-        self.browser.until("it stands there", lambda: "40 ms" in self.browser.text("#panel-scene-budget dd"))
-        self.assertRegex(self.browser.text("#panel-scene-budget"), r"Frames take\d+\.\d ms at most")
-        self.type(field, "70000")
-        self.browser.until("a refusal", lambda: "60000" in self.browser.text("#panel-scene-budget .said"))
-        self.assertEqual(self.wall.status().budget_ms, 40)
-        self.press("#panel-scene-budget button", "No limit")
-        self.browser.until("there is none", lambda: self.wall.status().budget_ms == 0)
-        self.assert_nothing_logged()
-
-    def test_a_file_that_cannot_be_loaded_says_why(self):
-        self.come_in(tab="scene")
-        self.part("inlines")
-        self.browser.until("none yet", lambda: "holds another file" in self.browser.text("#panel-scene-inlines"))
-        self.wall.create("/broken", "Inline", file="asset://no-such.glb", load="by-hand")
-        row = self.shown(".inline", "waiting")
-        self.browser.run("arguments[0].querySelector('input').click()", row)
-        self.browser.until("it has failed", lambda: "failed" in self.texts(".inline")[0])
-        told = self.ctl("inlines")["inlines"][0]
-        self.assertTrue(told["wanted"] and told["problem"])
-        self.browser.until("and why", lambda: told["problem"] in self.texts(".inline")[0])
-        self.press(".inline .link", "/broken")
-        self.browser.until("its node", lambda: self.browser.text(".object h2") == "broken" and self.browser.all("#panel-scene-tree"))
-        self.wall.remove("/broken")
-        self.assert_nothing_logged()
-
     # ---- whole nodes
 
     def test_removing_asks_once_and_says_what_goes(self):
@@ -409,15 +285,6 @@ class PageScene(page_wall.OnAPage):
             self.part(name)
             panel = f"#panel-scene-{name}"
             self.assertEqual(self.browser.all(f"{panel} .object input, {panel} .listed input, {panel} select, {panel} textarea, {panel} .choose, {panel} .node-tools, {panel} form.budget"), [])
-        self.assert_nothing_logged()
-
-    def test_who_edits_does_not_set_the_budget(self):
-        self.come_in("editor", "scene")
-        self.select("lamp")
-        self.browser.until("tools", lambda: self.browser.all(".node-tools button"))
-        self.part("budget")
-        self.browser.until("the budget", lambda: "Budget for a frame" in self.browser.text("#panel-scene-budget"))
-        self.assertEqual(self.browser.all("#panel-scene-budget input, #panel-scene-budget button"), [])
         self.assert_nothing_logged()
 
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):

@@ -1,4 +1,5 @@
 // From a place on the picture to a ray in the world, and back; and what stands there.
+import { seen } from './elements.js';
 import { apart, cross, dot, minus, plus, times, turned, turnedBack, unit } from './vectors.js';
 
 /**
@@ -92,7 +93,7 @@ export class Aiming {
     const told = await this.#connection.ask('GetObjects', { names: [`#${node}`], ...wishes });
     const [object] = told.objects;
     if (!object.id) throw new Error(`#${node} is gone.`);
-    return { ...object, place: told.places?.[0] };
+    return { ...object, path: seen(object.path), place: told.places?.[0] };
   }
 }
 

@@ -32,3 +32,12 @@ export function startBanner(banner, connection) {
     input.focus();
   });
 }
+
+/** For a page of another version than the wall's: at once, but for who is in the middle of something. */
+export function loadAnew(banner) {
+  if (!document.querySelector('dialog[open], :is(input, textarea, select):focus, .transfers > *'))
+    return location.reload();
+  const reload = element('button', { type: 'button', text: 'Load the page anew', onclick: () => location.reload() });
+  setChildren(banner, [element('p', { text: '↻ The wall has another version now.' }), reload]);
+  banner.hidden = false;
+}

@@ -21,7 +21,8 @@ export class BudgetView {
       this.#values.set(name, value);
       this.#facts.append(element('dt', { text: name }), value);
     }
-    this.#form.append(element('label', {}, 'Budget in ms ', this.#input), element('button', { text: 'Set' }),
+    this.#form.append(element('label', { class: 'labelled' }, 'Budget in ms ', this.#input),
+                      element('button', { text: 'Set' }),
                       ...kOffers.map(({ ms, text }) => (
                         element('button', { type: 'button', text, onclick: () => this.#set(ms) }))), this.#bounds);
     this.#form.addEventListener('submit', (event) => {
@@ -43,7 +44,7 @@ export class BudgetView {
     const say = (name, text) => setText(this.#values.get(name), text);
     say('Budget for a frame', budget > 0 ? `${Number(budget.toFixed(3))} ms` : 'no limit: no detail is left away');
     say('Frames take', frames.count > 0 ? `${frames.p99_ms.toFixed(1)} ms at most, 99 of 100; half of them ${
-      frames.half_ms.toFixed(1)} ms` : 'none yet');
+      frames.half_ms.toFixed(1)} ms, since the server has started` : 'none yet');
     say('Detail', detail === 0 ? 'all of it (step 0)' : `step ${detail}: less than all of it`);
     say('Programs of materials', programs.length > 0 ? programs.join('; ') : 'none is bad or heavy');
     if (document.activeElement !== this.#input) this.#input.value = String(Number(budget.toFixed(3)));

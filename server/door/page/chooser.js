@@ -1,5 +1,5 @@
 // A dialog in which somebody chooses an object of a type: nodes by a search, what stands at no node from a list.
-import { element, setText } from './elements.js';
+import { element, seen, setText } from './elements.js';
 import { drawMaterialSoon } from './material-preview.js';
 import { ObjectFinder } from './object-finder.js';
 import { valuesOf } from './schema.js';
@@ -10,7 +10,7 @@ const kTypingPause = 300;   // ms
 /** How an object of no name is called, wherever it is listed. */
 export function objectLabel(object) {
   const says = ['name', 'key', 'field'].map((field) => object.fields.get(field)).find(Boolean);
-  return says ? `${says} (#${object.id})` : `${object.type} #${object.id}`;
+  return says ? `${seen(says)} (#${object.id})` : `${object.type} #${object.id}`;
 }
 
 /** How a material looks, in small; of other types nothing. */
@@ -74,8 +74,9 @@ export class Chooser {
   #begin = () => {};
   #beginObjects(types, type) {
     const finder = new ObjectFinder(this.#scene, types, type.name);
-    this.#start(async () => {
-      const found = await finder.next(kAtOnce);
+    this.#start(async (isWanted) => {
+      let found = [];
+      while (found.length === 0 && !finder.isDone && isWanted()) found = await finder.next(kAtOnce);
       return { isDone: finder.isDone, choices: found.map((object) => (
         this.#choice(object.id, objectLabel(object), '', ...swatchOf(object, type)))) };
     });
@@ -84,16 +85,22 @@ export class Chooser {
   #beginNodes(type) {
     let after = [];
     const core = type?.core ? type : null;
-    this.#start(async () => {
-      const found = await this.#scene.find(this.#input.value.trim(), after, core?.number ?? 0);
-      after = found.next;
-      const choices = found.nodes.filter(({ core: id }) => type?.name === 'Node' || id)
-        .map((node) => this.#choice(type?.name === 'Node' ? node.id : node.core, node.label, node.coreType));
+    this.#start(async (isWanted) => {
+      let nodes = [];
+      do {
+        const found = await this.#scene.find(this.#input.value.trim(), after, core?.number ?? 0);
+        after = found.next;
+        nodes = found.nodes.filter(({ core: id }) => type?.name === 'Node' || id);
+      } while (nodes.length === 0 && after.length > 0 && isWanted());
+      const choices = nodes.map(
+        (node) => this.#choice(type?.name === 'Node' ? node.id : node.core, node.label, node.coreType));
       return { choices, isDone: after.length === 0 };
     });
   }
+  /** @param {(isWanted: () => boolean) => Promise<{choices: Node[], isDone: boolean}>} page looks until it has some */
   #start(page) {
-    this.#page = page;
+    const isWanted = () => this.node.open && this.#page === ask, ask = () => page(isWanted);
+    this.#page = ask;
     this.#list.replaceChildren();
     this.#show();
   }

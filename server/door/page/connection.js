@@ -161,6 +161,7 @@ async function whyRefused() {
   try {
     const answer = await fetch('/api/WhoAmI', { method: 'POST', headers: authorization() });
     if (answer.status !== 401 && answer.status !== 403) return '';
+    if (answer.status === 401 && keptToken()) return 'this token is wrong, has ended, or was taken back.';
     return (await answer.json()).error.message;
   } catch {
     return '';

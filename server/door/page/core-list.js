@@ -1,7 +1,8 @@
 // Nodes whose cores are of certain types, from all over the scene: some at a time, however many there are.
+import { seen } from './elements.js';
 import { valuesOf } from './schema.js';
 
-const kMostPages = 20;  // of the tree, between two answers to who asks for more
+const kLongest = 2000;  // ms, before it is told what has been found so far
 
 /**
  * @typedef {{node: number, label: string, core: import('./scene.js').SceneObject, type: import('./schema.js').Type,
@@ -72,7 +73,7 @@ export class CoreList {
     const left = shown.filter(({ node, core }) => objects.has(node) && objects.has(core));
     return left.map(({ node, core: id, type, length }) => {
       const core = objects.get(id), path = paths.get(node) ?? '';
-      const label = path.startsWith('/') ? path : objects.get(node).fields.get('name') || `#${node}`;
+      const label = seen(path.startsWith('/') ? path : objects.get(node).fields.get('name') || `#${node}`);
       return { node, label, core, type, values: valuesOf(core, type), length, at: (at + performance.now()) / 2 };
     });
   }
@@ -81,8 +82,8 @@ export class CoreList {
     return this.#cursor.type >= this.#types.length;
   }
   async #look(types, found, cursor) {
-    const enough = this.#first + this.#size + 1;
-    for (let page = 0; page < kMostPages && found.length < enough && cursor.type < types.length; ++page) {
+    const enough = this.#first + this.#size + 1, end = performance.now() + kLongest;
+    while (found.length < enough && cursor.type < types.length && performance.now() < end) {
       const type = types[cursor.type];
       const { nodes, next } = await this.#scene.nodesWith(type, cursor.after);
       for (const { id, core, length } of nodes) if (core) found.push({ node: id, core: core.id, type, length });

@@ -6,7 +6,8 @@ import { isRotation, rotationEditor } from './rotation-editor.js';
 
 /**
  * @typedef {import('./schema.js').Field} Field
- * @typedef {{nodes: HTMLElement[], show: (value: any) => void}} Editor `show` says nothing to `commit`
+ * @typedef {(input: HTMLInputElement, text: string) => void} Write leaves alone what somebody types in
+ * @typedef {{nodes: HTMLElement[], show: (value: any, write: Write) => void}} Editor `show` says nothing to `commit`
  * @typedef {(value: any, isUnderWay?: boolean) => void} Commit under way: a slider that is still held
  */
 
@@ -82,7 +83,12 @@ function textEditor(label, commit) {
     event.preventDefault();
     say();
   });
-  return { nodes: [input], show: (value) => { input.value = told = value ?? ''; fit(); } };
+  const show = (value, write) => {
+    write(input, value ?? '');
+    if (input.value === (value ?? '')) told = input.value;
+    fit();
+  };
+  return { nodes: [input], show };
 }
 
 /** Nothing that can be read as a number goes to the wall as it is: the wall says what is wrong with it. */
@@ -96,12 +102,13 @@ function numberInput(field, label) {
 function numberEditor(field, label, commit) {
   const input = numberInput(field, label);
   input.addEventListener('change', () => commit(numberIn(input)));
-  return { nodes: [input], show: (value) => { input.value = shortest(value); } };
+  return { nodes: [input], show: (value, write) => write(input, shortest(value)) };
 }
 function sliderEditor(field, label, commit) {
   const number = numberEditor(field, label, commit);
   const slider = rangeInput(field, `${label}, slider`, commit);
-  return { nodes: [slider, ...number.nodes], show: (now) => { number.show(now); slider.value = String(now); } };
+  return { nodes: [slider, ...number.nodes],
+           show: (now, write) => { number.show(now, write); slider.value = String(now); } };
 }
 /**
  * @param {{least: number, greatest: number, kind?: string, step?: number}} field step: none or 0, as fine as the screen
@@ -140,7 +147,7 @@ function vectorEditor(field, label, commit) {
   const parts = inputs.map((input, i) => element('label', { class: 'part' },
                                                  element('span', { 'aria-hidden': 'true', text: names[i][0] }), input));
   return { nodes: [element('div', { class: 'parts' }, ...parts)],
-           show: (value) => inputs.forEach((input, i) => { input.value = shortest(value[i]); }) };
+           show: (value, write) => inputs.forEach((input, i) => write(input, shortest(value[i]))) };
 }
 function colourEditor(field, label, commit) {
   const numbers = vectorEditor(field, label, commit);
@@ -149,7 +156,7 @@ function colourEditor(field, label, commit) {
   picker.addEventListener('input', () => commit(colourOf(picker.value, now), true));
   picker.addEventListener('change', () => commit(colourOf(picker.value, now)));
   return { nodes: [picker, ...numbers.nodes],
-           show: (value) => { now = value; numbers.show(value); picker.value = pickerValue(value); } };
+           show: (value, write) => { now = value; numbers.show(value, write); picker.value = pickerValue(value); } };
 }
 
 function wordEditor(field, label, commit) {
@@ -171,11 +178,11 @@ function wordEditor(field, label, commit) {
   });
   return {
     nodes: [select, ...number.nodes],
-    show: (value) => {
+    show: (value, write) => {
       const isNumber = typeof value === 'number';
       select.value = isNumber ? kNumber : value;
       number.nodes[0].hidden = !isNumber;
-      if (isNumber) number.show(value);
+      if (isNumber) number.show(value, write);
     },
   };
 }

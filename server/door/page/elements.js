@@ -32,6 +32,19 @@ export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+const kVisible = /[^\p{White_Space}\p{Default_Ignorable_Code_Point}\p{Cc}\p{Cf}\u2800]/u;
+const kMostCodes = 8;
+
+/** A name, or a path, as people see it: what nobody would see of it in code points. */
+export function seen(text) {
+  return text.split('/').map((name) => {
+    if (name === '' || kVisible.test(name)) return name;
+    const codes = [...name.slice(0, 2 * kMostCodes + 1)].map((letter) => letter.codePointAt(0));
+    const told = codes.slice(0, kMostCodes).map((code) => `U+${code.toString(16).toUpperCase().padStart(4, '0')}`);
+    return told.join(' ') + (codes.length > kMostCodes ? ' …' : '');
+  }).join('/');
+}
+
 /** The children of `parent` are `wanted`, in this order. What stays, whatever goes before it, keeps the focus. */
 export function setChildren(parent, wanted) {
   const stays = new Set(wanted);
@@ -41,6 +54,10 @@ export function setChildren(parent, wanted) {
     if (child === at) at = at.nextSibling;
     else parent.insertBefore(child, at);
   }
+}
+
+export function pause(ms) {
+  return new Promise((resolve) => { setTimeout(resolve, ms); });
 }
 
 let lastId = 0;

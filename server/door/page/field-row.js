@@ -15,6 +15,8 @@ export class FieldRow {
   #editor = null;
   #said = element('p', { class: 'said', role: 'alert' });
   #value;
+  #isOld = false;  // something else has been proposed since
+  #shown = null;   // of values, as JSON: what the editor shows; null: what somebody has done to it
   #reading = element('div', { class: 'value' });
   #gesture = 0;
 
@@ -36,6 +38,8 @@ export class FieldRow {
     this.node = element('div', { class: 'field' }, name, this.#reading, this.#said);
     if (!propose || !canEdit) return;
     this.#editor = (makeEditor ?? editorOf)(field, label, (value, isHeld) => {
+      this.#shown = null;
+      this.#isOld = true;
       if (isHeld && !this.#gesture) this.#gesture = newGesture();
       this.#send(value, this.#gesture);
       if (!isHeld) this.#gesture = 0;
@@ -43,25 +47,37 @@ export class FieldRow {
     this.#reading.append(...this.#editor.nodes);
     this.#said.id = freshId('said');
     for (const input of this.#inputs()) input.setAttribute('aria-describedby', this.#said.id);
+    this.#reading.addEventListener('focusout', () => {
+      this.#gesture = 0;  // of a finger that was taken away
+      this.#showNews();   // what others have set meanwhile
+    });
   }
 
   #inputs() {
     return this.#reading.querySelectorAll('input, select, textarea');
   }
 
-  /** As it is in the scene; what somebody is typing stays. */
+  /** As it is in the scene; what has the focus to be typed in, or is held, stays. */
   show(value) {
-    const isNew = JSON.stringify(value) !== JSON.stringify(this.#value);
     this.#value = value;
-    if (!isNew || this.#proposals.isUnderWay) return;
-    const at = document.activeElement;
-    if (this.#reading.contains(at) && at.matches('[type=text], textarea')) return;
-    this.#showValue();
+    this.#isOld &&= this.#proposals.isUnderWay;
+    this.#showNews();
   }
-  #showValue() {
-    if (this.#editor) this.#editor.show(this.#value);
+  #showNews() {
+    if (this.#value === undefined || this.#isOld || this.#proposals.isUnderWay || this.#gesture) return;
+    if (JSON.stringify(this.#value) !== this.#shown) this.#showValue(false);
+  }
+  /** @param {boolean} isForced what is typed was refused, and goes */
+  #showValue(isForced) {
+    const typed = isForced ? null : this.#typedIn();
+    if (this.#editor) this.#editor.show(this.#value, (input, text) => { if (input !== typed) input.value = text; });
     else setText(this.#reading, asText(this.#value, this.#field));
+    this.#shown = typed ? null : JSON.stringify(this.#value);
     this.#showLink();
+  }
+  #typedIn() {
+    const at = document.activeElement;
+    return this.#reading.contains(at) && at.matches('[type=text], textarea') ? at : null;
   }
   #showLink() {
     if (!isReference(this.#field)) return;
@@ -78,7 +94,7 @@ export class FieldRow {
     const refused = last.error ? reasonOf(last.error) : stopped;
     setText(this.#said, refused ? `✕ ${refused}` : '');
     for (const input of this.#inputs()) input.setAttribute('aria-invalid', String(refused !== ''));
-    if (refused) this.#showValue();
+    if (refused) this.#showValue(true);
   }
 }
 

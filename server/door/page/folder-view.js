@@ -1,5 +1,5 @@
 // What lies in the folders of the server from which may be loaded.
-import { element, setText } from './elements.js';
+import { element, seen, setText } from './elements.js';
 import { sizeText } from './transfer.js';
 
 const kPage = 200;
@@ -80,7 +80,7 @@ export class FolderView {
                                      element('span', { class: 'muted', text: more })));
   }
   #row({ name, path, is_folder: isFolder, bytes, loads }) {
-    const shown = this.#folder === '' ? this.#nameOf(path) : name;
+    const shown = seen(this.#folder === '' ? this.#nameOf(path) : name);
     let row;
     if (isFolder) {
       row = this.#item(`▸ ${shown}`, '', async () => {

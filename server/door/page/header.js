@@ -1,5 +1,5 @@
 // What stands above all tabs: which wall this is, how it is, who looks; and the banner while nothing comes.
-import { startBanner } from './banner.js';
+import { loadAnew, startBanner } from './banner.js';
 import { element, setChildren, setText } from './elements.js';
 import { People } from './people.js';
 import { authorization, keptToken } from './token.js';
@@ -7,8 +7,9 @@ import { authorization, keptToken } from './token.js';
 /**
  * @param {import('./connection.js').Connection} connection
  * @param {import('./wall-status.js').WallStatus} status
+ * @param {import('./schema.js').Schema} schema
  */
-export function startHeader(connection, status) {
+export function startHeader(connection, status, schema) {
   const part = (id) => document.getElementById(id);
 
   const show = () => {
@@ -36,6 +37,7 @@ export function startHeader(connection, status) {
   });
   connection.addEventListener('lost', show);
   startBanner(part('banner'), connection);
+  schema.addEventListener('outdated', () => loadAnew(part('banner')));
   show();
 }
 

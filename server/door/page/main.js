@@ -19,7 +19,7 @@ const connection = new Connection();
 const news = new News(connection);
 const status = new WallStatus(connection, news);
 const schema = new Schema(connection);
-startHeader(connection, status);
+startHeader(connection, status, schema);
 const showInScene = (node) => {
   document.getElementById('tab-scene').click();
   views.scene.show(node);

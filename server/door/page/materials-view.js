@@ -1,6 +1,6 @@
 // Materials of the scene, each as a ball: those that something refers to.
 import { objectLabel, swatchOf } from './chooser.js';
-import { element, setText } from './elements.js';
+import { element, pause, setText } from './elements.js';
 import { ObjectFinder } from './object-finder.js';
 import { paced } from './scene-watch.js';
 
@@ -13,11 +13,13 @@ export class MaterialsView {
   #onSelect;
   #finder = null;
   #isShown = false;
+  #isLooking = false;
   #buttons = new Map();  // id -> {button, drawn}
   #list = element('ul', { class: 'materials' });
   #count = element('p', { class: 'muted', role: 'status', tabindex: '-1' });
-  #more = element('button', { type: 'button', text: 'Look on', hidden: true,
-                              onclick: () => this.#tryTo(() => this.#look()) });
+  #more = element('button', { type: 'button', hidden: true, onclick: () => {
+    if (!this.#isLooking) this.#tryTo(() => this.#look());
+  } });
 
   /**
    * @param {import('./scene.js').Scene} scene
@@ -51,15 +53,32 @@ export class MaterialsView {
 
   async #begin() {
     const types = await this.#schema.types;
-    const finder = this.#finder = new ObjectFinder(this.#scene, types, 'Material');
-    const found = await finder.next(kAtOnce);
-    if (finder !== this.#finder) return;
+    this.#finder = new ObjectFinder(this.#scene, types, 'Material');
+    await this.#look(true);
+  }
+  /** Through a large scene by itself, as long as somebody looks; between two looks it rests as long as one took. */
+  async #look(isAnew = false) {
+    const types = await this.#schema.types, finder = this.#finder, before = isAnew ? 0 : this.#buttons.size;
+    const isOld = () => finder !== this.#finder;
+    this.#isLooking = true;
+    setText(this.#more, 'Looking…');
+    try {
+      for (let rest = 0, isFirst = isAnew; this.#isShown && this.#buttons.size - before < kAtOnce; isFirst = false) {
+        await pause(rest);
+        const since = performance.now(), found = isOld() ? [] : await finder.next(kAtOnce);
+        if (isOld()) return;
+        if (isFirst) this.#clear();
+        this.#add(found, types);
+        if (finder.isDone) break;
+        rest = performance.now() - since;
+      }
+    } finally {
+      if (!isOld()) this.#endLook([...this.#buttons.values()][before]?.button ?? this.#count);
+    }
+  }
+  #clear() {
     this.#buttons.clear();
     this.#list.replaceChildren();
-    this.#add(found, types);
-  }
-  async #look() {
-    this.#add(await this.#finder.next(kAtOnce), await this.#schema.types);
   }
   #add(found, types) {
     for (const object of found) {
@@ -71,9 +90,15 @@ export class MaterialsView {
     const many = this.#buttons.size, { isDone } = this.#finder;
     setText(this.#count, many === 0 && isDone ? 'Nothing in this scene has a material.'
                                               : `${many} material${many === 1 ? '' : 's'}${isDone ? '' : ' so far'}`);
+    if (!isDone) this.#more.hidden = false;
+  }
+  /** @param {HTMLElement} next has the focus where the button had it, and goes */
+  #endLook(next) {
+    this.#isLooking = false;
+    setText(this.#more, 'Look on');
     const hadFocus = document.activeElement === this.#more;
-    this.#more.hidden = isDone;
-    if (hadFocus && isDone) (this.#buttons.get(found[0]?.id)?.button ?? this.#count).focus();
+    this.#more.hidden = this.#finder.isDone;
+    if (hadFocus && this.#more.hidden) next.focus();
   }
   async #refresh() {
     const types = await this.#schema.types;

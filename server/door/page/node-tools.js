@@ -1,5 +1,5 @@
 // What somebody does with a whole node: copies it, hangs another one below it, removes it after one question.
-import { element, setText } from './elements.js';
+import { element, seen, setText } from './elements.js';
 
 export class NodeTools {
   #scene;
@@ -62,13 +62,13 @@ export class NodeTools {
     const below = nodes - 1;
     const what = `${isAll ? '' : 'At least '}${below.toLocaleString('en')} node${below === 1 ? '' : 's'} below`;
     const all = `${what} ${below === 1 ? 'goes' : 'go'} with it`;
-    const some = names.map((one) => one || '(no name)').join(', ') + (below > names.length ? ', …' : '');
+    const some = names.map((one) => seen(one) || '(no name)').join(', ') + (below > names.length ? ', …' : '');
     const remove = this.#answerButton('Remove', async () => {
       await this.#scene.remove(id);
       this.#onMade(parent);
     });
     remove.className = 'danger';
-    this.#ask(`Remove ${name || `#${id}`}?`,
+    this.#ask(`Remove ${seen(name) || `#${id}`}?`,
               [element('p', { text: below > 0 ? `${all}: ${some}` : 'Nothing is below it.' }),
                element('p', { class: 'muted', text: 'Undo brings it back.' })], remove);
   }

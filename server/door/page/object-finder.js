@@ -1,6 +1,6 @@
 // Objects that stand at no node: found by what refers to them, from the cores of the tree on.
 
-const kMostPages = 16;   // of the tree, for one page of what is found
+const kLongest = 500;    // ms, before it is told what has been found so far
 const kDeepest = 6;      // references behind each other
 
 /** @typedef {import('./schema.js').Type} Type */
@@ -22,10 +22,9 @@ export class ObjectFinder {
   #types;
   #to;
   #leading;
+  #cores;             // types of cores from which to begin, one after the other
   #after = [];
   #seen = new Set();  // ids that were followed
-  /** Whether all has been looked at. */
-  isDone = false;
 
   /** @param {import('./scene.js').Scene} scene @param {Map<string, Type>} types @param {string} to name of a type */
   constructor(scene, types, to) {
@@ -33,15 +32,25 @@ export class ObjectFinder {
     this.#types = types;
     this.#to = to;
     this.#leading = typesLeadingTo(types, to);
+    // Nodes of other types are passed over by the wall, many at a time.
+    this.#cores = [...types.values()].filter((type) => type.core && this.#leading.has(type.name));
   }
 
-  /** @param {number} many that are enough @returns {Promise<import('./scene.js').SceneObject[]>} */
+  /** Whether all has been looked at. */
+  get isDone() {
+    return this.#cores.length === 0;
+  }
+
+  /**
+   * @param {number} many that are enough
+   * @returns {Promise<import('./scene.js').SceneObject[]>} perhaps none yet, of a large scene
+   */
   async next(many) {
-    const found = [];
-    for (let page = 0; page < kMostPages && found.length < many && !this.isDone; ++page) {
-      const { objects, next } = await this.#scene.nodesWith(null, this.#after);
+    const found = [], end = performance.now() + kLongest;
+    while (found.length < many && !this.isDone && performance.now() < end) {
+      const { objects, next } = await this.#scene.nodesWith(this.#cores[0], this.#after);
       this.#after = next;
-      this.isDone = next.length === 0;
+      if (next.length === 0) this.#cores.shift();
       let frontier = [...objects.values()];
       for (let depth = 0; depth < kDeepest && frontier.length > 0; ++depth) {
         const ids = frontier.flatMap((object) => this.#referred(object));

@@ -1,7 +1,7 @@
 // An object with its fields; a node with those of its core.
 import { Chooser } from './chooser.js';
 import { FieldRow } from './field-row.js';
-import { element, setChildren, setText } from './elements.js';
+import { element, seen, setChildren, setText } from './elements.js';
 import { MaterialPreview } from './material-preview.js';
 import { NodeTools } from './node-tools.js';
 import { valuesOf } from './schema.js';
@@ -59,8 +59,8 @@ export class ObjectView {
       return;
     }
     const name = told.objects[0]?.fields.get('name');
-    setText(this.#title, name || `${told.objects[0]?.type ?? 'Object'} #${id}`);
-    setText(this.#path, told.path.startsWith('/') ? told.path : '');
+    setText(this.#title, seen(name ?? '') || `${told.objects[0]?.type ?? 'Object'} #${id}`);
+    setText(this.#path, told.path.startsWith('/') ? seen(told.path) : '');
     this.#tools.show(this.mayEdit && told.objects[0]?.type === 'Node' ? { id, name: name ?? '' } : null);
     const shape = JSON.stringify([this.mayEdit, told.objects.map((object) => [object.id, object.type])]);
     if (shape !== this.#shape) this.#build(told.objects, types);

@@ -1,14 +1,13 @@
 // How a panel's page asks the wall: over HTTP, once a second and after each edit. A socket would be one of few, and a
 // hundred tablets of one token share a link of the door this way. While nobody looks nothing is asked.
 import { gone, RequestError } from './connection.js';
+import { pause } from './elements.js';
 import { authorization, keptToken } from './token.js';
 
 const kPeriod = 1000;                       // ms, between two looks
 const kFirstWait = 250, kLongestWait = 4000;  // ms, between two tries
 const kPatience = 8000;                     // ms, for an answer
 const kBusyTries = 3;                       // of what the door has no time for
-
-const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
 /**
  * Events: `open`; `lost`, at each try that fails; `refused`, whose detail says why nobody is let in, until somebody

@@ -1,5 +1,5 @@
 // A panel: its title, and a card for each of its controls, as they stand in the scene.
-import { element, freshId, setChildren, setText } from './elements.js';
+import { element, freshId, pause, setChildren, setText } from './elements.js';
 import { FieldRow } from './field-row.js';
 import { panelEditor, valueOf } from './panel-editors.js';
 import { Scene } from './scene.js';
@@ -74,7 +74,7 @@ class FieldCard {
     const size = kind === 'text' ? new TextEncoder().encode(value).length : 0;
     if (size > bytes) throw new Error(`This is too long: ${size} bytes, and ${bytes} is the most.`);
     const committed = await setOne(now, value, gesture);
-    if (gesture) await new Promise((resolve) => { setTimeout(resolve, kHeldPause); });
+    if (gesture) await pause(kHeldPause);
     return committed;
   }
 }

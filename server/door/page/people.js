@@ -1,5 +1,5 @@
 // Who else is here: a number in the header, and a dialog with names and roles.
-import { element, setChildren, setText } from './elements.js';
+import { element, seen, setChildren, setText } from './elements.js';
 
 export class People {
   #connection;
@@ -67,7 +67,7 @@ export class People {
 /** @param {Element | undefined} node one that is there, or none yet */
 function row(node, { name, program, role, seconds, you }) {
   const item = node ?? element('li', {}, element('span', { class: 'name' }), element('span', { class: 'muted' }));
-  setText(item.firstChild, `${name || program}${you ? ' (you)' : ''}`);
+  setText(item.firstChild, `${seen(name || program)}${you ? ' (you)' : ''}`);
   setText(item.lastChild, [role, name ? program : '', `for ${inWords(seconds)}`].filter(Boolean).join(', '));
   return item;
 }

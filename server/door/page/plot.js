@@ -27,17 +27,19 @@ export class Samples {
  * @param {string} title
  * @param {string} unit
  * @param {{name: string, samples: Samples}[]} lines at most four
+ * @param {boolean} [hasSpread] of the first line it is said what 99 of 100 do not exceed
  */
 export class Plot {
   #canvas = element('canvas', { role: 'img' });
   #legend = element('p', { class: 'legend' });
   #values = [];
+  #spread = null;
   #most = element('span', { class: 'scale' });
   #title;
   #unit;
   #lines;
 
-  constructor(title, unit, lines) {
+  constructor(title, unit, lines, hasSpread = false) {
     this.#title = title;
     this.#unit = unit;
     this.#lines = lines;
@@ -46,6 +48,10 @@ export class Plot {
       this.#values.push(value);
       this.#legend.append(element('span', { class: `line line-${i}`, text: `${name} ` }, value));
     });
+    if (hasSpread) {
+      this.#spread = element('strong');
+      this.#legend.append(element('span', { text: '99 % of this minute below ' }, this.#spread));
+    }
     const area = element('div', { class: 'plot-area' }, this.#canvas, this.#most,
                          element('span', { class: 'scale scale-from', text: '1 minute ago' }),
                          element('span', { class: 'scale scale-to', text: 'now' }));
@@ -57,6 +63,7 @@ export class Plot {
     const all = this.#lines.map(({ samples }) => samples.since(now - kMinute));
     const newest = all.map((samples) => (samples.length ? samples.at(-1)[1] : null));
     newest.forEach((value, i) => setText(this.#values[i], value === null ? '–' : written(value)));
+    if (this.#spread) setText(this.#spread, all[0].length > 0 ? written(mostOf(all[0], 0.99)) : '–');
     const most = niceAbove(all.flat().reduce((sofar, [, value]) => Math.max(sofar, value), 0));
     setText(this.#most, `${most} ${this.#unit}`);
     this.#canvas.setAttribute('aria-label', `${this.#title} of the last minute: ` + this.#lines
@@ -100,6 +107,12 @@ function thinned(samples, width) {
     if (!peak || peak[1] < sample[1]) peaks.set(column, sample);
   }
   return [...peaks.values()];
+}
+
+/** What such a part of the samples does not exceed. */
+function mostOf(samples, part) {
+  const values = Float64Array.from(samples, ([, value]) => value).sort();
+  return values[Math.ceil(part * values.length) - 1];
 }
 
 /** 1, 2 or 5 times a power of ten. */

@@ -1,5 +1,6 @@
 // Pictures of the wall as they change. The next ones are asked for once these are shown: a slow browser slows itself
 // alone.
+import { pause } from './elements.js';
 import { authorization } from './token.js';
 
 const kWholePeriod = 1000;  // ms, between two pictures of the whole wall
@@ -66,8 +67,4 @@ export class Preview extends EventTarget {
     if (run === this.#runs) this.dispatchEvent(new CustomEvent('whole', { detail: { picture } }));
     await pause(kWholePeriod);
   }
-}
-
-function pause(ms) {
-  return new Promise((done) => setTimeout(done, ms));
 }

@@ -18,7 +18,7 @@ function referenceInput(label, placeholder) {
 export function referenceEditor(field, label, commit, choose) {
   const input = referenceInput(label, `none (${field.to}: #ID or /path)`);
   input.addEventListener('change', () => commit(referenceIn(input.value)));
-  const show = (value) => { input.value = value === null ? '' : `#${value}`; };
+  const show = (value, write) => write(input, value === null ? '' : `#${value}`);
   const button = chooseButton('Choose…', label, async () => {
     const id = await choose(field);
     if (id !== undefined) commit(id);
@@ -36,7 +36,7 @@ export function referencesEditor(field, label, commit, choose) {
     if (id !== undefined) commit([...now, id]);
   });
   return { nodes: [input, button],
-           show: (value) => { now = value; input.value = value.map((id) => `#${id}`).join(', '); } };
+           show: (value, write) => { now = value; write(input, value.map((id) => `#${id}`).join(', ')); } };
 }
 
 function chooseButton(text, label, onclick) {

@@ -62,11 +62,11 @@ export function rotationEditor(label, commit, numberInput, numberIn, exact) {
                           element('summary', { text: 'Quaternion' }), ...exact.nodes);
   return {
     nodes: [element('div', { class: 'parts' }, ...parts), details],
-    show: (value) => {
-      exact.show(value);
+    show: (value, write) => {
+      exact.show(value, write);
       if (said && isSame(said, value) && inputs.every((input) => input.value !== '')) return;
       said = null;
-      anglesOf(value).forEach((angle, i) => { inputs[i].value = String(angle); });
+      anglesOf(value).forEach((angle, i) => write(inputs[i], String(angle)));
     },
   };
 }

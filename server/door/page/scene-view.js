@@ -2,11 +2,11 @@
 // materials, animations and files.
 import { AnimationsView } from './animations-view.js';
 import { BudgetView } from './budget-view.js';
-import { element, setChildren, setText } from './elements.js';
+import { element, pause, setChildren, setText } from './elements.js';
 import { InlinesView } from './inlines-view.js';
 import { MaterialsView } from './materials-view.js';
 import { ObjectView } from './object-view.js';
-import { Scene } from './scene.js';
+import { kFindPage, Scene } from './scene.js';
 import { paced, SceneWatch } from './scene-watch.js';
 import { startTabs } from './tabs.js';
 import { Tree } from './tree.js';
@@ -222,25 +222,45 @@ export class SceneView {
       return;
     }
     try {
-      const found = await this.#scene.find(text, after);
-      if (search !== this.#searches) return;
-      if (after.length === 0) this.#results.replaceChildren();
-      else this.#results.lastChild?.remove();  // what asked for more
-      for (const node of found.nodes) {
-        const show = element('button', { type: 'button', onclick: () => this.#select(node.id) },
-                             element('span', { class: 'name', text: node.label }),
-                             element('span', { class: 'muted', text: node.coreType }));
-        this.#results.append(element('li', {}, show));
-      }
-      const many = this.#results.children.length;
-      if (after.length > 0) this.#results.children[many - found.nodes.length]?.firstChild.focus();
-      if (found.next.length > 0)
-        this.#results.append(element('li', {}, element('button', { type: 'button', text: 'Search on',
-                                                                   onclick: () => this.#search(found.next) })));
-      setText(this.#count, `${many} found${found.next.length > 0 ? ' so far' : ''}`);
+      await this.#find(text, after, () => search === this.#searches);
     } catch (error) {
       if (search === this.#searches) setText(this.#count, `✕ ${error.message}`);
     }
+  }
+  /** Through a large scene by itself, until a page is full; between two looks it rests as long as one took. */
+  async #find(text, after, isWanted) {
+    let next = after, many = 0, rest = 0;
+    do {
+      await pause(rest);
+      const since = performance.now(), found = isWanted() ? await this.#scene.find(text, next) : null;
+      if (!found || !isWanted()) return;
+      if (next === after && after.length === 0) this.#results.replaceChildren();
+      const last = this.#results.querySelector('.on'), rows = found.nodes.map((node) => this.#result(node));
+      const hadFocus = last?.contains(document.activeElement);
+      last?.remove();  // what asked for more
+      this.#results.append(...rows);
+      next = found.next;
+      many += rows.length;
+      const isLooking = next.length > 0 && many < kFindPage;
+      if (next.length > 0) this.#results.append(this.#onward(isLooking ? null : next));
+      if (hadFocus) ((rows[0] ?? this.#results.lastChild)?.querySelector('button') ?? this.#input).focus();
+      const all = this.#results.querySelectorAll('li:not(.on)').length;
+      setText(this.#count, `${all} found${next.length > 0 ? ' so far' : ''}`);
+      rest = performance.now() - since;
+      if (!isLooking) return;
+    } while (this.#isShown && this.#connection.isOpen);
+    this.#results.querySelector('.on')?.replaceWith(this.#onward(next));
+  }
+  #result(node) {
+    return element('li', {}, element('button', { type: 'button', onclick: () => this.#select(node.id) },
+                                     element('span', { class: 'name', text: node.label }),
+                                     element('span', { class: 'muted', text: node.coreType })));
+  }
+  /** @param {number[] | null} next where it goes on; null: it does by itself */
+  #onward(next) {
+    const onclick = () => { if (next) this.#search(next); };
+    return element('li', { class: 'on' }, element('button', { type: 'button', text: next ? 'Search on' : 'Looking…',
+                                                              onclick }));
   }
 
   /** What is lost with the connection is asked anew with the next one. */

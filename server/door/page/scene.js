@@ -1,4 +1,5 @@
 // What the scene holds, asked in pages; and edits of it.
+import { seen } from './elements.js';
 
 /**
  * @typedef {{id: number, name: string, children: number, coreType: string}} TreeNode
@@ -7,10 +8,11 @@
 
 const kRoot = 1;
 const kTreePage = 201;  // a node with as many children as a tree shows at once, where the wall lets one say so
-const kFindPage = 100;
+export const kFindPage = 100;
 const kNamesBelow = 5;    // of what goes with a node
 const kMostNames = 256;  // that the wall is asked for at once
-const kMostPages = 50;  // of one search, some thousand nodes each; then somebody has to ask for more
+const kMostPages = 50;     // of what is counted, some hundred nodes each
+const kLongestFind = 500;  // ms, before it is told what has been found so far
 
 /** What a wall says to a value that it refuses, without the place in the proposal. @param {Error} error */
 export function reasonOf(error) {
@@ -96,6 +98,7 @@ export class Scene {
   }
 
   /**
+   * Some of what is found: perhaps nothing yet, of a large scene.
    * @param {string} text an expression, or a part of a name
    * @param {number[]} after `next` of the page before
    * @param {number} coreType a type's number: only nodes with such a core; 0: all
@@ -103,15 +106,14 @@ export class Scene {
    */
   async find(text, after = [], coreType = 0) {
     const expression = /[*?[/\\]/.test(text) ? text : text ? `*${text}*` : '/**';
-    const nodes = [];
+    const nodes = [], end = performance.now() + kLongestFind;
     let next = after;
-    for (let page = 0; page < kMostPages; ++page) {
+    do {
       const found = await this.#connection.ask('FindNodes', { expression, core_type: coreType, page_size: kFindPage,
                                                                   after: next });
       nodes.push(...found.nodes);
       next = found.next;
-      if (next.length === 0 || nodes.length >= kFindPage) break;
-    }
+    } while (next.length > 0 && nodes.length < kFindPage && performance.now() < end);
     return this.#labelled({ nodes, next });
   }
 
@@ -122,7 +124,7 @@ export class Scene {
     const objects = objectsIn(told?.content);
     return { next, nodes: nodes.map(({ id, path, core, core_type }) => {
       const name = objects.get(id)?.fields.get('name');
-      return { id, label: name ? `${name} (${path})` : path, core, coreType: core ? core_type : '' };
+      return { id, label: name ? `${seen(name)} (${path})` : seen(path), core, coreType: core ? core_type : '' };
     }) };
   }
 
@@ -167,8 +169,20 @@ export class Scene {
     return this.#connection.ask('ProposeChanges', { gesture, list: { set } });
   }
   /** What the next step of undo, and of redo, would do. */
-  steps() {
-    return this.#connection.ask('GetSteps');
+  async steps() {
+    const { undo, redo } = await this.#connection.ask('GetSteps');
+    const paths = await this.#pathsOfCores([undo, redo].flatMap(({ what, objects }) => (
+      objects.filter((id) => what.includes(`#${id} `)))));
+    for (const step of [undo, redo])
+      step.what = step.what.replace(/#(\d+) \w+/g, (said, id) => paths.get(Number(id)) ?? said);
+    return { undo, redo };
+  }
+  /** Of cores the nodes' paths, as far as a page of the tree has them. */
+  async #pathsOfCores(cores) {
+    if (cores.length === 0) return new Map();
+    const { nodes } = await this.#treePage({ cores });
+    const { paths } = await this.objects(nodes.map(({ id }) => id));
+    return new Map(nodes.map(({ id, core }) => [core?.id, seen(paths.get(id) ?? `#${id}`)]));
   }
   remove(node) {
     return this.#connection.ask('RemoveNode', { node });

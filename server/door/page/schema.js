@@ -1,5 +1,8 @@
 // The types of a scene with their fields, as the wall describes them at /api.
+import { pause } from './elements.js';
 import { authorization } from './token.js';
+
+const kAgain = 1000;  // ms
 
 /**
  * @typedef {{name: string, number: number, kind: string, width: number, unit: string, to?: string, default: any,
@@ -26,7 +29,8 @@ export function valuesOf(object, type) {
     [field.name, object.fields.has(field.name) ? object.fields.get(field.name) : field.default])));
 }
 
-export class Schema {
+/** Event `outdated`: behind the same address another version answers now, and this page is of the one before. */
+export class Schema extends EventTarget {
   /** @type {Promise<Map<string, Type>>} by their names */
   #types = new Promise(() => {});
   #requests = new Map();
@@ -34,8 +38,9 @@ export class Schema {
 
   /** @param {import('./connection.js').Connection} connection */
   constructor(connection) {
+    super();
     connection.addEventListener('open', () => {
-      this.#types = this.#load();
+      this.#types = this.#load(connection);
       this.#types.catch(() => {});
     });
   }
@@ -50,14 +55,15 @@ export class Schema {
     return this.#requests.get(name);
   }
 
-  async #load() {
-    const answer = await fetch('/api', { headers: authorization() });
+  async #load(connection) {
+    let answer = await fetch('/api', { headers: authorization() });
+    for (; !answer.ok && connection.isOpen; answer = await fetch('/api', { headers: authorization() }))
+      await pause(kAgain);  // too much is asked at once
     if (!answer.ok) throw new Error(`The types of the scene did not come: ${answer.status}`);
     const api = await answer.json();
     const version = `${api.version} ${api.protocol} ${api.schema}`;
-    // Behind the same address another version answers now, and this page is one of the version before.
-    if (this.#known && this.#known !== version) location.reload();
-    this.#known = version;
+    this.#known ||= version;
+    if (this.#known !== version) this.dispatchEvent(new Event('outdated'));
     this.#requests = new Map(api.requests.map((request) => [request.name, request]));
     for (const field of api.types.flatMap((type) => type.fields)) field.default = inWords(field, field.default);
     return new Map(api.types.map((type) => [type.name, type]));

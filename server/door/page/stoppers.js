@@ -1,4 +1,5 @@
 // Who stands in the way of what was stopped.
+import { seen } from './elements.js';
 
 const kMostPairs = 64;    // contacts that are looked at
 const kMostLevels = 64;   // a node's geometry lies no deeper below what moves
@@ -29,7 +30,7 @@ export class Stoppers {
     if (others.size === 0) return [];
     const names = [...others].slice(0, kMostNamed).map((id) => `#${id}`);
     const told = await this.#connection.ask('GetObjects', { names });
-    return told.objects.map((object) => object.path);
+    return told.objects.map((object) => seen(object.path));
   }
 
   /** Those of `nodes` that lie at or below a node with a stopped core. */

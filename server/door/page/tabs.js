@@ -32,6 +32,10 @@ export function startTabs(list, onShow, isInAddress = true) {
     tab.focus();
     show(tab);
   });
-  show(tabs.find((tab) => `#${tab.id.slice('tab-'.length)}` === location.hash) ?? tabs[0]);
+  const addressed = () => tabs.find((tab) => `#${tab.id.slice('tab-'.length)}` === location.hash);
+  show(addressed() ?? tabs[0]);
+  // A bookmark of another tab; and what leads elsewhere on the page leaves this tab's address.
+  if (isInAddress)
+    addEventListener('hashchange', () => show(addressed() ?? tabs.find((tab) => tab.ariaSelected === 'true')));
   return (name) => show(tabs.find((tab) => tab.id === `tab-${name}`));
 }

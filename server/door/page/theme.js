@@ -7,8 +7,9 @@ const kKey = 'tessera-theme';
 /** @param {HTMLButtonElement} button switches */
 export function startTheme(button) {
   const wantsLight = matchMedia('(prefers-color-scheme: light)');
+  const isForced = matchMedia('(forced-colors: active)');  // all but what is drawn here has the device's colours
   const show = () => {
-    const theme = localStorage.getItem(kKey) ?? (wantsLight.matches ? 'light' : 'dark');
+    const theme = (!isForced.matches && localStorage.getItem(kKey)) || (wantsLight.matches ? 'light' : 'dark');
     document.documentElement.dataset.theme = theme;
     const [sign, word] = theme === 'dark' ? ['☀', 'Light'] : ['☾', 'Dark'];
     button.replaceChildren(sign, element('span', { class: 'wide', text: word }));
@@ -19,7 +20,9 @@ export function startTheme(button) {
     localStorage.setItem(kKey, document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark');
     show();
   });
-  wantsLight.addEventListener('change', show);
+  for (const query of [wantsLight, isForced]) query.addEventListener('change', show);
+  addEventListener('beforeprint', () => { document.documentElement.dataset.theme = 'light'; });  // paper is white
+  addEventListener('afterprint', show);
   show();
 }
 

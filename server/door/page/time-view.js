@@ -5,6 +5,8 @@ import { Plot, Samples } from './plot.js';
 
 const kDrawPeriod = 250;  // ms
 const kMostWaits = 12;
+const kHeartbeat = 1000;  // ms
+const kAsleep = 4000;     // ms without one: the page has slept, and not the wall
 
 export class TimeView {
   #between = new Samples();  // two frames, as they come here
@@ -14,6 +16,7 @@ export class TimeView {
   #waits = element('ol', { class: 'waits' });
   #noWaits = element('p', { class: 'muted' });
   #lastFrame = null;
+  #awake = performance.now();
   #timer = 0;
 
   /**
@@ -24,9 +27,9 @@ export class TimeView {
   constructor(panel, connection, status) {
     const halves = ([half, most]) => [{ name: 'half below', samples: half }, { name: '99 % below', samples: most }];
     this.#plots = [
-      new Plot('From frame to frame', 'ms', [{ name: 'as they come here', samples: this.#between }]),
-      new Plot('Frame time', 'ms', halves(this.#frame)),
-      new Plot('Wait at the barrier', 'ms', halves(this.#barrier)),
+      new Plot('From frame to frame', 'ms', [{ name: 'as they come here', samples: this.#between }], true),
+      new Plot('Frame time since the server has started', 'ms', halves(this.#frame)),
+      new Plot('Wait at the barrier since the server has started', 'ms', halves(this.#barrier)),
     ];
     panel.append(element('div', { class: 'plots' }, ...this.#plots.map((plot) => plot.node)),
                  element('div', { class: 'columns' },
@@ -34,8 +37,10 @@ export class TimeView {
                                  this.#waits),
                          new FaultList(connection, status).node));
     status.addEventListener('frame', ({ detail: { at } }) => {
-      if (this.#lastFrame !== null) this.#between.add(at, at - this.#lastFrame);
+      const hasSlept = at - this.#awake > kAsleep;
+      if (this.#lastFrame !== null && !hasSlept) this.#between.add(at, at - this.#lastFrame);
       this.#lastFrame = at;
+      if (hasSlept) this.#awake = at;
     });
     status.addEventListener('status', ({ detail }) => {
       this.#onStatus(detail);
@@ -46,6 +51,9 @@ export class TimeView {
     connection.addEventListener('lost', () => {
       this.#lastFrame = null;
     });
+    setInterval(() => {
+      this.#awake = performance.now();
+    }, kHeartbeat);
   }
 
   set isShown(isShown) {

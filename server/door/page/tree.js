@@ -1,5 +1,5 @@
 // The tree of the scene, in pages: what is open has been asked for, and no more.
-import { element, setChildren, setText } from './elements.js';
+import { element, seen, setChildren, setText } from './elements.js';
 
 const kRowsAtOnce = 200;  // of one node's children: more are shown when somebody asks
 
@@ -143,7 +143,7 @@ export class Tree {
     }
     known.row = row;
     setText(known.toggle, row.children ? (row.isOpen ? '▾' : '▸') : '');
-    setText(known.name, row.name || '(no name)');
+    setText(known.name, seen(row.name) || '(no name)');
     setText(known.type, row.coreType ?? '');
     known.node.setAttribute('aria-level', row.level);
     known.node.style.setProperty('--level', row.level);

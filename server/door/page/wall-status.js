@@ -112,9 +112,9 @@ export class WallStatus extends EventTarget {
       if (this.#epoch && this.#epoch !== status.epoch) this.dispatchEvent(new Event('restarted'));
       this.#epoch = status.epoch;
       this.dispatchEvent(new CustomEvent('status', { detail: status }));
-      this.#timer = setTimeout(() => this.#look(), kPeriod);
     } catch {
-      // The connection is lost, and says so to all.
+      // The connection is lost, and says so to all; or the wall has no time now.
     }
+    if (this.#connection.isOpen) this.#timer = setTimeout(() => this.#look(), kPeriod);
   }
 }
