@@ -17,6 +17,7 @@
 #include "client/ctl/WireText.h"
 #include "common/base/Version.h"
 #include "common/json/ApiJson.h"
+#include "common/options/Completion.h"
 #include "common/request/Schema.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/Wall.h"
@@ -256,6 +257,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         "tessera-ctl");
     app.get_formatter()->column_width(26);
     app.set_version_flag("--version", versionText("tessera-ctl"));
+    addCompletion(app);
     app.add_option("--server", in.line.server,
                    "Where the server listens (TESSERA_SERVER, else the\none wall of this machine)")
         ->type_name("ADDR:PORT");
@@ -461,8 +463,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     } catch (const CLI::CallForHelp&) {
         const auto chosen = app.get_subcommands();
         return HelpText{chosen.empty() ? app.help() : chosen.front()->help("tessera-ctl --server ADDR:PORT")};
-    } catch (const CLI::CallForVersion&) {
-        return HelpText{versionText("tessera-ctl") + "\n"};
+    } catch (const CLI::CallForVersion& asked) {
+        return HelpText{std::string(asked.what()) + "\n"};
     } catch (const CLI::ParseError& wrong) {
         const auto chosen = app.get_subcommands();
         // -inf and -nan were taken for options that nobody knows, and what they stand for was missing.

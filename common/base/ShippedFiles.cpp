@@ -37,10 +37,11 @@ Expected<std::string> resolveShipped(std::string_view what, const std::string& n
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
     const std::string nearest = nearestName(nameOrPath, names);
-    return fail(ErrorCode::kNotFound,
-                fmt::format("there is no {} \"{}\", neither shipped nor as a file{}; shipped: {}", what, nameOrPath,
-                            nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
-                            names.empty() ? "none found beside the program" : fmt::format("{}", fmt::join(names, ", "))));
+    return fail(
+        ErrorCode::kNotFound,
+        fmt::format("there is no {} \"{}\", neither shipped nor as a file{}; shipped: {}", what, nameOrPath,
+                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
+                    names.empty() ? "none found beside the program" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
 Expected<std::string> findScene(const std::string& nameOrPath, const std::string& executablePath) {

@@ -13,6 +13,8 @@
 #include <new>
 #include <utility>
 
+#include "common/options/Completion.h"
+
 namespace tessera {
 namespace {
 
@@ -143,7 +145,10 @@ struct Options::Impl {
 
 Options::Options(const std::string& program, const std::string& description, const std::string& version)
     : impl_(new Impl{program, CLI::App(description, program)}) {
-    if (!version.empty()) impl_->app.set_version_flag("--version", version);
+    if (!version.empty()) {
+        impl_->app.set_version_flag("--version", version);
+        if (program.find(' ') == std::string::npos) addCompletion(impl_->app);  // of a verb it is the program's
+    }
     const auto end = fmt::format_to_n(outOfMemory.data(), outOfMemory.size(), "{}: out of memory\n", program);
     outOfMemoryBytes = std::min(end.size, outOfMemory.size());
     std::set_terminate(endInWords);

@@ -149,7 +149,7 @@ Expected<std::string> runWithoutVerb(const std::vector<std::string>& words) {
 /// The number of words: there is none.
 std::size_t placeOfVerb(const std::vector<std::string>& words) {
     for (std::size_t i = 0; i < words.size(); ++i) {
-        if (words[i] == "--keys")
+        if (words[i] == "--keys" || words[i] == "--completion")
             ++i;
         else if (!words[i].starts_with('-'))
             return i;
