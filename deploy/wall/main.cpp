@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     commandLine.option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)").typeName("W");
     // A variable of a script that is empty is no folder.
     const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
-    commandLine.option("--scene", options.scenes, "Scene or model file, or a shipped scene's name; may\nbe repeated (engine-hall; materials where the\nengine is not installed)")
+    commandLine.option("--scene", options.scenes, "Scene or model file, or a shipped scene's name;\nmay be repeated (engine-hall; materials where the\nengine is not installed)")
         .typeName("S")
         .check(named);
     // The server says what is wrong with a number.

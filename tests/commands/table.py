@@ -320,6 +320,6 @@ MORE_LINES = [
                 "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads --uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
-    ("Options", "./deploy/run-wall --no-install --version && tessera-keys --keys $T/keys init --wall 1x1 && "
+    ("Options", "./deploy/run-wall --no-install --version && ./deploy/run-wall --no-install --completion bash >$T/words && tessera-keys --keys $T/keys init --wall 1x1 && "
                 "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --keys $T/keys --output $T/d", ("$T/d/wall.png",)),
 ]

@@ -210,6 +210,8 @@ TEST(Options, SayWhatThereIs) {
               "Options:\n"
               "  -h,--help                   Print this help message and exit\n"
               "  --version                   Display program version information and exit\n"
+              "  --completion bash|zsh|fish  Print the script by which a shell completes\n"
+              "                              these words\n"
               "  --up y|z=y                  Which axis is up\n"
               "  --threads N:INT in [1 - 256]\n"
               "                              How many\n"
