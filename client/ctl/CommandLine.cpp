@@ -14,6 +14,7 @@
 #include "client/ctl/NumberText.h"
 #include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
+#include "client/ctl/VerbFault.h"
 #include "client/ctl/WireText.h"
 #include "common/base/Version.h"
 #include "common/json/ApiJson.h"
@@ -274,6 +275,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->check(CLI::Range(0.01, 86'400.0))
         ->check(numberFault);
     app.require_subcommand(1);
+    app.fallthrough();  // the server may be named behind the verb as well
     app.fallthrough(false);
 
     const CLI::App* status = app.add_subcommand("status", "Frame, hosts, size of the scene");
@@ -467,6 +469,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         return HelpText{std::string(asked.what()) + "\n"};
     } catch (const CLI::ParseError& wrong) {
         const auto chosen = app.get_subcommands();
+        if (dynamic_cast<const CLI::RequiredError*>(&wrong) != nullptr && chosen.empty())
+            return fail(ErrorCode::kUsage, verbFault(app, words));
         // -inf and -nan were taken for options that nobody knows, and what they stand for was missing.
         std::string what = wrong.what();
         for (const std::string& word : words)

@@ -50,7 +50,8 @@ foreach(folder walls scenes screens examples)
     PATTERN "__pycache__" EXCLUDE PATTERN "make-*.py" EXCLUDE)
 endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screens.md ${CMAKE_SOURCE_DIR}/deploy/test-picture.png
-  ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/deploy/security.md ${CMAKE_SOURCE_DIR}/server/import/WRITING.md
+  ${CMAKE_SOURCE_DIR}/deploy/changes.md ${CMAKE_SOURCE_DIR}/deploy/security.md ${CMAKE_SOURCE_DIR}/deploy/troubleshooting.md
+  ${CMAKE_SOURCE_DIR}/server/import/WRITING.md
   DESTINATION share/tessera COMPONENT share)
 install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera COMPONENT share RENAME README.md)
 

@@ -48,6 +48,21 @@ TEST(CommandLine, OptionsStandBeforeTheVerb) {
     EXPECT_TRUE(std::holds_alternative<verb::Status>(line.verb));
 }
 
+TEST(CommandLine, OptionsStandBehindTheVerbAsWell) {
+    const auto result = parseCommandLine(split("move /hall/crane 1 -2 0 --by --server wallhost:7000 --json"));
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_EQ(std::get<CommandLine>(*result).server, "wallhost:7000");
+    EXPECT_TRUE(std::get<CommandLine>(*result).json);
+}
+
+TEST(CommandLine, LeadsOnWhereNoVerbIsSaid) {
+    EXPECT_EQ(refusal("stauts"), "there is no verb 'stauts' (did you mean 'status'?); see tessera-ctl --help");
+    EXPECT_EQ(refusal("--server a:1 stauts").substr(0, 26), "there is no verb 'stauts' ");
+    const std::string first = refusal("--server a:1");
+    EXPECT_TRUE(first.starts_with("say what to do. First of all:\n  tessera-ctl status ")) << first;
+    EXPECT_NE(first.find("tessera-ctl link "), std::string::npos) << first;
+}
+
 TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Tree>("tree").node, "/");
     EXPECT_EQ(parsed<verb::Tree>("tree /hall --depth 2").depth, 2);

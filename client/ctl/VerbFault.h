@@ -1,0 +1,16 @@
+/// A command line without a verb, in words that lead on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace tessera {
+
+/// What is wrong with words of which none is a verb of `app`: the verb that was meant, or those that people need first.
+[[nodiscard]] std::string verbFault(const CLI::App& app, const std::vector<std::string>& words);
+
+}  // namespace tessera
