@@ -73,9 +73,9 @@ struct LinkEvent {
 struct TransportLimits {
     std::size_t maxLinks = 1024;
     /// Accepted connections from which no whole message has come yet, or that we have closed and their peers have not.
-    /// Where one comes above this limit or `maxLinks`, or no descriptor is left for it, one of them gives way: of the
-    /// address from which most of them are. Each has `patience` to speak, or to go, but where its address is crowded
-    /// (`Crowd`). As many more wait to be let in; above that the oldest of the most crowded address is refused.
+    /// One of them gives way to a connection above this limit or `maxLinks`, or for which no descriptor is left. It is
+    /// one of the address from which most of them are. Each has `patience` to speak, or to go, but where its address is
+    /// crowded (`Crowd`). As many more wait to be let in; above that the oldest of the most crowded address is refused.
     std::size_t maxStrangers = 256;
     std::chrono::milliseconds patience{100};
     /// A connection that gives way or finds no room is sent this message, in epoch 0, as far as that takes no time.
@@ -84,14 +84,14 @@ struct TransportLimits {
         SharedChain payload = {};  ///< none: nothing is sent
     } lastWord = {};
     std::size_t maxSendQueueBytes = std::size_t{1} << 30;  ///< per link; above it the link is closed as too slow
-    /// Per link, of messages that `onEvent` was given and nobody has called `taken` for: above it nothing more is read
-    /// from that link, so that TCP holds its peer back. One message may exceed it. The default is for who takes all at
-    /// once.
+    /// Per link: bytes of messages that `onEvent` was given and that nobody has called `taken` for. Above it nothing
+    /// more is read from the link, so that TCP holds its peer back. One message may exceed it. The default is for
+    /// callers that take all at once.
     std::size_t maxUntakenBytes = std::numeric_limits<std::size_t>::max();
     std::chrono::milliseconds heardEvery{20};
-    /// The keys as they are now. Where it is given, links that are dialled are sealed (TLS 1.3), and those that are
-    /// accepted are where their peers begin so; who may come in plainly is for the caller to say. Called on the network
-    /// thread. Empty: nothing is sealed.
+    /// The keys as they are now. With it, dialled links are sealed (TLS 1.3). Accepted links are sealed where their
+    /// peers begin so; the caller says which may come in plainly. Called on the network thread. Empty: nothing is
+    /// sealed.
     std::function<std::shared_ptr<const TlsContext>()> tls = {};
     std::chrono::milliseconds handshakeTime{10'000};  ///< of a link that is sealed; then it is closed
     /// Called first on the thread inside, before it does anything. May be empty.
@@ -103,10 +103,10 @@ struct TransportLimits {
 /// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called
 /// on the network thread and must not block for long: nothing is sent or received meanwhile.
 ///
-/// A thread that waits for events may be the network thread while it waits (`attend`): what comes then wakes one
-/// thread, not two, and what that one sends goes out at once. The thread inside takes over when it is away for longer
-/// than `kAbsence`, and while much is sent or received, which is better done beside the caller's work; and it does
-/// everything where nobody attends.
+/// A thread that waits for events may be the network thread while it waits (`attend`). Then an arriving message wakes
+/// one thread, not two, and its answer goes out at once. The thread inside takes over when the caller is away for
+/// longer than `kAbsence`. It also takes over while much is sent or received, which is better done beside the caller's
+/// work. Where nobody attends, it does everything.
 ///
 /// Destruction sends what is queued (for at most a second), closes everything and joins the thread; no event is
 /// delivered once it has begun. An `onEvent` that waits for room in a channel must be let go first (close the channel).
@@ -125,27 +125,27 @@ public:
                                                  const std::function<void(std::uint16_t)>& onBound = {});
     /// Starts to connect; Opened or Closed follows within `timeout`.
     LinkId connect(const Address& address, std::chrono::milliseconds timeout);
-    /// Queues one frame (before Opened too). The payload is written from where it lies, and the same one may go to many
-    /// links; none is an empty one. Unknown or closed links are ignored. Frames of one thread to one link arrive in
-    /// order.
+    /// Queues one frame, before Opened too. The payload is written from where it lies, so one payload may go to many
+    /// links. A null payload is an empty one. Frames of one thread to one link arrive in order. Unknown and closed
+    /// links are ignored. A link with more than `TransportLimits::maxSendQueueBytes` queued is closed.
     void send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload);
     void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
         send(link, type, epoch, share(ByteChain(std::move(payload))));
     }
-    /// From now on, whenever nothing has been sent to this link for `interval`, this frame is: by the network thread
-    /// itself, whatever the caller's threads are at. Behind what the same thread has sent before. Not while bytes wait
-    /// to be sent.
+    /// Sends this frame from now on, whenever nothing has been sent to this link for `interval`. The network thread
+    /// does so itself, whatever the caller's threads are at. The frame comes behind frames that the same thread has
+    /// sent before. It is not sent while bytes wait to be sent.
     void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
                    SharedChain payload);
     /// A message of so many payload bytes needs no room any more: see `TransportLimits::maxUntakenBytes`.
     void taken(LinkId link, std::size_t payloadBytes);
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
     void close(LinkId link, std::string reason);
-    /// The caller does the network's work until an event has been delivered (by anybody, since the last call
-    /// returned), `wake` has been called or `until` has come. False at once: the thread inside has too much to do to be
-    /// sent away; wait for what `onEvent` does. With an `until` that is over it does what is ready, if the thread
-    /// inside does not do so, and returns. One thread at a time, not from within `onEvent`, which must not wait for
-    /// this one.
+    /// Does the network's work in the calling thread, until one of three things happens. An event has been delivered by
+    /// anybody since the last call returned, `wake` has been called, or `until` has come. False at once: the thread
+    /// inside has too much to do to be sent away. Wait for what `onEvent` does then. With a past `until` it does the
+    /// work that is ready, if the thread inside does not do so, and returns. One thread at a time, not from within
+    /// `onEvent`, which must not wait for this one.
     [[nodiscard]] bool attend(TimePoint until);
     /// Ends the call of `attend` that is under way, or else the next one.
     void wake();

@@ -1,5 +1,6 @@
-/// Names in files to files on disk, without letting a name lead anywhere else. What is found here is looked at, not opened: it is opened as a path without
-/// links (common/confine/OrdinaryFile.h), so that what is swapped since leads nowhere else either.
+/// Leads from names in files to files on disk, and lets no name lead anywhere else. The files are looked at here, not
+/// opened. They are opened later, as paths without links (common/confine/OrdinaryFile.h). So a file that is swapped in
+/// between leads nowhere else either.
 #pragma once
 
 #include <span>
@@ -14,15 +15,15 @@ namespace tessera {
 /// What the name of an asset begins with.
 inline constexpr std::string_view kAssetScheme = "asset://";
 
-/// An absolute path without symbolic links, and sure to be an ordinary file (no folder, pipe or device) of at most
+/// The absolute path without symbolic links of an ordinary file: no folder, pipe or device. The file has at most
 /// `maxBytes`. Messages do not repeat the path.
 [[nodiscard]] Expected<std::string> ordinaryFile(const std::string& path, std::size_t maxBytes);
 
-/// The file of `asset://NAME` in the first folder that has it. NAME must stay within the folder, symbolic links
-/// followed. kNotFound says where it was looked for and which package has Debian's models.
+/// The file of `asset://NAME` in the first folder that has it. NAME must stay within the folder once symbolic links are
+/// followed. kNotFound names the folders searched, and the package with Debian's models.
 [[nodiscard]] Expected<std::string> findAsset(std::string_view name, std::span<const std::string> folders);
 
-/// The file `name` in `folder` or below it, symbolic links followed.
+/// The file `name` in `folder` or below it, once symbolic links are followed.
 [[nodiscard]] Expected<std::string> findBeside(std::string_view name, const std::string& folder);
 
 /// Where an application may have the server read: a file below one of `folders`, or an asset.
@@ -30,19 +31,23 @@ struct ReadableFolders {
     std::vector<std::string> folders;  ///< of the server's --allow
     std::vector<std::string> assets;   ///< of its --assets
 };
-/// The file that an application asks for by `path`, without "..", and without symbolic links as far as it is there;
-/// `asset://NAME` as it is. kRefused where it lies elsewhere, whether there is such a file or not; names the option.
+/// The file that an application asks for by `path`. The result has no "..", and no symbolic links as far as the path is
+/// there. `asset://NAME` stays as it is. kRefused: `path` leads elsewhere, whether there is such a file or not. The
+/// message names the option.
 [[nodiscard]] Expected<std::string> readableFile(const std::string& path, const ReadableFolders& where);
-/// The folder that an application asks for by `path`, itself one of `where` or below one, as `readableFile` has it.
-/// `asset://NAME` may be several: what the first has is meant. None: no asset folder has it.
+/// The folder that an application asks for by `path`: one of `where` or a folder below one. Its form is that of
+/// `readableFile`. `asset://NAME` may be several folders. Where several have a file, that of the first is meant. None:
+/// no asset folder has it.
 [[nodiscard]] Expected<std::vector<std::string>> readableFolder(const std::string& path, const ReadableFolders& where);
 
-/// The file itself of what is loaded into a running scene by a name that the scene says, whatever it is called: through links, "." and "..", or as an asset. A whole
-/// path, or `asset://NAME`.
+/// The file itself that a running scene loads by a name. `name` is a whole path, through links, "." and ".." too, or
+/// `asset://NAME`.
 [[nodiscard]] Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where);
-/// The folders of the scenes that are no assets: what they name beside them may be read too. Never the root folder.
+/// The folders of the scenes that are no assets. Files that these scenes name beside them may be read too. Never the
+/// root folder.
 [[nodiscard]] std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes);
-/// The whole path of a name in a scene file in `folder`, whether there is such a file or not: whoever reads it looks, and where links lead is looked at then.
+/// The whole path of a name in a scene file in `folder`, whether there is such a file or not. The reader looks for the
+/// file, and follows links then.
 [[nodiscard]] Expected<std::string> pathBeside(const std::string& name, const std::string& folder);
 
 /// The folder part of an absolute path.

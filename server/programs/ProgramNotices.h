@@ -16,8 +16,11 @@
 
 namespace tessera {
 
-/// Keeps one node, "program-problems", last below the root but for contacts, as long as a SurfaceProgram is bad or heavy, or a material says to its
-/// program what that cannot read (common/drawable/ProgramImages.h), and something that is seen has it:
+/// Shows on the wall why a material is drawn without its program. All notices stand below one node, "program-problems".
+/// It is the last below the root; only contacts come behind it. It is there as long as both hold:
+/// - A SurfaceProgram is bad or heavy, or a material gives its program an image that it cannot read
+///   (common/drawable/ProgramImages.h).
+/// - Something that is seen has that program or material.
 ///
 ///     program-problems   CollisionObject without layers: nobody's obstacle
 ///       notice           Transform: where, and how large an em is
@@ -25,22 +28,34 @@ namespace tessera {
 ///           plate        Transform ─ shape: Geometry, a dark sheet behind the letters
 ///           lines        Transform ─ words: Text
 ///
-/// One for each program and not for each thing that it is of: it stands before the first of these, in the order of the document, about as large for
-/// the eye of the first user as letters that are read from afar, whatever the size of the thing. As that eye sees it the first screen shows all of
-/// it, none covers another as long as there is room above and below, and all are as near as the nearest, so that what programs are of seldom hides
-/// one. Other things may. It goes when the program is good, changed, or of nothing that is seen.
+/// **Number.** There is one notice for each program, not one for each thing that has it. It stands before the first of
+/// these things, in the order of the document. It goes when the program is good or changed, or when no seen thing has
+/// it.
 ///
-/// What reaches the first screen has its notice there: where its middle is seen, else in the screen's middle. Whoever is nearer to a thing than twice its
-/// radius has the notice before its box; whoever stands in that, or right before it, has it kBeforeEyeMetres before the eye, straight towards the
-/// screen's plane, and farther where screens are for two eyes, which could hardly see it as one. What is still nearer hides it; screens draw
-/// nothing of what is nearer than the wall says (Wall::nearMetres), and no notice is. What is wholly beside the first screen, or behind the eye, has its notice before it in the world, for other screens that show it.
-/// Notices are placed anew when the eye, or how the wall is turned, has become quite another.
+/// **Size.** For the first user's eye a notice is about as large as letters that are read from afar. The size of its
+/// thing does not matter. As that eye sees it, the first screen shows all of the notice.
 ///
-/// The lists are edits of the server's own, as verdicts are: no step of undo, in recordings and journals. Nothing is remembered of the nodes: their
-/// top says what it is (Node::ofServer). Files leave them out (common/scene/ServerNodes.h).
+/// **Overlap.** No notice covers another as long as there is room above and below. All are as near as the nearest, so
+/// that things with programs seldom hide one. Other things may hide one.
 ///
-/// Costs nothing while nothing is wrong, but a look at materials with programs when one of their images or uniforms changes. While one is, each frame looks at what is shown; what is shown is found anew at most every kPatience frames,
-/// by a walk over kMostVisited nodes. Not thread-safe.
+/// **Place.** A thing that reaches the first screen has its notice there, where the thing's middle is seen. Where that
+/// is not seen, the notice is in the screen's middle.
+/// - An eye nearer to a thing than twice its radius has the notice before the thing's box.
+/// - An eye in that box, or right before it, has the notice straight towards the screen's plane. It is kBeforeEyeMetres
+///   before the eye. It is farther where screens are for two eyes, which could hardly see it as one.
+/// - Still nearer things hide the notice. Screens draw nothing nearer than Wall::nearMetres, so no notice is nearer.
+/// - A thing wholly beside the first screen, or behind the eye, has its notice before it in the world. Other screens
+///   may show it.
+///
+/// Notices are placed anew when the eye, or the turn of the wall, has changed much.
+///
+/// **Lists.** They are edits of the server's own, as verdicts are. They are no steps of undo, and stand in recordings
+/// and journals. Nothing is remembered of the nodes: their top says what it is (Node::ofServer). Files leave them out
+/// (common/scene/ServerNodes.h).
+///
+/// **Cost.** While nothing is wrong, the only cost is a look at materials with programs when one of their images or
+/// uniforms changes. While something is wrong, each frame looks at the shown things. These are found anew at most every
+/// kPatience frames, by a walk over kMostVisited nodes. Not thread-safe.
 class ProgramNotices {
 public:
     static constexpr std::uint64_t kTicket = ~std::uint64_t{6};
@@ -71,7 +86,8 @@ private:
         Box local;
         Box world;
     };
-    /// How a notice stands towards the eye: kept while that is good enough, so that a moving head does not make lists without end.
+    /// How a notice stands towards the eye. It is kept while that is good enough, so that a moving head does not make
+    /// lists without end.
     struct Stand {
         Vec3d towards = Vec3d::UnitZ();  ///< from the middle of what it is of
         double away = 0, em = 0;

@@ -1,4 +1,4 @@
-/// Who touches whom, asked between steps: of what is put somewhere without a way there.
+/// Which parts touch each other, asked between steps. The parts are put into their places without a way there.
 #include <algorithm>
 #include <unordered_map>
 #include <utility>
@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// Parts that some Transforms carry, ascending, and by part the nearest place of one above it. What has the same one is carried together.
+/// Parts that some Transforms carry, ascending. `of` tells for each part the nearest place of such a Transform above
+/// it. Parts with the same place are carried together.
 struct CollisionPipeline::Impl::Carriers {
     struct Carrier {
         std::uint32_t place = Place::kNone;
@@ -41,11 +42,11 @@ CollisionPipeline::Impl::Carriers CollisionPipeline::Impl::carriersOf(std::span<
     return carriers;
 }
 
-/// visit(part, other, pair): `pair` is its number where there is one, or kNobody. `others`: only these are of interest. What is carried together
-/// may be left out.
+/// Calls visit(part, other, pair) for parts that may touch. `pair` is the number of their pair, or kNobody where there
+/// is none. `others`: only these are of interest. Parts that are carried together may be left out.
 template <typename Visit>
 void CollisionPipeline::Impl::forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others, const Visit& visit) {
-    // Pairs are of the last step: they are all as long as nothing has come, gone or moved since.
+    // The pairs are those of the last step. They are complete as long as nothing has come, gone or moved since.
     if (!others && neighbourhood.generation() == handler.generation() && handler.nothingNew()) {
         for (const std::uint32_t i : carriers.parts)
             for (const std::uint32_t k : memory.pairsOf(i)) visit(i, memory.states()[k].a == i ? memory.states()[k].b : memory.states()[k].a, k);
@@ -68,7 +69,7 @@ void CollisionPipeline::Impl::forNeighbours(const Carriers& carriers, std::optio
         std::ranges::for_each(*others, add);
     else
         for (std::uint32_t i = 0; i < parts.size(); ++i) add(i);
-    // A few are compared with all that is near sooner than that is sorted.
+    // For a few parts, comparing each with all near boxes costs less than sorting the boxes.
     constexpr std::size_t kFew = 8;
     if (carriers.parts.size() <= kFew) {
         for (const std::uint32_t i : carriers.parts)
@@ -125,7 +126,8 @@ bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, O
     if (!relation.relevant || !obstacle(a, b, relation, transform)) return false;
     if (k != kNobody && memory.states()[k].touch.holds(part(memory.states()[k].a), part(memory.states()[k].b), false))
         return memory.states()[k].touch.touching;
-    // In the same order as pairs are asked: of what is flush rounding decides, and it is another the other way round.
+    // The pair is asked in the order of the collision step. Rounding decides about flush faces, and decides otherwise
+    // in the reverse order.
     return touchOf({*part(a).shape, part(a).world}, {*part(b).shape, part(b).world}, {work}).touch != Touch::kNo;
 }
 
@@ -135,7 +137,8 @@ std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& co
     for (const PosedTransforms& move : moves)
         for (const auto& [transform, pose] : move) all.push_back(transform);
     const Carriers everybody = against == Against::kThemselves ? carriersOf(all) : Carriers();
-    // What two carry has been nowhere where the one has put it back and the other has not: anything may stand there.
+    // Where two Transforms carry one part, putting one of them back leads the part to a place where it has never been.
+    // Anything may stand there, so `nested` parts are compared with everything.
     const bool themselves = against == Against::kThemselves && !everybody.nested;
     std::vector<Overlapping> after;
     for (const PosedTransforms& move : moves) {

@@ -50,7 +50,8 @@ struct HistoryEvent {
     ChangeListPtr inverse;  ///< null where the kind has none
     Gesture gesture = {};   ///< of an edit
     IdRange made = {};      ///< of a part that arrived: what all of them create
-    Overlaps overlaps = {};  ///< of an edit, an undo and a redo: what touched in the scene to which `inverse` leads back
+    /// Of an edit, an undo and a redo: the pairs that touched in the scene to which `inverse` leads back.
+    Overlaps overlaps = {};
 };
 /// The list that leads back belongs to it.
 [[nodiscard]] constexpr bool hasInverse(HistoryEvent::Kind kind) {
@@ -58,34 +59,42 @@ struct HistoryEvent {
     return (kind <= kPartDone && kind != kPartsWhole && kind != kPartsTakenAway) || kind == kEditedAnew;
 }
 
-/// Inverses of the edits of people and applications. Bounded in steps and in the memory that their lists hold; of what is too
-/// much the oldest goes, the newest step stays however large it is. Not thread-safe.
+/// Inverses of the edits of people and applications. Their number and the memory of their lists are bounded. Above a
+/// bound the oldest step goes; the newest stays, however large it is. Not thread-safe.
 ///
-/// A step too large for one frame is held in parts, and led back part by part: its first list is `undoList`'s (or
-/// `redoList`'s), the others `nextPart`'s, until no step is under way any more. Edits may come in between.
+/// A step too large for one frame is held in parts, and led back part by part. Its first list is that of `undoList` or
+/// `redoList`. `nextPart` has the others, until no step is under way any more. Edits may come in between.
 class EditHistory {
 public:
     struct Limits {
         std::size_t steps = 256;
-        std::uint64_t bytes = std::uint64_t{512} << 20;  ///< arrays that the lists name included; of both directions together
+        /// Of both directions together, including the arrays that the lists name.
+        std::uint64_t bytes = std::uint64_t{512} << 20;
     };
     EditHistory() : EditHistory(Limits()) {}
     explicit EditHistory(const Limits& limits) : limits_(limits) {}
 
     /// What was called, in order, since it was last asked.
     [[nodiscard]] std::vector<HistoryEvent> happened() { return std::exchange(happened_, {}); }
-    /// The same once more, as a history that follows another one does; it says nothing of it itself. False, and nothing done: it
-    /// cannot happen to this history.
+    /// Repeats an event of another history, which this one follows. `happened` does not say it again. False, and
+    /// nothing done: the event cannot happen to this history.
     bool take(const HistoryEvent& event);
 
-    /// A new edit, by the list that leads back from it. Nothing can be done again after it. It joins the step of its gesture where whoever makes it has
-    /// edited nothing else since, and what others have edited since names no object that it names, and of what touches has changed no more than poses of
-    /// Transforms, or brought something: then the two can be taken back in either order.
-    /// An empty list: all that the gesture has done is as it was before, and its step is none any more.
+    /// Adds a new edit. `inverse` is the list that leads back from it. Nothing can be done again after it.
+    ///
+    /// The edit joins the newest step of its gesture, where it and the steps since can be taken back in either order.
+    /// Else it begins a step. It joins only if all of these hold:
+    /// - The owner of the gesture (`Gesture::by`) has edited nothing else since.
+    /// - Edits of others since name no object that this edit names.
+    /// - Those edits have only brought things, or changed poses of Transforms, as far as touching goes.
+    /// - Where there are such edits, this one changes poses alone in that respect, and creates nothing.
+    ///
+    /// An empty `inverse` says that all work of the gesture is as it was before. The step of the gesture is removed.
     void edited(ChangeList inverse, Gesture gesture = {}, Overlaps overlaps = {});
     /// The same, but that it begins a step.
     void editedAnew(ChangeList inverse, Gesture gesture, Overlaps overlaps = {});
-    /// Would such an edit join a step that is not the newest, the steps above that, the newest first.
+    /// The steps above the one that such an edit would join, the newest first. Empty where it joins none, or the
+    /// newest.
     struct Above {
         std::vector<ChangeListPtr> lists;  ///< the oldest first
         const Overlaps* overlaps = nullptr;
@@ -100,7 +109,7 @@ public:
     void partsWhole();
     /// They are nobody's step: no way leads back from them.
     void partsKept();
-    /// What has come of an edit that cannot be finished: led back part by part, and forgotten. No step may be under way.
+    /// Leads back part by part the edit that cannot be finished, and forgets it. No step may be under way.
     void partsTakenAway();
     /// Parts have arrived that are no step yet.
     [[nodiscard]] bool arriving() const { return arriving_.has_value(); }
@@ -109,8 +118,8 @@ public:
     /// Steps that are whole; one that is under way counts in neither direction.
     [[nodiscard]] std::size_t undoDepth() const { return back_.size(); }
     [[nodiscard]] std::size_t redoDepth() const { return forth_.size(); }
-    /// The list that takes the newest step back, or does again what was taken back last; null: there is none. It stays until the
-    /// call below says that it has been applied, with the list that leads back from it.
+    /// The list that takes the newest step back, or does the last undone step again. Null: there is none. It stays
+    /// until `undone` or `redone` says that it has been applied, with the list that leads back from it.
     [[nodiscard]] ChangeListPtr undoList();
     [[nodiscard]] ChangeListPtr redoList();
     /// Of that step the lists that are applied first, `most` at most: as they are kept, before they are made one.
@@ -121,8 +130,8 @@ public:
     /// What touched in the scene to which that list leads.
     [[nodiscard]] const Overlaps& overlapsOfUndo() const { return back_.back().overlaps; }
     [[nodiscard]] const Overlaps& overlapsOfRedo() const { return forth_.back().overlaps; }
-    /// The newest step of a direction speaks of what is not there any more, because somebody whose edits are no steps has taken it away: it is no
-    /// step any more. No step may be under way.
+    /// Forgets the newest step of a direction: it names objects that are gone. An edit that is no step has taken them
+    /// away. No step may be under way.
     void undoForgotten();
     void redoForgotten();
     /// Whether that list is one of several that stay apart.
@@ -140,10 +149,11 @@ public:
     [[nodiscard]] IdRange idsUnderWay() const { return moving_ ? moving_->rest.made : IdRange(); }
     [[nodiscard]] ChangeListPtr nextPart() const { return moving_ ? moving_->rest.lists.back().list : nullptr; }
     void partDone(ChangeList inverse);
-    /// The part is refused: from here on the step goes back to where it came from. Refused on that way too, it is forgotten.
+    /// The part is refused. From here on the step goes back to where it came from. Refused on that way too, it is
+    /// forgotten.
     void partRefused();
-    /// What nobody needs of forgotten steps; of those in parts some at a time. Call once a frame, and free it elsewhere: that takes a large array
-    /// longer than a frame.
+    /// The lists of forgotten steps that nobody needs; of steps in parts some at a time. Call it once a frame, and free
+    /// the lists on another thread: a large array takes longer than a frame.
     std::vector<ChangeListPtr> sweep();
 
     /// A step as it is kept elsewhere: its lists in the order in which they were made.
@@ -160,7 +170,8 @@ public:
     };
     /// All steps in the order in which they can be put together again.
     [[nodiscard]] std::vector<Kept> kept() const;
-    /// Adds a step to a history that is put together again. False, and nothing done: it is no step, or in the wrong place.
+    /// Adds a step to a history that is put together again. False, and nothing done: it is no step, or it stands in the
+    /// wrong place.
     bool keep(Kept step);
     /// Edits begin new steps, whatever gestures they name.
     void endGestures() {
@@ -194,7 +205,8 @@ private:
     void happen(HistoryEvent event);
     void carryOut(const HistoryEvent& event);
     void addEdit(const HistoryEvent& event);
-    /// The place of the step that an edit of a gesture joins, in `back_`; nothing: none. `inverse` null: whatever it names.
+    /// The index in `back_` of the step that an edit of a gesture joins. Nothing: it joins none. `inverse` null: the
+    /// edit may name any object.
     [[nodiscard]] std::optional<std::size_t> stepOf(const Gesture& gesture, const ChangeList* inverse) const;
     void addPart(ChangeListPtr inverse, IdRange made);
     void finishParts();
@@ -228,8 +240,8 @@ private:
     std::uint64_t bytes_ = 0;
 };
 
-/// Bytes of memory that a list holds, those of the arrays that it names included; as if they were here, where they are absent, so that histories
-/// without arrays keep and forget the same steps.
+/// Bytes of memory that a list holds, including the arrays that it names. Absent arrays count as if they were here. So
+/// histories without arrays keep and forget the same steps.
 [[nodiscard]] std::uint64_t memoryOf(const ChangeList& list);
 [[nodiscard]] std::uint64_t memoryWithoutArrays(const ChangeList& list);
 

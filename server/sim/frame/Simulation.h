@@ -25,41 +25,46 @@ struct SimulationOptions {
     CollisionLimits collision;
 };
 
-/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events, whatever the
-/// time, the threads or the number of clients.
+/// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events. Time,
+/// threads and the number of clients change nothing of that. Not thread-safe.
 ///
-/// **Who wins.** Motions speak first, then animations, then edits in the order of their arrival, those of the table
-/// (Actors.cpp) before those of people; the last writer of a field wins. One that moves something by so much begins
-/// where those before it lead, so that the ways of a frame add up; they are stopped together. An edit that writes a
-/// Transform which a motion drives, or a field that an animation drives, pauses it (`playing` becomes 0 in the same
-/// list) until somebody sets it again. What motions, animations and edits want of existing Transforms goes through the
-/// collision pipeline; everything else is committed as it is. What an application replies to a question about a stopped
-/// motion stands above both, in that frame. Free bodies go where gravity and impulses send them, but for one that a
-/// motion or an edit moves: for as long as it does, it is moved like anything else. Not thread-safe.
+/// **Order.** Motions write first, then animations, then edits in the order of their arrival. Edits of the table
+/// (Actors.cpp) come before those of people. The last writer of a field wins.
+/// - An edit that moves something by so much begins where the edits before it lead. So the ways of a frame add up. They
+///   are stopped together.
+/// - An edit may write a Transform that a motion drives, or a field that an animation drives. Then the motion or
+///   animation pauses, until somebody sets it again: `playing` becomes 0 in the same list.
+/// - Wishes of motions, animations and edits for existing Transforms go through the collision pipeline. Everything else
+///   is committed as it is.
+/// - An application's reply to a question about a stopped motion stands above both, in that frame.
+/// - Free bodies go where gravity and impulses send them. A body that a motion or an edit moves is moved like anything
+///   else, for as long as that lasts.
 ///
-/// **What can be taken back** is what remained of an edit once collisions had their say. One that changes nothing,
-/// because it was stopped at the start or says what is so already, is no step, and what was taken back can still be
-/// done again. Edits of one gesture are one step, whatever others edit in between (EditHistory::edited says when not);
-/// a gesture that ends where it began is none.
+/// **Steps of undo.** A step is the remainder of an edit once collisions have stopped it. An edit that changes nothing
+/// is no step, and redo stays possible. It changes nothing if it was stopped at the start, or says what is so already.
+/// Edits of one gesture are one step, whatever others edit in between (EditHistory::edited says when not). A gesture
+/// that ends where it began is no step.
 ///
-/// **Undo and redo are no motions**: they put things where these were. Only what touches them there and did not then is
-/// in the way; the step is then refused whole, with a name, and stays. So where nothing else has acted the same states
-/// come again, overlaps and all. What comes back with its nodes is there, as what is loaded is.
+/// **Undo and redo** are no motions: they put things where these were. A thing is in the way only if it touches them
+/// there now and did not then. The step is then refused whole, with that thing's name, and stays. So where nothing else
+/// has acted the same states come again, overlaps too. A thing that comes back with its nodes is there, as a loaded
+/// thing is.
 ///
-/// **What is too large for one frame** comes in parts, one in a frame at most, hidden until all is there; then it is
-/// seen within as many frames as it takes (LoadParts.h). Undo hides it as it appeared, then takes it away in later
-/// frames; redo brings it again as it came. Whatever is on its way is nobody else's: edits that name it are refused in
-/// words, but for those of the server that follow what is seen, and no step is taken back or done again while it
-/// appears. Where a part is refused, those before it are taken away again, and of them what has gone by itself is left
-/// out.
+/// **Large edits** come in parts, at most one in a frame, hidden until all is there. Then they are seen within as many
+/// frames as it takes (LoadParts.h). Undo hides them as they appeared, and takes them away in later frames. Redo brings
+/// them again as they came.
+/// - Edits that name a thing on its way are refused in words, except the server's own that follow seen things.
+/// - While it appears, no step is taken back or done again.
+/// - Where a part is refused, the parts before it are taken away again. Their objects that have gone by themselves are
+///   left out.
 ///
-/// **What Inlines hold** goes in the frame in which a person's edit, an undo or a redo says so, by lists that are no
-/// steps (InlineContents.h). A step that speaks of what has gone so is refused and forgotten.
+/// **Content of Inlines** goes in the frame in which a person's edit, an undo or a redo says so. Lists that are no
+/// steps take it away (InlineContents.h). A step that names content gone so is refused and forgotten.
 class Simulation {
 public:
     explicit Simulation(const SimulationOptions& options = {});
 
-    /// These act too from here on, and outlive it. What they say comes in edits.
+    /// These act too from here on, and must outlive this object. Their wishes come in edits.
     void actWith(OutsideActors& outside) { actors_ = ActorTable(actorsOf(*step_, &outside)); }
     [[nodiscard]] const ActorTable& actors() const { return actors_; }
 
@@ -67,8 +72,9 @@ public:
     /// position.
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
-    /// Goes on from what another one has left behind. What it had of contacts, sleepers and questions is found anew: whatever touches
-    /// begins to touch. Parts of an edit that had not all come are taken away in the first frames. Only of one that has nothing yet.
+    /// Goes on from the state that another Simulation has left. This one must have nothing yet. Contacts, sleepers and
+    /// questions are found anew, so all that touches begins to touch. Parts of an edit that had not all come are taken
+    /// away in the first frames.
     struct Left {
         Aspect scene;
         Sequence sequence;
@@ -77,7 +83,7 @@ public:
     };
     void goOnFrom(Left left);
 
-    /// New objects have ids from here on, and the next list follows this one: others have seen those before.
+    /// New objects have ids from `nextId` on, and the next list follows `behind`. Others have seen the numbers before.
     void skipNumbers(std::uint64_t nextId, Sequence behind);
 
     /// Nobody asks about the last step's lists any more (CollisionPipeline::forgetLists).
@@ -100,7 +106,8 @@ public:
     [[nodiscard]] std::vector<ObjectId> drivingWhat(const ChangeList& list) const;
     [[nodiscard]] const EditHistory& history() const { return history_; }
     [[nodiscard]] const ContactDisplay& display() const { return step_->contacts; }
-    /// What an edit of this kind would apply; null for other kinds, and where there is nothing. Of a step in parts the first.
+    /// The list that an undo or redo would apply; of a step in parts the first. Null for other kinds, and where there
+    /// is none.
     [[nodiscard]] ChangeListPtr listOf(Edit::Kind kind);
     /// The arrays that an undo or a redo would name; of other kinds none.
     [[nodiscard]] std::vector<Blob> arraysOf(Edit::Kind kind) const;
@@ -142,8 +149,9 @@ private:
     [[nodiscard]] tl::unexpected<Error> standsThere(Edit::Kind kind, const Overlaps::value_type& pair, std::span<const ObjectId> moved) const;
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
-    /// The edits so far become steps of the history, each by what has remained of it; of which nothing has remained is none. A Transform that several
-    /// edits of a frame move belongs to the last one, but where their ways add up and it got all the way: then each has its own.
+    /// Makes each edit so far a step of the history, by the remainder that collisions have left. An edit of which
+    /// nothing has remained is no step. A Transform that several edits of a frame move belongs to the last one. If
+    /// their ways add up and it got all the way, each edit has its own way.
     void closeSteps(const Wishes& wishes);
     [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later,
                                Overlaps& overlaps);
@@ -157,10 +165,11 @@ private:
     [[nodiscard]] std::optional<Way> wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const;
     /// The list of an edit that moves something by so much, or to a place, with the edits before it.
     [[nodiscard]] Expected<ChangeList> listOf(ObjectId node, const NodeMove& move, const Wishes& wishes) const;
-    /// Where a Transform stands for the next edit of the frame. What earlier *edits* want counts; a motion's wish is overruled as a whole, because
-    /// the motion is paused.
+    /// Where a Transform stands for the next edit of the frame. Wishes of earlier *edits* count. A motion's wish is
+    /// overruled as a whole, because the motion is paused.
     [[nodiscard]] static Pose poseFor(const Wishes& wishes, ObjectId id, const Transform& now);
-    /// The next list of the step under way. The outcome of an undo when nobody sees any of it, of a redo when it is whole again.
+    /// Applies the next list of the step under way. Returns the outcome of an undo once nobody sees any of it, and of a
+    /// redo once it is whole again.
     [[nodiscard]] std::optional<EditOutcome> goOn();
     /// Whether the next list of an undo under way hides more.
     [[nodiscard]] bool hidesMore() const;

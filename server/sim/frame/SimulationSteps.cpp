@@ -15,8 +15,8 @@
 namespace tessera {
 namespace {
 
-/// A step that takes away what has gone by itself takes away the rest: the server's own nodes are made anew, with other numbers, whenever they have to look
-/// otherwise. Null: all is there.
+/// The step without the objects that it takes away and that have gone by themselves. The server's own nodes go so: they
+/// are made anew, with other numbers, whenever they have to look otherwise. Null: all objects are there.
 ChangeListPtr withoutWhatHasGone(const Aspect& scene, const ChangeList& step) {
     if (step.destructions.empty()) return nullptr;
     std::unordered_set<ObjectId> destroyed(step.destructions.begin(), step.destructions.end());
@@ -74,7 +74,8 @@ void takePoses(const Aspect& scene, const ChangeList& list, ById<Pose>& poses) {
     }
 }
 
-/// The first that did not touch then, or nothing. What comes back with its nodes is where it was: nobody could say then what touched it, while it was gone.
+/// The first pair that touches now and did not then, or nothing. Nodes that `step` brings back do not count. They are
+/// where they were, and while they were gone nobody could say what touched them.
 std::optional<Overlaps::value_type> newOverlap(const Aspect& scene, const Overlaps& now, const Overlaps& then, const ChangeList& step) {
     if (std::ranges::binary_search(then, kAllOverlap)) return std::nullopt;
     std::unordered_set<ObjectId> made;
@@ -187,8 +188,9 @@ tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::v
                             pathOf(scene(), mine), kind == Edit::Kind::kUndo ? "was" : "would be", kind == Edit::Kind::kUndo ? "undone" : "redone"));
 }
 
-/// Whose wish for a Transform has counted: of several edits of a frame the last one's. Those whose ways add up have one each where it got all the way;
-/// where it did not, nobody can say how far each of them got.
+/// The way that an edit has moved a Transform. Of several edits of a frame the last one's wish counts. Edits whose ways
+/// add up have one way each, if the Transform got all the way. If it did not, nobody can say how far each of them got:
+/// the last edit has the whole way.
 std::optional<Simulation::Way> Simulation::wayOf(const OpenStep& step, ObjectId transform, const Wishes& wishes) const {
     const Wish* found = wishes.find(transform);
     const Transform* core = scene().get<Transform>(transform);
@@ -218,7 +220,8 @@ ChangeList Simulation::closed(OpenStep step, const Wishes& wishes) const {
 
 void Simulation::closeSteps(const Wishes& wishes) {
     std::vector<OpenStep> steps = std::exchange(openSteps_, {});
-    std::vector<CollisionPipeline::PosedTransforms> later;  // where those of the frame that are still to be closed lead, the newest first
+    // For each step of this frame that is still to be closed, the newest first: the poses that it leads back to.
+    std::vector<CollisionPipeline::PosedTransforms> later;
     for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
         CollisionPipeline::PosedTransforms& before = later.emplace_back();
         if (steps.size() == 1) continue;  // only others of the frame are asked about it
@@ -244,8 +247,10 @@ void Simulation::closeSteps(const Wishes& wishes) {
     }
 }
 
-/// Others' steps above a drag's own are taken back before it: what it has moved may not stand where they lead. Adds what then touches where it leads
-/// itself. `later`: what is taken back before those.
+/// Whether an edit of a drag may join the drag's step, below steps of others. Those steps are taken back first. So the
+/// thing that the drag has moved must not touch anything new where they lead. Adds to `overlaps` the pairs that touch
+/// where the drag's step leads. `later`: the poses that steps of this frame lead to, which are taken back before all
+/// others.
 bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later, Overlaps& overlaps) {
     const std::vector<EditHistory::Above> above = history_.stepsAbove(gesture, inverse);
     if (above.empty()) return true;
@@ -266,7 +271,8 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
     return true;
 }
 
-/// Steps of a frame are taken back one by one, the newest first: what was nowhere at any time stands there in between.
+/// Steps of a frame are taken back one by one, the newest first. In between, things stand together as they never stood
+/// in any frame. Adds to each step the pairs that touch then.
 void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back) {
     if (std::ranges::count_if(back, [](const auto& poses) { return !poses.empty(); }) < 2) return;
     std::set<ObjectId> moved;
