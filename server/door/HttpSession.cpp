@@ -27,7 +27,11 @@ constexpr std::string_view kPolicy =
 class HttpSession : public Guest, public std::enable_shared_from_this<HttpSession> {
 public:
     HttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
-        : Guest(context), stream_(std::move(socket)), context_(context), routes_(context, *this), patience_(context.io) {}
+        : Guest(context),
+          stream_(std::move(socket)),
+          context_(context),
+          routes_(context, *this),
+          patience_(context.io) {}
     ~HttpSession() override {
         context_.lanes.leave(this);
         letGo();

@@ -113,7 +113,8 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
 
 std::optional<HttpAnswer> Routes::tooFast() {
     const TimePoint now = std::chrono::steady_clock::now();
-    if (knowsWho_ ? context_.httpRates.take(who_, now) : context_.strangersRate.take(now)) return std::nullopt;
+    if (knowsWho_ ? context_.httpRates.take(who_, now) : context_.strangersRates.take(asker_->source, now))
+        return std::nullopt;
     HttpAnswer tooMany =
         errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
     tooMany.fields.emplace_back("Retry-After", "1");

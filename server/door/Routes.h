@@ -9,7 +9,7 @@ namespace tessera {
 /// Answers once, now or later; who has come in has passed the gate but for what needs no token.
 class Routes {
 public:
-    /// `asker`: as long as it stands it takes turns among those who ask for much (AnswerLanes).
+    /// `asker`: it is there whenever a request comes, and takes turns among those who ask for much (AnswerLanes).
     Routes(DoorContext& context, const Guest& asker) : context_(context), asker_(&asker) {}
     /// What can be said before the body is there. Nothing: read on.
     [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request);

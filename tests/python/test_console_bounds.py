@@ -119,6 +119,15 @@ class Bounds(unittest.TestCase):
             self.assertLess(figure(live.server, "VmHWM"), 900_000, "kB of 720 MiB")
             sockets[0].send_binary(bytes(1 << 16))
             self.assertEqual(sockets[0].read()["id"], 1, "who was there first is answered")
+            host, _, port = door.partition(":")
+            with socket.create_connection((host, int(port)), PATIENCE, source_address=("127.0.0.2", 0)) as stranger:
+                stranger.sendall(f"GET /style.css HTTP/1.1\r\nHost: {door}\r\n\r\n".encode() * 600 + b"end\r\n\r\n")
+                said = b"".join(iter(lambda: stranger.recv(1 << 16), b""))
+                self.assertIn(b" 429 ", said)
+                for _ in range(20):
+                    with contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE)) as page:
+                        page.request("GET", "/page/main.js")
+                        self.assertEqual(page.getresponse().status, 200, "a stranger elsewhere keeps nobody from the page")
             with WebSocket(door, token) as one, self.assertRaisesRegex(ConnectionError, "no text has announced"):
                 one.socket.sendall(b"\x02\xff" + (60 << 20).to_bytes(8, "big") + b"\0\0\0\0" + bytes(1 << 16))  # and not the rest
                 one.read()
