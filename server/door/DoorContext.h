@@ -47,7 +47,7 @@ struct DoorLimits {
     /// Binaries of all sockets, until their requests are answered: whoever brings more is sent away.
     std::size_t maxBroughtBytes = std::size_t{512} << 20;
     std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
-    double socketPerSecond = 2000, httpPerSecond = 200;     ///< requests: of a socket; of a person, of all strangers
+    double socketPerSecond = 2000, httpPerSecond = 200;     ///< of a socket; of a person, a stranger's address
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
     std::size_t maxUploads = 8;         ///< files that come at once
     std::chrono::seconds pieceWait{20}; ///< 256 KiB of a file have to come, or to be taken, within it
@@ -102,7 +102,7 @@ struct DoorContext {
     DoorLimits limits;
     Gatekeeper gate;
     RatesOfPeople httpRates{limits.httpPerSecond, 2 * limits.httpPerSecond};
-    RateLimit strangersRate{limits.httpPerSecond, 2 * limits.httpPerSecond};  ///< without a token
+    RatesOfStrangers strangersRates{limits.httpPerSecond, 2 * limits.httpPerSecond};
     std::function<void()> onRoom;  ///< a guest has gone
     std::set<Guest*> guests;
     std::size_t gone = 0;            ///< of the guests

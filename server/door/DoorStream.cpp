@@ -1,5 +1,8 @@
 #include "server/door/DoorStream.h"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
+
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
@@ -219,6 +222,16 @@ std::string DoorStream::from() {
 
 void DoorStream::close() {
     if (impl_) impl_->raw.close();
+}
+
+TimePoint DoorStream::tookAt(TimePoint now) {
+    // Of what the kernel has it asks for more only once it is rid of a good part.
+    int unacknowledged = 0;
+    (void)::ioctl(socket().native_handle(), SIOCOUTQ, &unacknowledged);
+    const std::uint64_t took = progress().written - static_cast<std::uint64_t>(unacknowledged);
+    if (took != took_) tookAt_ = now;
+    took_ = took;
+    return tookAt_;
 }
 
 bool DoorStream::waitsToBeRead() {

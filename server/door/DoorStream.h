@@ -91,6 +91,10 @@ public:
     /// What is under way ends with an error; what comes later may go on.
     void cancel() { raw().cancel(); }
     void close();
+    /// Its peer had taken all until now, and something waits for it from here on.
+    void waitsFrom(TimePoint now) { tookAt_ = now; }
+    /// When its peer took something last, as far as was looked.
+    [[nodiscard]] TimePoint tookAt(TimePoint now);
     /// Bytes have come that nobody has read, or its handshake waits for its turn.
     [[nodiscard]] bool waitsToBeRead();
     /// Nothing more is written: the peer is told so behind what is on its way.
@@ -173,6 +177,8 @@ private:
     struct Impl;
     std::shared_ptr<Impl> impl_;  ///< what is under way holds it, too
     executor_type executor_;
+    std::uint64_t took_ = 0;  ///< bytes that its peer has had, when that was looked at last
+    TimePoint tookAt_ = {};   ///< when that was less, or nothing waited
 };
 
 }  // namespace tessera

@@ -122,17 +122,6 @@ bool RateLimit::take(std::chrono::steady_clock::time_point now) {
     return true;
 }
 
-bool RatesOfPeople::take(const Entrant& who, std::chrono::steady_clock::time_point now) {
-    const auto known = std::ranges::find_if(rates_, [&](const auto& one) { return one.first.isSameAs(who); });
-    if (known != rates_.end()) {
-        rates_.splice(rates_.end(), rates_, known);
-    } else {
-        if (rates_.size() == kMost) rates_.pop_front();
-        rates_.emplace_back(who, RateLimit(perSecond_, atOnce_));
-    }
-    return rates_.back().second.take(now);
-}
-
 HttpAnswer errorAnswer(int status, std::string_view code, std::string_view message) {
     return {.status = status, .body = jsonText({{"error", {{"code", code}, {"message", message}}}}) + "\n"};
 }

@@ -1,6 +1,7 @@
 /// Who is let in: by a key or a token, from pages of this door alone.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <list>
@@ -13,6 +14,7 @@
 #include "common/base/AccessToken.h"
 #include "common/base/Entrant.h"
 #include "common/base/Error.h"
+#include "common/base/SourceAddress.h"
 #include "common/tls/KeyRing.h"
 #include "server/door/HttpMessage.h"
 
@@ -86,17 +88,34 @@ private:
     std::chrono::steady_clock::time_point last_{};
 };
 
-/// The same for each person, wherever from. Of more than kMost, who has asked nothing for longest is forgotten.
-class RatesOfPeople {
+/// The same for each. Of more than kMost, who has asked nothing for longest is forgotten.
+template <typename Who>
+class RatesOf {
 public:
     static constexpr std::size_t kMost = 256;
-    RatesOfPeople(double perSecond, double atOnce) : perSecond_(perSecond), atOnce_(atOnce) {}
-    [[nodiscard]] bool take(const Entrant& who, std::chrono::steady_clock::time_point now);
+    RatesOf(double perSecond, double atOnce) : perSecond_(perSecond), atOnce_(atOnce) {}
+    [[nodiscard]] bool take(const Who& who, std::chrono::steady_clock::time_point now) {
+        const auto known = std::ranges::find_if(rates_, [&](const auto& one) {
+            if constexpr (requires { who.isSameAs(who); })
+                return one.first.isSameAs(who);
+            else
+                return one.first == who;
+        });
+        if (known != rates_.end()) {
+            rates_.splice(rates_.end(), rates_, known);
+        } else {
+            if (rates_.size() == kMost) rates_.pop_front();
+            rates_.emplace_back(who, RateLimit(perSecond_, atOnce_));
+        }
+        return rates_.back().second.take(now);
+    }
 
 private:
     double perSecond_, atOnce_;
-    std::list<std::pair<Entrant, RateLimit>> rates_;  ///< who has asked last stands last
+    std::list<std::pair<Who, RateLimit>> rates_;  ///< who has asked last stands last
 };
+using RatesOfPeople = RatesOf<Entrant>;          ///< wherever from
+using RatesOfStrangers = RatesOf<SourceAddress>;  ///< without a token
 
 /// `{"error":…}` as an answer: code and message for programs and people.
 [[nodiscard]] HttpAnswer errorAnswer(int status, std::string_view code, std::string_view message);

@@ -27,7 +27,15 @@ constexpr std::string_view kPolicy =
 class HttpSession : public Guest, public std::enable_shared_from_this<HttpSession> {
 public:
     HttpSession(boost::asio::ip::tcp::socket socket, DoorContext& context)
-        : Guest(context), stream_(std::move(socket)), context_(context), routes_(context), patience_(context.io) {}
+        : Guest(context),
+          stream_(std::move(socket)),
+          context_(context),
+          routes_(context, *this),
+          patience_(context.io) {}
+    ~HttpSession() override {
+        context_.lanes.leave(this);
+        letGo();
+    }
     void giveWay() override {
         sayTooMany(stream_, context_);
         leave();
@@ -37,7 +45,11 @@ public:
         const std::optional<Credential> peer = stream_.peer(keys);
         return peer ? peer->fault : std::string();
     }
+    [[nodiscard]] std::size_t stalled(TimePoint now) override {
+        return held_ > 0 && stream_.tookAt(now) + context_.limits.stalledAfter < now ? held_ : 0;
+    }
     void leave() override {
+        letGo();
         patience_.cancel();
         stream_.close();
     }
@@ -270,13 +282,23 @@ private:
         auto response = headOf<http::string_body>(answer, keep);
         response->body() = std::move(answer.body);
         response->prepare_payload();
+        hold(response->body().size());
         http::async_write(stream_, *response,
                           [self = shared_from_this(), response, keep](beast::error_code error, std::size_t) {
+                              self->letGo();
                               if (error) return;
                               if (keep) return self->readHead();
                               self->bowOut();
                           });
     }
+    /// Until it is taken an answer lies here, as those of sockets do.
+    void hold(std::size_t bytes) {
+        held_ = bytes;
+        context_.held += bytes;
+        stream_.waitsFrom(std::chrono::steady_clock::now());
+        context_.relieve();
+    }
+    void letGo() { context_.held -= std::exchange(held_, 0); }
     /// What still comes is taken for a while: a close with unread bytes would take the answer away from who reads
     /// slowly, or first sends all of a file.
     void bowOut() {
@@ -330,6 +352,7 @@ private:
     HttpRequest request_;
     bool tooSlow_ = false, waitsToBeAsked_ = false;
     boost::asio::steady_timer patience_;      ///< for an answer
+    std::size_t held_ = 0;                    ///< of `DoorContext::held`
     std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
     static constexpr std::chrono::seconds kQuiet{1};  ///< of who has been refused
     std::vector<char> rest_;

@@ -113,7 +113,8 @@ std::optional<HttpAnswer> Routes::beforeBody(const HttpRequest& request) {
 
 std::optional<HttpAnswer> Routes::tooFast() {
     const TimePoint now = std::chrono::steady_clock::now();
-    if (knowsWho_ ? context_.httpRates.take(who_, now) : context_.strangersRate.take(now)) return std::nullopt;
+    if (knowsWho_ ? context_.httpRates.take(who_, now) : context_.strangersRates.take(asker_->source, now))
+        return std::nullopt;
     HttpAnswer tooMany =
         errorAnswer(429, "limit", fmt::format("more than {} requests in a second", context_.limits.httpPerSecond));
     tooMany.fields.emplace_back("Retry-After", "1");
@@ -190,10 +191,12 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
         if (known.info.ownLink)
             return answer(errorAnswer(406, "refused", name + " is about a connection of one's own: ask it at /socket"));
     }
-    if (body.empty()) return askWith(nullptr, name, answer);
+    if (body.empty()) return askWith(nullptr, name, answer, asker_);
     auto read = [self = *this, name, answer](ApiExpected<Json> json, std::shared_ptr<const TextRoom> room) mutable {
         if (!json) return answer(apiErrorAnswer(json.error()));
-        self.askWith(keptWith(std::move(room), std::make_shared<const Json>(std::move(*json))), name, answer);
+        // Who sent a large text may be gone once it has been read.
+        const void* const turn = room ? static_cast<const void*>(&self.context_) : self.asker_;
+        self.askWith(keptWith(std::move(room), std::make_shared<const Json>(std::move(*json))), name, answer, turn);
     };
     if (body.size() <= kMostAtOnce) return read(parseJson(body), nullptr);
     const auto room = roomFor(body.size(), context_.brought, context_.limits.maxBroughtBytes);
@@ -206,16 +209,28 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
     context_.lanes.enter(&context_, kLargeTexts, readIt);
 }
 
-void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer) {
-    DoorLink* const link = this->link(answer);
-    if (!link) return;
-    askInJson(*link, name, std::move(fields), {},
-              [answer, &beside = context_.beside](const ApiExpected<ByteSlice>& came) {
-                  if (!came) return answer(apiErrorAnswer(came.error()));
-                  if (came->size() <= kMostAtOnce) return answer(httpAnswerOf(*came));
-                  beside.run([came = *came] { return httpAnswerOf(came); }, answer);
-              },
-              who_.from);
+void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer,
+                     const void* turn) {
+    using Ticket = std::shared_ptr<const AnswerLanes::Ticket>;
+    auto askNow = [self = *this, fields = std::move(fields), name, answer](const Ticket& ticket) mutable {
+        DoorLink* const link = self.link(answer);
+        if (!link) return;
+        const auto tell = [answer, ticket](HttpAnswer made) {
+            if (ticket) ticket->answered(made.body.size());
+            answer(std::move(made));
+        };
+        askInJson(*link, name, std::move(fields), {},
+                  [tell, &beside = self.context_.beside](const ApiExpected<ByteSlice>& came) {
+                      if (!came) return tell(apiErrorAnswer(came.error()));
+                      if (came->size() <= kMostAtOnce) return tell(httpAnswerOf(*came));
+                      beside.run([came = *came] { return httpAnswerOf(came); }, tell);
+                  },
+                  self.who_.from);
+    };
+    // What changes something is not put off: it may take minutes, and its answer is small.
+    const auto known = std::ranges::find(allRequests(), name, [](const RequestText& each) { return each.info.name; });
+    if (known == allRequests().end() || known->info.changes != Changes::kNothing) return askNow(nullptr);
+    context_.lanes.enter(turn, name, std::move(askNow));
 }
 
 }  // namespace tessera

@@ -9,7 +9,8 @@ namespace tessera {
 /// Answers once, now or later; who has come in has passed the gate but for what needs no token.
 class Routes {
 public:
-    explicit Routes(DoorContext& context) : context_(context) {}
+    /// `asker`: it is there whenever a request comes, and takes turns among those who ask for much (AnswerLanes).
+    Routes(DoorContext& context, const Guest& asker) : context_(context), asker_(&asker) {}
     /// What can be said before the body is there. Nothing: read on.
     [[nodiscard]] std::optional<HttpAnswer> beforeBody(const HttpRequest& request);
     void answer(const HttpRequest& request, const AnswerHttp& answer);
@@ -27,9 +28,12 @@ private:
     void ask(const std::string& name, const std::string& body, const AnswerHttp& answer);
     /// Null: it has answered that too many ask at once.
     [[nodiscard]] DoorLink* link(const AnswerHttp& answer);
-    void askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer);
+    /// `turn`: whose it is among those who ask for much (AnswerLanes).
+    void askWith(std::shared_ptr<const Json> fields, const std::string& name, const AnswerHttp& answer,
+                 const void* turn);
 
     DoorContext& context_;
+    const Guest* asker_;
     Entrant who_;
     bool knowsWho_ = false, wrongLogin_ = false;
 };

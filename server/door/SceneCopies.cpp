@@ -1,7 +1,6 @@
 #include "server/door/SceneCopies.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <thread>
 
@@ -61,11 +60,8 @@ Expected<std::shared_ptr<const AnswerFile>> copied(const ConnectionOptions& opti
     if (!bytes) return tl::unexpected(bytes.error());
     Expected<FileHandle> file = namelessFile(folder);
     if (!file) return tl::unexpected(file.error());
-    for (std::size_t at = 0; at < bytes->size();) {
-        const ssize_t count = ::write(file->get(), bytes->data() + at, bytes->size() - at);
-        if (count <= 0) return fail(ErrorCode::kLimit, "the server's disk has no room for it");
-        at += static_cast<std::size_t>(count);
-    }
+    if (const Expected<void> written = writeNameless(*file, std::as_bytes(std::span(*bytes))); !written)
+        return tl::unexpected(written.error());
     return std::make_shared<const AnswerFile>(AnswerFile{std::move(*file), bytes->size()});
 }
 

@@ -1,8 +1,6 @@
 #include "server/door/SocketSession.h"
 
 #include <fmt/format.h>
-#include <linux/sockios.h>
-#include <sys/ioctl.h>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
@@ -143,6 +141,9 @@ private:
         // Looked at here, and not by the library: it would close at once, and with unread bytes the word would be lost.
         if (buffer_.size() > (stream_.got_text() ? context_.limits.maxTextBytes : context_.limits.maxBinaryBytes))
             return finish(websocket::close_code::too_big, "a message is too long");
+        // Before it is whole: nobody counts what is not awaited.
+        if (discards_ == 0 && !awaited_ && !stream_.got_text())
+            return finish(websocket::close_code::protocol_error, "a binary frame that no text has announced");
         if (discards_ > 0 && !stream_.got_text()) buffer_.clear();
         if (!collect(binariesBytes_ + (awaited_ ? buffer_.size() : 0))) return;
         if (!stream_.is_message_done()) return read();
@@ -201,8 +202,6 @@ private:
     }
     void onBinary(Bytes bytes) {
         if (discards_ > 0) return void(--discards_);
-        if (!awaited_)
-            return finish(websocket::close_code::protocol_error, "a binary frame that no text has announced");
         binariesBytes_ += bytes.size();
         if (binariesBytes_ > context_.limits.maxBinariesBytes)
             return finish(websocket::close_code::too_big, "the binaries of one request are too long");
@@ -302,7 +301,7 @@ private:
     /// Of a socket that is closed, `place` is none any more.
     void fill(Unsent::iterator place, SaidAnswer said) {
         if (closed_) return;
-        if (unsent_ == 0) tookAt_ = std::chrono::steady_clock::now();
+        if (unsent_ == 0) stream_.next_layer().waitsFrom(std::chrono::steady_clock::now());
         unsent_ += said.size();
         hold(said.size());
         if (place->isNews) unsentNews_ += said.size();
@@ -369,14 +368,7 @@ private:
 public:
     [[nodiscard]] std::size_t stalled(TimePoint now) override {
         if (!writing_ || closed_) return 0;
-        DoorStream& lowest = stream_.next_layer();
-        // Of what the kernel has it asks for more only once it is rid of a good part.
-        int unacknowledged = 0;
-        (void)::ioctl(lowest.socket().native_handle(), SIOCOUTQ, &unacknowledged);
-        const std::uint64_t took = lowest.progress().written - static_cast<std::uint64_t>(unacknowledged);
-        if (took != took_) tookAt_ = now;
-        took_ = took;
-        return tookAt_ + context_.limits.stalledAfter < now ? unsent_ : 0;
+        return stream_.next_layer().tookAt(now) + context_.limits.stalledAfter < now ? unsent_ : 0;
     }
     void leave() override {
         const std::shared_ptr<SocketSession> self = std::move(alive_);
@@ -428,8 +420,6 @@ private:
     std::size_t unsent_ = 0;  ///< bytes
     std::size_t held_ = 0;    ///< `DoorLimits::maxHeldBytes`
     std::size_t unsentNews_ = 0;
-    std::uint64_t took_ = 0;  ///< bytes that its reader has had, when that was looked at last
-    TimePoint tookAt_ = {};   ///< when that was less, or nothing waited
     bool writing_ = false, closing_ = false, closed_ = false;
     websocket::close_reason reason_;
 };

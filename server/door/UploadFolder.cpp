@@ -23,7 +23,6 @@ namespace {
 
 constexpr std::string_view kTemporary = ".incoming-", kOwn = "tessera-uploads-";
 constexpr std::size_t kMostLooks = 100'000;                   ///< for what others have left
-constexpr std::uint64_t kLeftFree = std::uint64_t{64} << 20;  ///< of the disk, for whoever else writes there
 
 std::string words(int error) {
     return std::strerror(error);
@@ -240,7 +239,7 @@ Expected<void> UploadFolder::checkRoom(const std::vector<std::string>& names, st
                                 used.bytes >> 20, limits_.maxBytes >> 20, (more + 0xFFFFF) >> 20));
     struct statvfs disk {};
     if (::fstatvfs(folder_.get(), &disk) != 0) return {};
-    std::uint64_t taken = kLeftFree;
+    std::uint64_t taken = UploadLimits::kLeftFree;
     for (const Coming& coming : coming_) taken += coming.bytes - coming.written;
     const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
     if (free < bytes + taken)
@@ -349,6 +348,20 @@ Expected<FileHandle> namelessFile(const std::string& folder) {
         return fail(ErrorCode::kFailed, fmt::format("{}: nothing can be written: {}", in, words(errno)));
     (void)::unlink(path.c_str());
     return file;
+}
+
+Expected<void> writeNameless(const FileHandle& file, ByteSpan bytes, std::uint64_t leftFree) {
+    const auto full = [] { return fail(ErrorCode::kLimit, "the server's disk has no room for it"); };
+    struct statvfs disk {};
+    if (::fstatvfs(file.get(), &disk) == 0 && std::uint64_t{disk.f_bavail} * disk.f_frsize < bytes.size() + leftFree)
+        return full();
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(file.get(), bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return full();
+        bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+    return {};
 }
 
 }  // namespace tessera

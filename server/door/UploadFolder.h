@@ -22,6 +22,8 @@ struct UploadLimits {
     std::uint64_t maxBytes = std::uint64_t{2} << 30;
     std::size_t maxFiles = 1024;
     std::size_t maxLooks = 100'000;  ///< at files and folders, for one count: where more lie, nothing else comes
+    /// Of the disk, for whoever else writes there: the journal perhaps.
+    static constexpr std::uint64_t kLeftFree = std::uint64_t{64} << 20;
     static constexpr std::size_t kMaxDepth = 4;        ///< SET/textures/wood.png: names on the way to a file
     static constexpr std::size_t kMaxNameBytes = 255;  ///< of one of them
 };
@@ -106,5 +108,8 @@ private:
 
 /// A file without a name in `folder`, or where there is none in the folder for temporary files.
 [[nodiscard]] Expected<FileHandle> namelessFile(const std::string& folder);
+/// At its end. kLimit: less of the disk would be left, or there is none. Whoever is sent such files may take hours.
+[[nodiscard]] Expected<void> writeNameless(const FileHandle& file, ByteSpan bytes,
+                                           std::uint64_t leftFree = UploadLimits::kLeftFree);
 
 }  // namespace tessera

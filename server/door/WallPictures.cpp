@@ -1,7 +1,6 @@
 #include "server/door/WallPictures.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -116,10 +115,10 @@ void WallPictures::makeWhole(DoorLink& link, const std::string& folder, AnswerHt
             Expected<FileHandle> file = namelessFile(folder);
             if (!file) return tl::unexpected(file.error());
             std::uint64_t written = 0;
-            bool full = false;
+            Expected<void> room;
             Bytes piece;
             const auto flush = [&] {
-                full = full || ::write(file->get(), piece.data(), piece.size()) != static_cast<ssize_t>(piece.size());
+                if (room) room = writeNameless(*file, piece);
                 written += piece.size();
                 piece.clear();
             };
@@ -130,7 +129,7 @@ void WallPictures::makeWhole(DoorLink& link, const std::string& folder, AnswerHt
             });
             flush();
             if (!done) return tl::unexpected(done.error());
-            if (full) return fail(ErrorCode::kLimit, "the server's disk has no room for the picture");
+            if (!room) return tl::unexpected(room.error());
             return std::make_shared<const AnswerFile>(AnswerFile{std::move(*file), written});
         };
         maker_.run(make, [this, held, folder, answer, attempts, images = *images](const Made& made) {

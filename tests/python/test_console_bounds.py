@@ -1,6 +1,8 @@
 """Much at once over the console's sockets: answers, arrays, readers that stop."""
 import contextlib
+import http.client
 import itertools
+import json
 import os
 import socket
 import time
@@ -8,7 +10,7 @@ import unittest
 
 import numpy as np
 
-from live import Live, figure
+from live import PATIENCE, Live, figure
 from console_socket import WebSocket, array_name
 
 
@@ -42,6 +44,37 @@ class Bounds(unittest.TestCase):
                 told = [each for column in answer["fields"]["content"]["set"] if column["field"] == "joints" for each in column["values"]]
                 self.assertEqual(len(told), len(skins))
                 self.assertTrue(all(each == joints for each in told))
+            many = []
+            for _ in range(7):
+                with wall.edit():
+                    many += [wall.create(f"/more{len(many) + at}", "Skin", joints=np.array(joints, np.uint64)) for at in range(10)]
+            self.nobody_holds_much_over_http(door, token, [f"#{skin.id}" for skin in many])
+
+    def nobody_holds_much_over_http(self, door, token, names):
+        body = json.dumps({"names": names, "content": True})
+
+        def ask(connection):
+            connection.request("POST", "/api/GetObjects", body, {"Authorization": f"Bearer {token}"})
+            return connection
+        with contextlib.ExitStack() as kept:
+            still = [kept.enter_context(contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE))) for _ in range(16)]
+            for each in still:
+                each.connect()
+                each.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+                ask(each)
+            reader = kept.enter_context(contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE)))
+            began = time.monotonic()
+            while time.monotonic() < began + 4:
+                self.assertEqual(ask(reader).getresponse().read(2), b"{\"")
+                reader.close()
+            ended = 0
+            for each in still:
+                try:
+                    each.getresponse().read()
+                except (OSError, http.client.HTTPException):
+                    ended += 1
+            self.assertGreaterEqual(ended, 1, "sixteen who do not take 12 MB each are more than 64 MiB together")
+            self.assertLess(ended, len(still), "no more than has to go")
 
     def test_of_many_that_do_not_read_some_go_and_who_reads_stays(self):
         piece, pieces = 256 << 10, 80
@@ -86,6 +119,18 @@ class Bounds(unittest.TestCase):
             self.assertLess(figure(live.server, "VmHWM"), 900_000, "kB of 720 MiB")
             sockets[0].send_binary(bytes(1 << 16))
             self.assertEqual(sockets[0].read()["id"], 1, "who was there first is answered")
+            host, _, port = door.partition(":")
+            with socket.create_connection((host, int(port)), PATIENCE, source_address=("127.0.0.2", 0)) as stranger:
+                stranger.sendall(f"GET /style.css HTTP/1.1\r\nHost: {door}\r\n\r\n".encode() * 600 + b"end\r\n\r\n")
+                said = b"".join(iter(lambda: stranger.recv(1 << 16), b""))
+                self.assertIn(b" 429 ", said)
+                for _ in range(20):
+                    with contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE)) as page:
+                        page.request("GET", "/page/main.js")
+                        self.assertEqual(page.getresponse().status, 200, "a stranger elsewhere keeps nobody from the page")
+            with WebSocket(door, token) as one, self.assertRaisesRegex(ConnectionError, "no text has announced"):
+                one.socket.sendall(b"\x02\xff" + (60 << 20).to_bytes(8, "big") + b"\0\0\0\0" + bytes(1 << 16))  # and not the rest
+                one.read()
 
 
 if __name__ == "__main__":

@@ -225,6 +225,15 @@ TEST(Metrics, AreLinesOfTheFormatWhateverNamesSay) {
     EXPECT_NE(text.find("\ntessera_frames_total 0\n"), std::string::npos);
 }
 
+TEST(RatesOfStrangers, AreOfEachAddress) {
+    RatesOfStrangers rates(10, 20);
+    const auto now = std::chrono::steady_clock::now();
+    while (rates.take(SourceAddress(1), now)) {
+    }
+    EXPECT_TRUE(rates.take(SourceAddress(2), now)) << "who floods keeps nobody else from the page";
+    EXPECT_FALSE(rates.take(SourceAddress(1), now));
+}
+
 TEST(RatesOfPeople, AreOfEachAndNobodyHasMoreByComingFromManyAddresses) {
     RatesOfPeople rates(10, 20);
     std::chrono::steady_clock::time_point now{};

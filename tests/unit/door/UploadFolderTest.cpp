@@ -212,6 +212,18 @@ TEST_F(UploadFolders, WhatIsPromisedOfTheDiskIsNotPromisedTwice) {
     EXPECT_NE(second.error().message.find("disk has room"), std::string::npos) << second.error().message;
 }
 
+TEST_F(UploadFolders, FilesWithoutANameLeaveRoomToo) {
+    const FileHandle file = namelessFile(folder->path()).value();
+    const Bytes bytes(1000);
+    struct stat info {};
+    const Expected<void> refused = writeNameless(file, bytes, std::uint64_t{1} << 60);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
+    ASSERT_TRUE(writeNameless(file, bytes, 0));
+    ASSERT_EQ(::fstat(file.get(), &info), 0);
+    EXPECT_EQ(info.st_size, 1000);
+}
+
 TEST_F(UploadFolders, NoLinkIsFollowed) {
     fs::create_directory(path_ / "outside");
     std::ofstream(path_ / "outside/file") << "theirs";
