@@ -85,6 +85,7 @@ export class SceneView {
     connection.addEventListener('open', () => this.#onOpen());
     connection.addEventListener('lost', () => {
       this.#isLoaded = false;
+      this.#object.doubt();
     });
     status.addEventListener('status', ({ detail }) => this.#onStatus(detail));
   }
@@ -152,6 +153,7 @@ export class SceneView {
     this.#tellParts();
     await this.#quietly(() => this.#tree.load());
     await this.#quietly(() => this.#object.refresh());
+    if (!this.#object.id) this.#tree.select(0);
     await this.#quietly(() => this.#sayNext());
   }
 
