@@ -66,6 +66,17 @@ class PageLists(page_wall.OnAScene):
         self.browser.until("what another has set", lambda: speed.get_property("value") == "3")
         self.assert_nothing_logged()
 
+    def test_what_a_collision_has_stopped_is_not_told_to_go_on(self):
+        self.come_in(tab="scene")
+        stopped = self.animation("/drive")["time"]
+        self.assertLess(stopped, 0.9)
+        self.part("animations")
+        row = self.shown(".animation", "/drive")
+        frame = self.wall.status().frame
+        self.browser.until("a second and a half", lambda: self.wall.status().frame > frame + 90)
+        self.browser.until("where it was stopped", lambda: f"{stopped:.2f} of 1.00 s" in row.text)
+        self.assert_nothing_logged()
+
     def test_many_animations_come_in_pages(self):
         with self.wall.edit() as edit:
             edit.create("/crowd", None)

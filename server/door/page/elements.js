@@ -34,11 +34,21 @@ export function setText(node, text) {
 
 const kVisible = /[^\p{White_Space}\p{Default_Ignorable_Code_Point}\p{Cc}\p{Cf}\u2800]/u;
 const kMostCodes = 8;
+const kTurns = /[\u202A-\u202E\u2066-\u2069]/g;  // marks that turn what follows, from left to right or back
+
+/** What the wall says in words of its own, with names among them that turn none of the others. */
+export function straight(text) {
+  return text.replace(kTurns, '');
+}
+/** Turns itself, and nothing beside it: whatever it begins ends with it. */
+function isolated(name) {
+  return name.search(kTurns) < 0 ? name : `\u2068${name.replace(/[\u2066-\u2069]/g, '')}\u2069`;
+}
 
 /** A name, or a path, as people see it: what nobody would see of it in code points. */
 export function seen(text) {
   return text.split('/').map((name) => {
-    if (name === '' || kVisible.test(name)) return name;
+    if (name === '' || kVisible.test(name)) return isolated(name);
     const codes = [...name.slice(0, 2 * kMostCodes + 1)].map((letter) => letter.codePointAt(0));
     const told = codes.slice(0, kMostCodes).map((code) => `U+${code.toString(16).toUpperCase().padStart(4, '0')}`);
     return told.join(' ') + (codes.length > kMostCodes ? ' …' : '');
