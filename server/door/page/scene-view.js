@@ -102,19 +102,21 @@ export class SceneView {
       panel.append(element('section', { role: 'tabpanel', id: shown, 'aria-labelledby': tab, hidden: true },
                            ...nodes[name]));
     }
-    this.#showPart = startTabs(tabs, (name) => {
-      this.#shownPart = name.slice('scene-'.length);
-      this.#tellParts();
-    }, false);
     const refresh = paced(() => this.#quietly(() => this.#object.refresh()));
     const sayNext = paced(() => this.#quietly(() => this.#sayNext()));
     const refreshTree = paced(() => this.#quietly(() => this.#tree.refresh()), kTreeRest);
-    this.#watch.addEventListener('change', () => {
+    const refreshAll = () => {
       if (!this.#isLoaded || this.#shownPart !== 'tree') return;
       refresh();
       sayNext();
       refreshTree();
-    });
+    };
+    this.#watch.addEventListener('change', refreshAll);
+    this.#showPart = startTabs(tabs, (name) => {
+      this.#shownPart = name.slice('scene-'.length);
+      this.#tellParts();
+      refreshAll();  // what has changed meanwhile
+    }, false);
   }
   #tellParts() {
     for (const [name, part] of Object.entries(this.#parts))
