@@ -20,8 +20,17 @@ class PageRestart(page_wall.OnAScene):
         self.browser.until("the other scene", lambda: self.browser.run("return [...document.querySelectorAll('[role=treeitem] .name')].map((one) => one.textContent)")[1:] == list(names))
 
     def test_nobody_edits_what_has_the_number_of_something_else(self):
-        self.come_in(tab="scene")
+        from selenium.webdriver.common.keys import Keys
+
+        self.come_in()
+        self.press(".picture-tools button", "Pick")
+        self.browser.run("document.querySelector('.surface').focus()")
+        self.browser.press(*[Keys.ARROW_DOWN] * 12, Keys.ENTER)
+        self.browser.until("something that stands there", lambda: self.browser.text(".found .path").startswith("/"))
+        self.browser.run("document.getElementById('tab-scene').click()")
         self.restart("first", "second")
+        self.assertEqual(self.browser.text(".found .path"), "")
+        self.assertTrue(self.browser.run("return [...document.querySelectorAll('.found button')].find((one) => one.textContent === 'Show in Scene').hidden"))
         self.select("second")
         self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => one.textContent.includes('Remove')).click()")
         self.browser.until("a question", lambda: "Remove second?" in self.browser.text("dialog[open]"))
