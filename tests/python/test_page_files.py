@@ -69,6 +69,16 @@ class PageFiles(page_wall.OnAPage):
         self.assertTrue(any("gate" in path for path in self.nodes() - before))
         self.assert_nothing_logged()
 
+    def test_a_question_that_another_one_replaces_leaves_that_one_its_answer(self):
+        self.come_in(tab="files")
+        for name in ("first", "second"):
+            self.drop(**{f"{name}.gltf": test_uploads.model("gate.bin"), "gate.bin": test_uploads.TRIANGLE})
+            self.browser.until("a question", lambda name=name: f"Load {name}.gltf" in self.browser.text("dialog[open] h2"))
+        self.button("Load", "dialog[open]").click()
+        self.said("✓ second.gltf: ")
+        self.assertFalse(any("first" in path for path in self.nodes()))
+        self.assert_nothing_logged()
+
     def test_keys_alone_choose_and_not_now_loads_nothing(self):
         from selenium.webdriver.common.keys import Keys
 

@@ -9,6 +9,12 @@ BLANK = "   "
 LONG = "long name " * 400
 TURNED = "\u202eevil\u202c مرحبا <b>bold</b>"
 
+# Whether the last letter of what is said of a person by that name stands to the right of all others.
+ENDS = """
+const text = [...document.querySelectorAll('.people .muted')].find((one) => one.textContent.includes(arguments[0])).firstChild;
+const lefts = [...text.data].map((_, at) => { const range = document.createRange(); range.setStart(text, at); range.setEnd(text, at + 1); return range.getBoundingClientRect().left; });
+return lefts.at(-1) === Math.max(...lefts);
+"""
 # Controls that nobody reads out: without a text, a label, or a title. As a browser's tree for screen readers has it.
 UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch", "slider", "combobox", "radio", "tab", "treeitem", "spinbutton", "ColorWell"}
 
@@ -58,6 +64,21 @@ class PageHostile(page_wall.OnAScene):
             self.browser.until("a question", lambda: self.browser.all("dialog[open]"))
             self.assertEqual(self.browser.faults(), [])
         self.assertEqual(self.browser.run("return document.querySelectorAll('main b, main img').length"), 0)
+        self.assert_nothing_logged()
+
+    def test_a_name_that_turns_letters_turns_none_beside_it(self):
+        turns = "\u202eopen"
+        with self.wall.edit() as edit:
+            edit.create(f"/{turns}", None)
+            edit.create("/beside", None)
+        with self.live.connect(name=turns):
+            self.come_in(tab="scene")
+            self.browser.run("document.getElementById('identity').click()")
+            self.browser.until("its name", lambda: turns in self.browser.text(".people"))
+            self.assertTrue(self.browser.run(ENDS, turns))
+            self.browser.press("\ue00c")  # Escape
+        self.browser.until("what undo would do", lambda: "beside" in self.browser.text("#next-steps"))
+        self.assertNotIn("\u202e", self.browser.text("#next-steps"))
         self.assert_nothing_logged()
 
     # ---- fields that others change, too

@@ -66,6 +66,36 @@ class PageLists(page_wall.OnAScene):
         self.browser.until("what another has set", lambda: speed.get_property("value") == "3")
         self.assert_nothing_logged()
 
+    def test_what_a_collision_has_stopped_is_not_told_to_go_on(self):
+        self.come_in(tab="scene")
+        stopped = self.animation("/drive")["time"]
+        self.assertLess(stopped, 0.9)
+        self.part("animations")
+        row = self.shown(".animation", "/drive")
+        frame = self.wall.status().frame
+        self.browser.until("a second and a half", lambda: self.wall.status().frame > frame + 90)
+        self.browser.until("where it was stopped", lambda: f"{stopped:.2f} of 1.00 s" in row.text)
+        self.assert_nothing_logged()
+
+    def test_what_goes_while_another_part_is_shown_is_gone(self):
+        with self.wall.edit() as edit:
+            for name in ("/passing", "/staying"):
+                edit.create(name, "Geometry", material=edit.object("Material"))
+        self.come_in(tab="scene")
+        self.select("passing")
+        self.part("materials")
+        count = self.browser.until("materials", lambda: len(self.texts(".materials button")))
+        self.browser.until("all", lambda: self.browser.text("#panel-scene-materials [role=status]") == f"{count} materials")
+        self.wall.remove("/passing")
+        self.browser.until("one less", lambda: self.browser.text("#panel-scene-materials [role=status]") == f"{count - 1} materials")
+        self.assertEqual(len(self.texts(".materials button")), count - 1)
+        self.part("tree")
+        self.browser.until("no row", lambda: not any("passing" in one for one in self.texts("[role=treeitem]")))
+        self.browser.until("no fields", lambda: "is gone" in self.browser.text(".object h2"))
+        self.browser.until("what undo would do", lambda: self.browser.text("#next-steps").startswith("↶ brings"))
+        self.wall.remove("/staying")
+        self.assert_nothing_logged()
+
     def test_many_animations_come_in_pages(self):
         with self.wall.edit() as edit:
             edit.create("/crowd", None)

@@ -7,6 +7,7 @@ from live import Live, run_folder
 
 STRANGE = "<img src=x onerror=alert(1)>"
 TURNED = "\u202eevil\u202c"  # from right to left, by force
+WORDS = ("Wer hier drückt, " * 14).strip()  # as long as a label may be, nearly
 PANEL = f"""title: "The engine hall مرحبا {STRANGE}"
 controls {{ label: "Sun" node: "/sun/light" field: "intensity" slider {{ greatest: 5 }} }}
 controls {{ label: "Sun is up" node: "/sun/light" field: "on" toggle {{}} }}
@@ -26,6 +27,7 @@ controls {{ label: "Boiler 世界" press {{ bookmark: 1 }} }}
 controls {{ label: "Nobody was there" press {{ bookmark: 9 }} }}
 controls {{ label: "Later" node: "/later" field: "range" slider {{ least: 0.5 greatest: 2 }} }}
 controls {{ label: "Wrong" node: "/sun/light" field: "color" slider {{ greatest: 1 }} }}
+controls {{ label: "{WORDS}" press {{ home: true }} }}
 controls {{ label: "Dark" press {{ sets {{ node: "/nowhere" field: "on" value: "false" }} }} }}
 """
 
@@ -301,6 +303,19 @@ class PanelPage(unittest.TestCase):
         self.browser.until("a second of frames", lambda: self.wall.status().frame > frame + 60)
         self.assertEqual(self.browser.run("return dials"), dials, "nobody asks again and again")
         self.browser.logged()
+
+    def test_buttons_have_room_for_their_words_and_an_edge_in_colours_of_the_device(self):
+        self.come_in()
+        self.browser.size(360, 740)
+        button = self.card(WORDS).find_element("tag name", "button")
+        tall = "return arguments[0].scrollHeight <= arguments[0].clientHeight"
+        self.assertTrue(self.browser.run(tall, button))
+        self.addCleanup(self.browser.driver.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
+        self.browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "forced-colors", "value": "active"}]})
+        edge = self.browser.run("const { borderTopStyle, borderTopColor } = getComputedStyle(arguments[0]); return [borderTopStyle, borderTopColor]", button)
+        self.assertEqual(edge[0], "solid")
+        self.assertNotEqual(edge[1], "rgba(0, 0, 0, 0)")
+        self.assert_nothing_logged()
 
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
         self.come_in()

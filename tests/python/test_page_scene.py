@@ -128,6 +128,10 @@ class PageScene(page_wall.OnAScene):
         for axis, angle in (("x", "0"), ("z", "0"), ("y", "90")):
             self.type(self.field(f"rotation, degrees about {axis}"), angle)
         self.browser.until("a quarter of a turn", lambda: numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
+        self.type(self.field("translation, x"), "1e999")
+        self.browser.until("a refusal", lambda: "✕ a number was expected, not a text" in self.texts(".field .said"))
+        self.type(self.field("translation, x"), "4")
+        self.browser.until("no refusal", lambda: not any(self.texts(".field .said")))
         self.type(self.field("rotation, degrees about x"), "steep")
         self.browser.until("a refusal", lambda: any("number" in one for one in self.texts(".field .said")))
         self.assertTrue(numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))

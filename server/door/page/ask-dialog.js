@@ -25,13 +25,14 @@ export class AskDialog {
    * @returns {Promise<boolean>} whether it shall; another question meanwhile stands for no
    */
   ask(title, yes, ...body) {
-    if (this.node.open) this.node.close();
     this.#answer(false);
     setText(this.#title, title);
     setText(this.#yes, yes);
     this.#body.replaceChildren(...body);
     this.node.returnValue = '';
-    this.node.showModal();
+    // Not closed first: that is told later, and would answer this question.
+    if (this.node.open) this.#no.focus();
+    else this.node.showModal();
     return new Promise((resolve) => {
       this.#answer = resolve;
     });

@@ -130,6 +130,10 @@ export class Chooser {
                                      element('span', { class: 'muted', text: kind })));
   }
 
+  /** Nobody wants it any more. */
+  cancel() {
+    this.#end(undefined);
+  }
   #end(answer) {
     this.#answer = answer;
     this.node.close();

@@ -93,7 +93,7 @@ function textEditor(label, commit) {
 
 /** Nothing that can be read as a number goes to the wall as it is: the wall says what is wrong with it. */
 export function numberIn(input) {
-  return input.value.trim() === '' || Number.isNaN(Number(input.value)) ? input.value : Number(input.value);
+  return input.value.trim() !== '' && Number.isFinite(Number(input.value)) ? Number(input.value) : input.value;
 }
 function numberInput(field, label) {
   return element('input', { type: 'text', inputmode: field.kind === 'int' && field.least >= 0 ? 'numeric' : 'text',

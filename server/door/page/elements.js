@@ -34,11 +34,25 @@ export function setText(node, text) {
 
 const kVisible = /[^\p{White_Space}\p{Default_Ignorable_Code_Point}\p{Cc}\p{Cf}\u2800]/u;
 const kMostCodes = 8;
+const kTurns = /[\u202A-\u202E\u2066-\u2069]/g;  // marks that turn what follows, from left to right or back
+
+/** What the wall says in words of its own, with names among them that turn none of the others. */
+export function straight(text) {
+  return text.replace(kTurns, '');
+}
+/** Turns itself, and nothing beside it: whatever it begins ends with it. */
+function closed(name) {
+  if (name.search(kTurns) < 0) return name;
+  const kept = name.replace(/[\u2066-\u2069]/g, '');
+  let open = 0;
+  for (const [mark] of kept.matchAll(kTurns)) open = mark === '\u202C' ? Math.max(0, open - 1) : open + 1;
+  return kept + '\u202C'.repeat(open);
+}
 
 /** A name, or a path, as people see it: what nobody would see of it in code points. */
 export function seen(text) {
   return text.split('/').map((name) => {
-    if (name === '' || kVisible.test(name)) return name;
+    if (name === '' || kVisible.test(name)) return closed(name);
     const codes = [...name.slice(0, 2 * kMostCodes + 1)].map((letter) => letter.codePointAt(0));
     const told = codes.slice(0, kMostCodes).map((code) => `U+${code.toString(16).toUpperCase().padStart(4, '0')}`);
     return told.join(' ') + (codes.length > kMostCodes ? ' …' : '');

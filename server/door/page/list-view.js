@@ -5,7 +5,7 @@ import { paced } from './scene-watch.js';
 
 const kWhole = 5000;  // ms, between two looks at the whole list; sooner where the scene has more objects, or fewer
 
-/** @typedef {{node: HTMLElement, show: (listed: import('./core-list.js').Listed) => void}} Row */
+/** @typedef {{node: HTMLElement, isPlaying?: boolean, show: (listed: import('./core-list.js').Listed) => void}} Row */
 
 export class ListView {
   #list;
@@ -46,6 +46,8 @@ export class ListView {
     status.addEventListener('status', ({ detail }) => {
       const counted = `${detail.objects} ${detail.nodes}`;
       if (this.#isShown && counted !== this.#counted) this.#load();
+      // What has come to a stop changes nothing more.
+      else if (this.#isShown && [...this.#rows.values()].some((row) => row.isPlaying)) refresh();
       this.#counted = counted;
     });
     this.node = element('div', {}, this.#count, this.#body, element('p', { class: 'tools' }, this.#back, this.#on));

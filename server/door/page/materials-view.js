@@ -87,10 +87,13 @@ export class MaterialsView {
       this.#list.append(element('li', {}, button));
       this.#draw(object, types.get('Material'));
     }
+    this.#tell();
+    if (!this.#finder.isDone) this.#more.hidden = false;
+  }
+  #tell() {
     const many = this.#buttons.size, { isDone } = this.#finder;
     setText(this.#count, many === 0 && isDone ? 'Nothing in this scene has a material.'
                                               : `${many} material${many === 1 ? '' : 's'}${isDone ? '' : ' so far'}`);
-    if (!isDone) this.#more.hidden = false;
   }
   /** @param {HTMLElement} next has the focus where the button had it, and goes */
   #endLook(next) {
@@ -111,6 +114,7 @@ export class MaterialsView {
         this.#buttons.delete(id);
       }
     }
+    if (!this.#isLooking) this.#tell();
   }
   #draw(object, type) {
     const known = this.#buttons.get(object.id), drawn = JSON.stringify([...object.fields]);

@@ -24,6 +24,7 @@ export class MeasureTool {
                         element('div', { class: 'bar' }, element('label', { class: 'labelled' }, 'To ', this.#to),
                                 again),
                         this.#result, this.#facts);
+    around.connection.addEventListener('lost', () => this.#startAgain());
     this.#tell();
   }
 

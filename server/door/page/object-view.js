@@ -11,6 +11,8 @@ export class ObjectView {
   #schema;
   #id = 0;
   #shape = '';  // what the rows are for
+  #what = '';   // the object, as people know it
+  #isDoubted = false;  // behind its number there may be another one
   #rows = new Map();
   #previews = new Map();  // object -> MaterialPreview
   #chooser;
@@ -38,6 +40,7 @@ export class ObjectView {
   /** @param {number} id */
   async open(id) {
     this.#id = id;
+    this.#isDoubted = false;
     await this.refresh();
     if (this.#id !== id) return;
     this.#title.focus({ preventScroll: true });
@@ -45,15 +48,30 @@ export class ObjectView {
     if (this.node.getBoundingClientRect().top > innerHeight / 2) this.node.scrollIntoView();
   }
 
+  /** What is shown; 0: nothing. */
+  get id() {
+    return this.#id;
+  }
+  /** Another server may answer next, whose numbers mean other objects. */
+  doubt() {
+    this.#isDoubted = true;
+  }
+
   async refresh() {
     const id = this.#id;
     if (!id) return;
     const [told, types] = await Promise.all([this.#scene.object(id), this.#schema.types]);
     if (id !== this.#id) return;
-    if (!told) {
+    const what = told && JSON.stringify([told.path, told.objects.map(({ type }) => type)]);
+    const isOther = this.#isDoubted && what !== this.#what;
+    this.#isDoubted = false;
+    this.#what = what;
+    if (isOther) this.#id = 0;
+    if (!told || isOther) {
       setText(this.#title, `#${id} is gone`);
       setText(this.#path, '');
       this.#tools.show(null);
+      this.#chooser.cancel();
       this.#body.replaceChildren();
       this.#shape = '';
       return;

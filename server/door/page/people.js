@@ -68,7 +68,7 @@ export class People {
 function row(node, { name, program, role, seconds, you }) {
   const item = node ?? element('li', {}, element('span', { class: 'name' }), element('span', { class: 'muted' }));
   setText(item.firstChild, `${seen(name || program)}${you ? ' (you)' : ''}`);
-  setText(item.lastChild, [role, name ? program : '', `for ${inWords(seconds)}`].filter(Boolean).join(', '));
+  setText(item.lastChild, [role, name ? seen(program) : '', `for ${inWords(seconds)}`].filter(Boolean).join(', '));
   return item;
 }
 

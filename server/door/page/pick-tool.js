@@ -20,6 +20,9 @@ export class PickTool {
     this.#around = around;
     this.#show = element('button', { type: 'button', text: 'Show in Scene', hidden: true,
                                      onclick: () => around.showInScene(this.found.node) });
+    around.connection.addEventListener('lost', () => {
+      if (this.found) this.#tell(null, '');
+    });
     this.node = element('div', { class: 'found' }, this.#label, this.#facts, this.#show);
   }
 
@@ -44,9 +47,9 @@ export class PickTool {
       say(error.message);
     }
   }
-  #tell(found) {
+  #tell(found, none = 'Nothing stands there.') {
     this.found = found;
-    setText(this.#label, found ? found.label : 'Nothing stands there.');
+    setText(this.#label, found ? found.label : none);
     const distance = found && lengthText(found.distance, this.#around.aiming.plan);
     setText(this.#facts, found ? `#${found.node} · ${distance} from the eye · at ${pointText(found.point)}` : '');
     this.#show.hidden = !found;

@@ -85,6 +85,7 @@ export class SceneView {
     connection.addEventListener('open', () => this.#onOpen());
     connection.addEventListener('lost', () => {
       this.#isLoaded = false;
+      this.#object.doubt();
     });
     status.addEventListener('status', ({ detail }) => this.#onStatus(detail));
   }
@@ -101,19 +102,21 @@ export class SceneView {
       panel.append(element('section', { role: 'tabpanel', id: shown, 'aria-labelledby': tab, hidden: true },
                            ...nodes[name]));
     }
-    this.#showPart = startTabs(tabs, (name) => {
-      this.#shownPart = name.slice('scene-'.length);
-      this.#tellParts();
-    }, false);
     const refresh = paced(() => this.#quietly(() => this.#object.refresh()));
     const sayNext = paced(() => this.#quietly(() => this.#sayNext()));
     const refreshTree = paced(() => this.#quietly(() => this.#tree.refresh()), kTreeRest);
-    this.#watch.addEventListener('change', () => {
+    const refreshAll = () => {
       if (!this.#isLoaded || this.#shownPart !== 'tree') return;
       refresh();
       sayNext();
       refreshTree();
-    });
+    };
+    this.#watch.addEventListener('change', refreshAll);
+    this.#showPart = startTabs(tabs, (name) => {
+      this.#shownPart = name.slice('scene-'.length);
+      this.#tellParts();
+      refreshAll();  // what has changed meanwhile
+    }, false);
   }
   #tellParts() {
     for (const [name, part] of Object.entries(this.#parts))
@@ -152,6 +155,7 @@ export class SceneView {
     this.#tellParts();
     await this.#quietly(() => this.#tree.load());
     await this.#quietly(() => this.#object.refresh());
+    if (!this.#object.id) this.#tree.select(0);
     await this.#quietly(() => this.#sayNext());
   }
 

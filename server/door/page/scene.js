@@ -1,5 +1,5 @@
 // What the scene holds, asked in pages; and edits of it.
-import { seen } from './elements.js';
+import { seen, straight } from './elements.js';
 
 /**
  * @typedef {{id: number, name: string, children: number, coreType: string}} TreeNode
@@ -174,7 +174,7 @@ export class Scene {
     const paths = await this.#pathsOfCores([undo, redo].flatMap(({ what, objects }) => (
       objects.filter((id) => what.includes(`#${id} `)))));
     for (const step of [undo, redo])
-      step.what = step.what.replace(/#(\d+) \w+/g, (said, id) => paths.get(Number(id)) ?? said);
+      step.what = straight(step.what).replace(/#(\d+) \w+/g, (said, id) => paths.get(Number(id)) ?? said);
     return { undo, redo };
   }
   /** Of cores the nodes' paths, as far as a page of the tree has them. */
