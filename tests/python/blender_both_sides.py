@@ -131,7 +131,7 @@ class AtOnce(OnAWall):
         self.wall.redo()
         self.wall.undo()
         pumps()
-        self.assertEqual((list(self.stage.objects), len(link.notes)), ([self.thing], 1))
+        self.assertEqual((list(self.stage.objects), list(link.notes)), ([self.thing], [("root",)]))
         self.wall.redo()
         until("it is back", lambda: not link.root_lost)
         settle()

@@ -556,7 +556,7 @@ class Link:
             return
         placed, self._placed = self._placed, {}
         for subject, (parent, sequence) in placed.items():
-            if subject.key in self.objects and sequence > subject.hung_at:
+            if subject.key in self.objects and sequence > subject.hung_at and not self.root_lost:
                 self._hang_as_there(subject, parent)
 
     def _hang_as_there(self, subject, parent):
