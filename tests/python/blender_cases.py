@@ -25,7 +25,7 @@ def principled(name, colour=(0.8, 0.8, 0.8, 1), **inputs):
 
 def turned(node):
     """What a Transform does, 4 × 4."""
-    w, x, y, z = node.rotation
+    w, x, y, z = np.array(node.rotation) / np.linalg.norm(node.rotation)
     matrix = np.eye(4)
     matrix[:3, :3] = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],

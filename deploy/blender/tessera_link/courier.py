@@ -352,9 +352,9 @@ class Courier:
                 word = bool(word) if isinstance(mirror.here[column.field.name], bool) else word
                 with self._lock:
                     self._news[mirror, column.field.name] = (change.sequence, word)
-        for at in self._ours(change.destroyed):
-            number = int(change.destroyed[at])
-            self._events.append(("gone", self.watched[number], number))
+        gone = [(self.watched[number], number) for number in (int(change.destroyed[at]) for at in self._ours(change.destroyed))]
+        if gone:
+            self._events.append(("gone", gone))
 
 
 _LIGHTS = ("PointLight", "SpotLight", "DirectionalLight")

@@ -139,8 +139,6 @@ class Link:
             self._still, self._epoch, self.rescan = False, 0, True
             self.courier.again("the collection is here again")  # nobody has listened meanwhile
             return
-        if any(event[0] == "gone" and event[1] is self.root for event in events):
-            self._lost_root()  # with it all go: that is no word about each of them
         if self._again_at is not None and time.monotonic() > self._again_at and self._under_way is None:
             self._again_at = None
             self.courier.again("another Blender shows the same objects")
@@ -488,9 +486,15 @@ class Link:
             subject.forget()  # it came back here meanwhile, and is made anew
             self.dirty(subject)
 
-    def _on_gone(self, mirror, number):
-        if mirror.number != number:
-            return
+    def _on_gone(self, gone):
+        """At once; with the root all go: that is no word about each of them."""
+        if any(mirror is self.root and mirror.number == number for mirror, number in gone):
+            self._lost_root()
+        for mirror, number in gone:
+            if mirror.number == number:
+                self._is_gone(mirror)
+
+    def _is_gone(self, mirror):
         if self._under_way is not None and mirror in self._under_way.removed:
             self._under_way.removed.remove(mirror)
             return self._removed_by_us(mirror)
@@ -552,7 +556,7 @@ class Link:
             return
         placed, self._placed = self._placed, {}
         for subject, (parent, sequence) in placed.items():
-            if subject.key in self.objects and sequence > subject.hung_at:
+            if subject.key in self.objects and sequence > subject.hung_at and not self.root_lost:
                 self._hang_as_there(subject, parent)
 
     def _hang_as_there(self, subject, parent):

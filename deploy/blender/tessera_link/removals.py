@@ -35,13 +35,16 @@ def put_back(link, subject):
 
 
 def make_again(link, subject):
-    """It was deleted here, and its removal has been taken back at the wall."""
-    data = link.contents.remains_of(subject)
-    if data is None and subject.remains[1]:
-        link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
-    thing = bpy.data.objects.new(subject.name, data)
+    """It was deleted here, or put into no collection of ours, and its removal has been taken back at the wall."""
+    thing = subject.get()
+    if thing is None:
+        data = link.contents.remains_of(subject)
+        if data is None and subject.remains[1]:
+            link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
+        thing = bpy.data.objects.new(subject.name, data)
     thing[PROPERTY] = {"key": subject.key}
-    link.collection.objects.link(thing)
+    if not {link.collection, *link.collection.children_recursive}.intersection(thing.users_collection):
+        link.collection.objects.link(thing)
     subject.known_as = known_as(thing)
     parent = subject.parent.get() if subject.parent and subject.parent.key in link.objects else None
     if parent is not None:

@@ -73,9 +73,23 @@ def without_noise(now, here, most):
     return found
 
 
+def is_held(wanted, now):
+    """Blender's numbers are floats, and their squares, too: what is larger is infinite, and sizes that are smaller are none."""
+    sizes = all(a or not b for a, b in zip(now.get("scale", ()), wanted["scale"]))
+    return sizes and all(math.isfinite(part) for value in now.values() for part in value)
+
+
+def together(news, now, core):
+    """Turn and sizes, if one of them is news and they are not the wall's, number by number, as those of what is mirrored."""
+    pair = ("rotation", "scale")
+    apart = any(abs(a - b) > SHEAR * max(1.0, abs(b)) for name in pair if name in core.here and name in core.there
+                for a, b in zip(core.here[name], core.there[name]))
+    return {name: now[name] for name in pair} if apart and any(name in news for name in pair) else {}
+
+
 def write(thing, parent, fields):
     """Puts it where a Transform of these fields stands. Blender makes no step of undo of it."""
-    matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]), Vector(fields["scale"]))
+    matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]).normalized(), Vector(fields["scale"]))
     if _by_itself(thing, parent):
         thing.matrix_basis = thing.matrix_parent_inverse.inverted_safe() @ matrix if parent else matrix
         return

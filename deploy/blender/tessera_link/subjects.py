@@ -226,6 +226,7 @@ class ObjectSubject(Subject):
         self.remains = ("", None)  # once it is deleted here: what it showed
         self.own = ()  # where it was put here
         self.overridden = ()  # where it was when others put it elsewhere
+        self.passed = ()  # fields that others changed while they were being changed here
 
     def get(self):
         try:
@@ -252,7 +253,7 @@ class ObjectSubject(Subject):
         for mirror in (self.node, self.core, self.mark):
             mirror.forget()
         self.parts, self.hung, self.hung_at, self.was = [], None, 0, ""
-        self.own = self.overridden = ()
+        self.own = self.overridden = self.passed = ()
 
     def now(self, link, thing):
         fields, sheared = stand.read(thing, self.parent_thing())
@@ -261,7 +262,7 @@ class ObjectSubject(Subject):
 
     def collect(self, link, batch):
         thing = self.get()
-        if thing is None:
+        if thing is None or link.objects.get(self.key) is not self:  # it was removed meanwhile
             return
         if self.parent is not None and not self.parent.node.exists:
             return self._wait(link)
@@ -270,13 +271,17 @@ class ObjectSubject(Subject):
         if self.node.asked:
             return None
         now = self.now(link, thing)
+        if self.passed:  # Blender may have gone back since, as undo does
+            self.put(link, {name: self.core.there[name] for name in self.passed if now[name] == self.core.here.get(name)})
+            self.passed, now = (), self.now(link, thing)
         news = self.core.news(now)
         if news and link.undone and self._is_of_others(now):
             self.put(link, dict(self.core.there))
             news = self.core.news(self.now(link, thing))
         if news:
             self.own = _remembered(self.own, now)
-            batch.set(self.core, news)
+            link.note(("held", self.key), "")
+            batch.set(self.core, {**stand.together(news, now, self.core), **news})
         batch.set(self.node, self.node.news({"name": self.name}))
         if self.hung is not self.parent:
             batch.hang(self, self.parent.node if self.parent else link.root, self.hung)
@@ -333,11 +338,21 @@ class ObjectSubject(Subject):
 
     def put(self, link, fields):
         thing = self.get()
-        if thing is not None and fields:
-            now = stand.read(thing, self.parent_thing())[0]
-            stand.write(thing, self.parent_thing(), {**now, **fields})
-            now = stand.read(thing, self.parent_thing())[0]
-            self.core.in_step({name: now[name] for name in fields}, fields)
+        if thing is None or not fields:
+            return
+        here, there, parent = self.core.here, self.core.there, self.parent_thing()
+        before = self.now(link, thing)
+        in_step = [name for name in before if name in fields or before[name] == here.get(name)]
+        # A mirrored one is another turn and other sizes here than there: together they are the same.
+        wanted = {**before, **{name: there[name] for name in in_step if name in there}, **fields}
+        stand.write(thing, parent, wanted)
+        now = stand.read(thing, parent)[0]
+        held = stand.is_held(wanted, {name: now[name] for name in in_step})
+        link.note(("held", self.key), "" if held else f"{self.name} stands at the wall where Blender has no numbers for it")
+        if not held:
+            stand.write(thing, parent, before)
+            now = stand.read(thing, parent)[0]
+        self.core.in_step({name: now[name] for name in in_step}, fields)
 
     def take(self, link, mirror, name, value):
         thing = self.get()
@@ -350,9 +365,17 @@ class ObjectSubject(Subject):
                 thing.name = value
                 link.renamed(self, thing)
                 self.node.in_step({"name": thing.name}, {"name": value})
+            elif thing.library is None:  # called otherwise here, too: Blender's counts
+                self.node.here.pop("name", None)
+                link.dirty(self)
             return
         now = self.now(link, thing)
-        if mirror is not self.core or now[name] != self.core.here.get(name):
+        if mirror is not self.core:
+            return
+        if now[name] != self.core.here.get(name):  # changed here, too, which Blender does not tell of what is hidden
+            self.core.there[name] = value
+            self.passed = (*self.passed, name)
+            link.dirty(self)
             return
         self.overridden = _remembered(self.overridden, now)
         self.put(link, {name: value})
@@ -382,11 +405,12 @@ class ObjectSubject(Subject):
         link.grown += 1
         thing = self.get()
         now = self.now(link, thing)
-        if not self.core.here and self.kept:
+        unknown = not self.core.here and not self.core.there  # else all of it was under way
+        if unknown and self.kept:
             self.core.here, self.core.there = dict(self.kept["here"]), dict(self.kept["there"])
             self.node.here, self.node.there = {"name": self.kept["name"]}, {"name": self.kept["name"]}
-        elif not self.core.here:
-            self.core.here, self.node.here = dict(now), {"name": self.name}
+        elif unknown:  # here: as it was made there, if it was
+            self.core.here, self.node.here = dict(zip(stand.FIELDS, self.own[-1])) if self.own else dict(now), {"name": self.name}
         self.own = _remembered(self.own, {**now, **self.core.here})
         self.hung, self.hung_at = link.at(found.parent), 0
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
