@@ -169,7 +169,7 @@ class MeshSubject(Subject):
         return self.found.setdefault(number, (Mirror(kind, self), material))[0]
 
     def collect(self, link, batch):
-        user = next(iter(self.users), None)
+        user = next((each for each in self.users if link.objects.get(each.key) is each), None)  # not of what was removed there
         thing = user.get() if user is not None else None
         if thing is None:
             return
