@@ -276,7 +276,6 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->check(numberFault);
     app.require_subcommand(1);
     app.fallthrough();  // the server may be named behind the verb as well
-    app.fallthrough(false);
 
     const CLI::App* status = app.add_subcommand("status", "Frame, hosts, size of the scene");
 

@@ -34,7 +34,7 @@ std::string verbFault(const CLI::App& app, const std::vector<std::string>& words
     std::string first = "say what to do. First of all:\n";
     for (const char* verb : {"status", "link", "tree", "load", "snapshot"})
         first += fmt::format("  tessera-ctl {:<10}  {}\n", verb, app.get_subcommand(verb)->get_description());
-    return first + "tessera-ctl --help lists all verbs, tessera-ctl VERB --help says more of each";
+    return first + "see tessera-ctl --help for all verbs, tessera-ctl VERB --help for each";
 }
 
 }  // namespace tessera
