@@ -14,7 +14,7 @@ A server and four hosts that draw 960×540 together, on this machine; the view m
          states hears of it, and until the page in chromium shows it (limit 250 ms)
   upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in crowd
   reload a file of 100,000 nodes that share a mesh is replaced whenever it has been taken in, 500 nodes of it changed, while a person moves
-         another one in each frame: late frames as in crowd, and from the rename until a socket hears of the change
+         another one in each frame; hosts draw nothing: late frames as in crowd, and from the rename until a socket hears of the change
   input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
          fast as it can, beside the time that two frames take; the same from a field of the page in chromium ("page")
 Browsers, tablets, sockets and what is brought give way (nice 19): they would run on other machines.
@@ -442,6 +442,9 @@ def main():
     rows = []
     with run_folder() as folder:
         for name in said.rows.split(","):
+            if name == "reload":
+                rows += console_reload.rows(said.seconds)
+                continue
             given = [] if name == "input" else ["--rate", "60"]
             if name == "tablets":
                 (folder / "hall.panel").write_text(PANEL)

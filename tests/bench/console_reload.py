@@ -61,7 +61,7 @@ def rows(seconds):
         for shift, turn in enumerate(turns):
             turn.write_text("".join(scene(shift)))
         os.link(turns[0], file)
-        with Live(wall="2x2", surface="osmesa", size="960x540", scene=file, options=["--rate", "60", "--reload"]) as live:
+        with Live(wall="2x2", surface="none", size="960x540", scene=file, options=["--rate", "60", "--reload"]) as live:
             replaced = []
 
             def replace():
