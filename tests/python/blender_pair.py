@@ -41,6 +41,8 @@ def come(folder, path, address, name):
     blender_side.install_again()
     stage = bpy.data.collections["Stage"]
     until("both begin", lambda: there("begin"))
+    if name == "b":  # one after the other: of two that link the same file for the first time at once, one may miss the other's edits
+        until("the other one is linked", lambda: there("a.linked"))
     start(stage, address)
     say("linked")
     until("both are linked", lambda: there("a.linked") and there("b.linked"))

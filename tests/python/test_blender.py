@@ -22,12 +22,6 @@ class Blender(InBlender):
     def test_undo_is_kept_apart(self):
         self.within("blender_cases", "Undo")
 
-    def test_what_comes_at_the_wrong_moment(self):
-        self.within("blender_awkward")
-
-    def test_what_both_sides_change_at_once(self):
-        self.within("blender_both_sides")
-
     def test_who_is_not_let_in(self):
         self.within("blender_cases", "NotLetIn")
 

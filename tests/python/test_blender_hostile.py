@@ -1,0 +1,16 @@
+"""The add-on for Blender at the wrong moment, and where both sides change the same; what is claimed stands in the files named here."""
+import unittest
+
+from blender_process import InBlender
+
+
+class BlenderHostile(InBlender):
+    def test_what_comes_at_the_wrong_moment(self):
+        self.within("blender_awkward")
+
+    def test_what_both_sides_change_at_once(self):
+        self.within("blender_both_sides")
+
+
+if __name__ == "__main__":
+    unittest.main()
