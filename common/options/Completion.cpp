@@ -4,6 +4,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
 namespace tessera {

@@ -114,19 +114,23 @@ class OnAPicture(page_wall.OnAPage):
     def said(self):
         return self.browser.text(".tool-side")
 
+    @classmethod
+    def show_yard(cls, more=""):
+        """With a box that has a handle, and what is said."""
+        yard = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())) / "yard.tsct"
+        yard.write_text(YARD.read_text() + more +
+                        'node { name: "box" transform { translation { x: -4.2 y: 1 z: 0 } } box { size { x: 0.5 y: 0.5 z: 0.5 } } }\n'
+                        'node { name: "gizmo" transform { translation { x: -4.2 y: 1 z: 0 } } manipulator { target: "box" } }\n')
+        cls.options = {"surface": "none", "size": "960x540", "scene": yard}
+
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
 class Picture(OnAPicture):
     @classmethod
     def setUpClass(cls):
-        folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        yard = folder / "yard.tsct"
-        yard.write_text(YARD.read_text() +
-                        'node { name: "box" transform { translation { x: -4.2 y: 1 z: 0 } } box { size { x: 0.5 y: 0.5 z: 0.5 } } }\n'
-                        'node { name: "turned" transform { translation { x: -3.5 y: 2.2 z: -1 } rotation { axis { z: 1 } angle_deg: 90 } scale { x: 2 y: 2 z: 2 } }\n'
-                        '  node { name: "inner" transform { translation { x: 0.1 } } box { size { x: 0.4 y: 0.4 z: 0.4 } } } }\n'
-                        'node { name: "gizmo" transform { translation { x: -4.2 y: 1 z: 0 } } manipulator { target: "box" } }\n')
-        cls.options = {"surface": "none", "size": "960x540", "scene": yard}
+        cls.show_yard(
+            'node { name: "turned" transform { translation { x: -3.5 y: 2.2 z: -1 } rotation { axis { z: 1 } angle_deg: 90 } scale { x: 2 y: 2 z: 2 } }\n'
+            '  node { name: "inner" transform { translation { x: 0.1 } } box { size { x: 0.4 y: 0.4 z: 0.4 } } } }\n')
         super().setUpClass()
 
     def setUp(self):

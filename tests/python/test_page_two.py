@@ -1,13 +1,10 @@
 """Two people on the console's page, each in a browser of their own: one thing that both drag, a handle, undo in the middle, who leaves."""
 import contextlib
 import math
-import pathlib
-import tempfile
 import unittest
 
 import page_browser
 import test_page_picture as picture
-from live import YARD
 
 BODY = (-2, 0.5, 0.5)  # the front of the carriage
 
@@ -16,12 +13,7 @@ BODY = (-2, 0.5, 0.5)  # the front of the carriage
 class PageTwo(picture.OnAPicture):
     @classmethod
     def setUpClass(cls):
-        folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        yard = folder / "yard.tsct"
-        yard.write_text(YARD.read_text() +
-                        'node { name: "box" transform { translation { x: -4.2 y: 1 z: 0 } } box { size { x: 0.5 y: 0.5 z: 0.5 } } }\n'
-                        'node { name: "gizmo" transform { translation { x: -4.2 y: 1 z: 0 } } manipulator { target: "box" } }\n')
-        cls.options = {"surface": "none", "size": "960x540", "scene": yard}
+        cls.show_yard()
         super().setUpClass()
         cls.ada, cls.ben = cls.browser, cls.enterClassContext(page_browser.Browser())
 
