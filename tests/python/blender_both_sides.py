@@ -113,6 +113,54 @@ class AtOnce(OnAWall):
             node.name = "box"
             until("it is called so again", lambda: self.thing.name == "box")
 
+    def test_the_wall_goes_back_before_what_was_deleted_with_it_has_gone(self):
+        """Removals are granted after the changes that were sent with them, and others may come between."""
+        mother, other = (add(self.stage, name, box(name)) for name in ("mother", "other"))
+        link = self.link()
+        removals = link.courier._one_of_many
+
+        def after_undo(wall, batch):
+            if batch.removed:
+                self.wall.undo()
+            return removals(wall, batch)
+
+        link.courier._one_of_many = after_undo
+        self.thing.location.x, self.thing.name, self.thing.parent = 5, "here", mother
+        bpy.data.objects.remove(other)
+        settle()
+        self.assertEqual([node.name for node in self.wall.find("/Stage/*", type="Transform")], ["box", "mother"])
+        until("it is as it was, as at the wall", lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
+        settle()
+        self.assertEqual((self.node("box").translation[0], link.notes), (0, {}))
+
+    def test_what_hangs_below_a_node_of_others(self):
+        mother = add(self.stage, "mother", box("mother"))
+        link = self.link()
+        said = "box hangs below another node at the wall than here"
+
+        def to_others():
+            self.wall.create("/Stage/others")
+            (node,) = self.wall.find("/Stage/**/box", type="Transform")
+            with self.wall.edit() as edit:
+                edit.place(node, self.node("others"))
+
+        to_others()
+        until("that is said", lambda: said in link.notes.values())
+        pumps()  # the next link hears of it no more: it finds it
+        pump.stop()
+        link = self.link()
+        self.assertIn(said, link.notes.values())
+        self.thing.parent = mother
+        settle()
+        self.assertIn("/Stage/mother/box", self.wall)
+        self.assertNotIn(said, link.notes.values())
+        self.node("others").remove()
+        to_others()
+        until("that is said", lambda: said in link.notes.values())
+        bpy.data.objects.remove(self.thing)
+        settle()
+        self.assertNotIn(said, link.notes.values())
+
     def test_what_was_only_put_into_no_collection_comes_back(self):
         self.link()
         for _ in range(2):

@@ -174,15 +174,15 @@ class Courier:
                 told = self._commit(wall, batch) if batch.steps else None
             if batch.begins is not None:
                 self._yield_to_the_first(wall, batch)
-            sequence = told.sequence if told is not None else 0
             for node in self._one_of_many(wall, batch):
-                sequence = node.remove().sequence
+                node.remove()
         except self._tessera.NetworkError:
             raise
         except Exception as error:  # whatever is wrong with it: the link goes on
             kind = "" if isinstance(error, self._tessera.TesseraError) else f"{type(error).__name__}: "
             self._events.append(("refused", batch, f"{kind}{error}"))
         else:
+            sequence = told.sequence if told is not None else 0  # others may have changed the same before the removals
             self._events.append(("done", batch, sequence, set(told.stopped.tolist()) if told is not None else ()))
 
     def _one_of_many(self, wall, batch):

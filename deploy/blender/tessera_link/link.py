@@ -289,6 +289,7 @@ class Link:
         """Here; what it showed may be needed again."""
         self.contents.without(subject.content, subject)
         self.deleted_here[subject.key] = subject
+        self.note(("hung", subject.key), "")
         self.clean(subject)
         if subject.node.exists:
             self.removals.append(subject)
@@ -428,6 +429,7 @@ class Link:
                 self.refused.pop(subject, None)
             for subject in batch.hung:
                 subject.hung_at = sequence
+                self.note(("hung", subject.key), "")
             for mirror in batch.removed:
                 self._removed_by_us(mirror)
 
@@ -509,6 +511,7 @@ class Link:
         """By others, at the wall."""
         del self.objects[subject.key]
         self.removed_there[subject.key] = subject
+        self.note(("hung", subject.key), "")
         self.clean(subject)
         thing = subject.get()
         if thing is not None:
@@ -559,14 +562,15 @@ class Link:
             if subject.key in self.objects and sequence > subject.hung_at and not self.root_lost:
                 self._hang_as_there(subject, parent)
 
+    def hangs_below_others(self, subject, parent):
+        """At the wall, below a node that is none of ours: here it stays where it is, and that is said."""
+        others = self.at(parent) is None and parent != self.root.number
+        self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here" if others else "")
+        return others
+
     def _hang_as_there(self, subject, parent):
         above = self.at(parent)
-        if above is not None or parent == self.root.number:
-            self.note(("hung", subject.key), "")
-        if above is subject.hung and (above is not None or parent == self.root.number):
-            return
-        if above is None and parent != self.root.number:
-            self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here")
+        if self.hangs_below_others(subject, parent) or above is subject.hung:
             return
         thing = subject.get()
         if thing is None:

@@ -413,6 +413,7 @@ class ObjectSubject(Subject):
             self.core.here, self.node.here = dict(zip(stand.FIELDS, self.own[-1])) if self.own else dict(now), {"name": self.name}
         self.own = _remembered(self.own, {**now, **self.core.here})
         self.hung, self.hung_at = link.at(found.parent), 0
+        link.hangs_below_others(self, found.parent)
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
         self.put(link, {name: value for name, value in there.items() if now[name] == self.core.here.get(name)})
