@@ -11,6 +11,7 @@ from blender_side import add, box, only, settle, start, until
 from live import Live, run_folder
 
 from tessera_link import pump
+from tessera_link.mirror import Mirror
 
 
 class Numbers(OnAWall):
@@ -215,3 +216,23 @@ class Crash(unittest.TestCase):
             settle()
             with live.connect() as wall:
                 self.assertEqual((wall["/Stage/box"].translation, wall["/Stage/box"].scale, thing.location.x), ((1, 2, 3), (2, 2, 2), 1))
+
+    def test_the_removal_of_what_is_there_twice_was_under_way(self):
+        with run_folder(), Live(surface="none", journal=True) as live:
+            stage = only()
+            add(stage, "box", box("a"))
+            link = start(stage, live.address)
+            with live.connect() as wall:
+                twin = Mirror("Node")
+                twin.number = wall["/Stage/box"].clone("twin").id
+            os.kill(live.server.pid, signal.SIGSTOP)
+            link.superfluous.append(twin)
+            batches = link.counts["batches"]
+            until("it is under way", lambda: link.counts["batches"] > batches)
+            live.kill_server()
+            until("that is said", lambda: link.courier.state == "reconnecting")
+            live.start_server()
+            until("linked again", lambda: link.courier.state == "linked")
+            settle()
+            with live.connect() as wall:
+                self.assertEqual([node.name for node in wall.find("/Stage/*", type="Transform")], ["box"])

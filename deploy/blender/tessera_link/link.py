@@ -404,6 +404,12 @@ class Link:
 
     def _on_state(self, state, message):
         if state != "linked":
+            self._lose()
+
+    def _lose(self):
+        """What is under way: it may be granted or not, and what is found tells."""
+        if self._under_way is not None:
+            self.superfluous += [node for node in self._under_way.removed if node.owner is None]
             self._under_way = None
 
     def _on_note(self, key, text):
@@ -413,7 +419,8 @@ class Link:
         self._epoch, self.plan = found.epoch, found.plan
         if found.root or not found.same:
             self._found_root()
-        self._under_way, self._news, self._placed, self._taking_up = None, {}, {}, take_up(self, found)
+        self._lose()
+        self._news, self._placed, self._taking_up = {}, {}, take_up(self, found)
 
     def _on_done(self, batch, sequence, stopped):
         if batch is self._under_way:

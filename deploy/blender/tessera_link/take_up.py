@@ -24,6 +24,7 @@ def take_up(link, found):
         link.root_core.in_step(found.root_stand, found.root_stand)
     _by_names(link, found)
     yield
+    link.superfluous = [node for node in link.superfluous if found.same and node.number in found.twice]
     numbers = sorted(link.objects.items(), key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
     for key, subject in numbers:
         if key in found.objects:
