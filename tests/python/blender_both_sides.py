@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from blender_awkward import pumps
 from blender_cases import OnAWall, turned
-from blender_side import add, box, only, settle, start, until
+from blender_side import PERIOD, add, box, only, settle, start, until
 from live import Live, run_folder
 
 from tessera_link import pump
@@ -133,6 +133,29 @@ class AtOnce(OnAWall):
         until("it is as it was, as at the wall", lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
         settle()
         self.assertEqual((self.node("box").translation[0], link.notes), (0, {}))
+
+    def test_what_was_changed_at_the_wall_before_its_removal_was_granted(self):
+        """What comes back at the wall is as it was when it went, and fields that are as in a new one are not told of."""
+        self.thing.rotation_euler.z = 1
+        link = self.link()
+        removals = link.courier._one_of_many
+
+        def after_turn(wall, batch):
+            if batch.removed:
+                taken = link.counts["taken"]
+                self.node("box").rotation = (1, 0, 0, 0)
+                while link.counts["taken"] == taken and not link.courier._closing.wait(PERIOD):
+                    pass
+            return removals(wall, batch)
+
+        link.courier._one_of_many = after_turn
+        bpy.data.objects.remove(self.thing)
+        settle()
+        self.wall.undo()
+        until("it is back", lambda: len(self.stage.objects) == 1)
+        settle()
+        (thing,) = self.stage.objects
+        self.assertEqual((tuple(self.node("box").rotation), thing.rotation_euler.z), ((1, 0, 0, 0), 0))
 
     def test_what_hangs_below_a_node_of_others(self):
         mother = add(self.stage, "mother", box("mother"))

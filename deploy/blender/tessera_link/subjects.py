@@ -356,7 +356,9 @@ class ObjectSubject(Subject):
 
     def take(self, link, mirror, name, value):
         thing = self.get()
-        if thing is None:
+        if thing is None:  # deleted here, which may be taken back on either side
+            if mirror is self.core:
+                self._pass(name, value)
             return
         if thing.library is not None:
             link.note(("library", self.key), f"{self.name} is of {thing.library.name}: what is changed at the wall is not saved here")
@@ -373,12 +375,16 @@ class ObjectSubject(Subject):
         if mirror is not self.core:
             return
         if now[name] != self.core.here.get(name):  # changed here, too, which Blender does not tell of what is hidden
-            self.core.there[name] = value
-            self.passed = (*self.passed, name)
+            self._pass(name, value)
             link.dirty(self)
             return
         self.overridden = _remembered(self.overridden, now)
         self.put(link, {name: value})
+
+    def _pass(self, name, value):
+        """Changed at the wall, and not to be changed here now."""
+        self.core.there[name] = value
+        self.passed = (*(each for each in self.passed if each != name), name)
 
     def granted(self, link, held):
         """`held`: where the wall kept it, if it did. How far it came is told as any change is."""
