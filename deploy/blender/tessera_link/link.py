@@ -293,7 +293,7 @@ class Link:
         """Here; what it showed may be needed again."""
         self.contents.without(subject.content, subject)
         self.deleted_here[subject.key] = subject
-        self.note(("hung", subject.key), "")
+        self.note(("others'", subject.key), "")
         self.clean(subject)
         if subject.node.exists:
             self.removals.append(subject)
@@ -440,7 +440,7 @@ class Link:
                 self.refused.pop(subject, None)
             for subject in batch.hung:
                 subject.hung_at = sequence
-                self.note(("hung", subject.key), "")
+                self.note(("others'", subject.key), "")
             for mirror in batch.removed:
                 self._removed_by_us(mirror)
 
@@ -522,7 +522,7 @@ class Link:
         """By others, at the wall."""
         del self.objects[subject.key]
         self.removed_there[subject.key] = subject
-        self.note(("hung", subject.key), "")
+        self.note(("others'", subject.key), "")
         self.clean(subject)
         thing = subject.get()
         if thing is not None:
@@ -576,12 +576,14 @@ class Link:
     def hangs_below_others(self, subject, parent):
         """At the wall, below a node that is none of ours: here it stays where it is, and that is said."""
         others = self.at(parent) is None and parent != self.root.number
-        self.note(("hung", subject.key), f"{subject.name} hangs below another node at the wall than here" if others else "")
+        self.note(("others'", subject.key), f"{subject.name} hangs below another node at the wall than here" if others else "")
         return others
 
     def _hang_as_there(self, subject, parent):
         above = self.at(parent)
-        if self.hangs_below_others(subject, parent) or above is subject.hung:
+        others = self.hangs_below_others(subject, parent)
+        self.note(("hung", subject.key), "")
+        if others or above is subject.hung:
             return
         thing = subject.get()
         if thing is None:
