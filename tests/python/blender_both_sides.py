@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from blender_awkward import pumps
 from blender_cases import OnAWall, turned
-from blender_side import PERIOD, add, box, only, settle, start, until, update
+from blender_side import PERIOD, add, box, only, settle, start, until
 from live import Live, run_folder
 
 from tessera_link import pump
@@ -156,25 +156,6 @@ class AtOnce(OnAWall):
         settle()
         (thing,) = self.stage.objects
         self.assertEqual((tuple(self.node("box").rotation), thing.rotation_euler.z), ((1, 0, 0, 0), 0))
-
-    def test_blender_goes_back_over_what_came_back_at_the_wall(self):
-        """Blender's undo knows nothing of an object that a program made, unless that is a step of its own: it loses it, or crashes."""
-        other = add(self.stage, "other", box("b"))
-        self.link()
-        bpy.data.objects.remove(self.thing)
-        for at in range(2):
-            other.location.x = at
-            update()
-            bpy.ops.ed.undo_push(message=f"{at}")
-            settle()
-        while len(self.marks()) < 2:
-            self.wall.undo()
-        until("it is back", lambda: len(self.stage.objects) == 2)
-        settle()
-        for step, count in ((bpy.ops.ed.undo, 1), (bpy.ops.ed.redo, 2)):
-            step()
-            settle()
-            self.assertEqual((len(bpy.data.collections["Stage"].objects), len(self.marks())), (count, count))
 
     def test_what_hangs_below_a_node_of_others(self):
         mother = add(self.stage, "mother", box("mother"))

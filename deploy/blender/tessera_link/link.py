@@ -8,7 +8,7 @@ from . import stand
 from .contents import Contents
 from .courier import ROOT_MARK, Courier
 from .mirror import Batch, Mirror
-from .removals import make_again, put_back, step_of_undo, take_out
+from .removals import make_again, put_back, take_out
 from .take_up import take_up
 from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_of, known_as, new_key
 from .whole import Whole
@@ -52,7 +52,6 @@ class Link:
         self._camera = None
         self.camera_leads, self.units_per_metre = False, 1.0
         self.grown = 0  # objects, since Python was told to leave them alone
-        self.made_again = False  # objects, since Blender's last step of undo
         self._still = False  # the collection was removed
         self.token = 0  # changes with each operator that Blender finishes
 
@@ -125,9 +124,6 @@ class Link:
     def pump(self, budget=BUDGET):
         begun = time.perf_counter()
         self._go(begun + budget)
-        if self.made_again:
-            self.made_again = False
-            step_of_undo()
         if self.grown >= _GROWN:  # Python looks through all of them again and again, and holds Blender for that time
             gc.freeze()
             self.grown = 0

@@ -42,7 +42,6 @@ def make_again(link, subject):
         if data is None and subject.remains[1]:
             link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
         thing = bpy.data.objects.new(subject.name, data)
-        link.made_again = True
     thing[PROPERTY] = {"key": subject.key}
     if not {link.collection, *link.collection.children_recursive}.intersection(thing.users_collection):
         link.collection.objects.link(thing)
@@ -52,11 +51,6 @@ def make_again(link, subject):
         thing.parent = parent
     _linked_again(link, subject, thing)
     subject.put(link, subject.core.there)
-
-
-def step_of_undo():
-    """Blender's undo loses an object that a program made since its last step, or crashes over it."""
-    bpy.ops.ed.undo_push(message="Objects that came back at the wall")
 
 
 def _linked_again(link, subject, thing):
