@@ -7,16 +7,16 @@ import bpy
 from . import stand
 from .contents import Contents
 from .courier import ROOT_MARK, Courier
+from .gestures import Gestures
 from .mirror import Batch, Mirror
-from .removals import make_again, put_back, take_out
+from .removals import make_again, put_back, step_of_undo, take_out
 from .take_up import take_up
-from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_of, known_as, new_key
+from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_by_name, key_of, known_as, new_key
 from .whole import Whole
 
 BUDGET = 0.004  # s of Blender's thread, each time
 _MOST_CHANGES = 4000  # in one batch
 _MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
-_PAUSE = 1.0  # s without a change end a gesture
 _TAKEN_UP_AFTER = 0.5  # s without another node of ours that others made
 _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
@@ -45,15 +45,15 @@ class Link:
         self._dirty = {kind: {} for kind in _KINDS}
         self.removals, self.rescan, self._news, self._placed = [], True, {}, {}
         self._under_way, self._taking_up, self._scanning = None, None, None
+        self._looked = False  # through all that is linked, once
         self._fresh = {}  # that came, and of which nothing is known yet
         self._epoch = 0
-        self._gesture = self._gesture_of = self._gesture_token = None
-        self._gesture_at, self._gestures = 0.0, 0
+        self.gestures = Gestures()
         self._camera = None
         self.camera_leads, self.units_per_metre = False, 1.0
         self.grown = 0  # objects, since Python was told to leave them alone
+        self.wants_step = ""  # of Blender's undo, for what was made behind its last one
         self._still = False  # the collection was removed
-        self.token = 0  # changes with each operator that Blender finishes
 
     # ---- what Blender says
 
@@ -124,6 +124,9 @@ class Link:
     def pump(self, budget=BUDGET):
         begun = time.perf_counter()
         self._go(begun + budget)
+        if self.wants_step:
+            step_of_undo(self.wants_step)
+            self.wants_step = ""
         if self.grown >= _GROWN:  # Python looks through all of them again and again, and holds Blender for that time
             gc.freeze()
             self.grown = 0
@@ -202,15 +205,21 @@ class Link:
         """Objects come, go, hang elsewhere, have other names."""
         self.rescan = False
         self._whole.stands_alone()
-        groups = {}
+        groups, keyless = {}, []
         for at, thing in enumerate(self._whole.objects()):
             if at % SLICE == 0:
                 yield
             key = key_of(thing)
             known = self.by_name.get(known_as(thing)) if not key else None  # Blender's undo went back to before it was linked
             key = key or (known.key if known is not None else self.staying.get(known_as(thing)))
-            groups.setdefault(key or new_key(), []).append(thing)
-        yield
+            if key:
+                groups.setdefault(key, []).append(thing)
+            else:
+                keyless.append(thing)
+        for at, thing in enumerate(keyless):
+            if at % SLICE == 0:
+                yield
+            groups[self._key_for(thing, groups)] = [thing]
         present = {}
         for key, things in groups.items():
             subject = self.objects.get(key)
@@ -219,7 +228,7 @@ class Link:
             for thing in things:
                 known = self.by_name.get(known_as(thing)) if thing is not first else None
                 own = known is not None and known.key not in groups
-                present[key if thing is first else known.key if own else new_key()] = thing
+                present[key if thing is first else known.key if own else self._key_for(thing, groups)] = thing
         for at, key in enumerate([key for key in self.objects if key not in present]):
             if at % SLICE == 0:
                 yield
@@ -251,6 +260,12 @@ class Link:
             del self._fresh[subject]
             if at % SLICE == 0:
                 yield
+        self._looked = True
+
+    def _key_for(self, thing, taken):
+        """Of what the collection had when it was linked: the same in each Blender that has the same file open."""
+        key = "" if self._looked else key_by_name(self.key, thing)
+        return key if key and key not in taken and key not in self.objects else new_key()
 
     def _hang(self, subject, thing):
         """Below the nearest object above it that is linked."""
@@ -329,7 +344,7 @@ class Link:
         if not any(self._dirty.values()):
             self.undone = False
             self._remove(batch)
-        batch.gesture = self._gesture_for(frozenset(batch.subjects))
+        batch.gesture = self.gestures.name_for(frozenset(batch.subjects))
         if batch:
             self._under_way = batch
             self.counts["sent"] += batch.changes
@@ -371,22 +386,6 @@ class Link:
                 subject.due = time.perf_counter() * (1 + _MESH_SHARE) - _MESH_SHARE * now
         dirty.update(later)
         return looked_at
-
-    def _gesture_for(self, of):
-        """What changes in a row by one drag is one step of the wall's undo."""
-        now = time.perf_counter()
-        if not of:
-            if self._gesture_token != self.token:
-                self._gesture = None  # the operator is done
-            return ""
-        if self._gesture is None or of != self._gesture_of or now - self._gesture_at > _PAUSE:
-            self._gestures += 1
-            self._gesture, self._gesture_of, self._gesture_token = f"blender {self._gestures}", of, self.token
-        said = self._gesture
-        self._gesture_at = now
-        if self._gesture_token != self.token:
-            self._gesture = None  # this was its last
-        return said
 
     def _lead(self):
         """The wall's view follows the scene's camera."""
@@ -587,6 +586,7 @@ class Link:
         wanted = above.get() if above is not None else None
         thing.parent = wanted
         subject.hung = above
+        self.wants_step = "Objects that were hung elsewhere at the wall"
         if thing.parent != wanted:  # here it stands above that one
             self.note(("hung", subject.key), f"{subject.name} cannot hang below {above.name}, which hangs below it here")
             return

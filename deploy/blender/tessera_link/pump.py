@@ -44,7 +44,7 @@ def pump():
     """Once; the link, or None."""
     if link is not None:
         operators = bpy.context.window_manager.operators
-        link.token = (len(operators), operators[-1].as_pointer()) if len(operators) else 0
+        link.gestures.token = (len(operators), operators[-1].as_pointer()) if len(operators) else 0
         link.pump()
     return link
 

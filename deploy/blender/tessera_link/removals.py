@@ -42,6 +42,7 @@ def make_again(link, subject):
         if data is None and subject.remains[1]:
             link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
         thing = bpy.data.objects.new(subject.name, data)
+        link.wants_step = "Objects that came back at the wall"
     thing[PROPERTY] = {"key": subject.key}
     if not {link.collection, *link.collection.children_recursive}.intersection(thing.users_collection):
         link.collection.objects.link(thing)
@@ -51,6 +52,12 @@ def make_again(link, subject):
         thing.parent = parent
     _linked_again(link, subject, thing)
     subject.put(link, subject.core.there)
+
+
+def step_of_undo(said):
+    """For objects that were made or hung elsewhere behind Blender's last step. Its undo keeps as it stands what both steps have alike: with a
+    pointer to an object that the earlier step does not know, Blender 3.4 crashes."""
+    bpy.ops.ed.undo_push(message=said)
 
 
 def _linked_again(link, subject, thing):

@@ -476,3 +476,7 @@ def key_of(thing):
 
 def new_key():
     return uuid.uuid4().hex
+
+
+def key_by_name(link_key, thing):
+    return uuid.uuid5(uuid.NAMESPACE_URL, f"{link_key}\0{known_as(thing)}").hex
