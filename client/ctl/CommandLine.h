@@ -165,7 +165,4 @@ struct HelpText {
 /// `words` without the program's name. kUsage: says what is wrong and where help is.
 [[nodiscard]] Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words);
 
-/// The rotation that turns -Z towards `direction` and keeps +Y as far up as it can.
-[[nodiscard]] Expected<Quatd> lookAlong(const Vec3d& direction);
-
 }  // namespace tessera

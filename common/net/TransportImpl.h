@@ -359,7 +359,7 @@ struct Transport::Impl {
         });
     }
 
-    // ---- sealed links: TransportTls.cpp ------------------------------------------------------------------------------
+    // ---- sealed links: TransportTls.cpp -----------------------------------------------------------------------------
 
     /// What comes first on an accepted link tells whether its peer seals it.
     bool beginsSealed(const LinkPtr& link, std::size_t count);

@@ -16,6 +16,8 @@
 
 namespace tessera {
 
+struct WantedNotice;
+
 /// Shows on the wall why a material is drawn without its program. All notices stand below one node, "program-problems".
 /// It is the last below the root; only contacts come behind it. It is there as long as both hold:
 /// - A SurfaceProgram is bad or heavy, or a material gives its program an image that it cannot read
@@ -75,8 +77,6 @@ public:
     [[nodiscard]] static std::vector<Blob> blobs();
     /// Nodes looked at by the last walk.
     [[nodiscard]] std::size_t visited() const { return visited_; }
-
-    struct WantedNotice;
 
 private:
     /// What a program is of, or a material.

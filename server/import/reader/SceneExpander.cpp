@@ -16,7 +16,7 @@
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/NurbsMessage.h"
 #include "server/import/reader/SceneShapes.h"
-#include "server/import/reader/VolumeFiles.h"
+#include "server/import/reader/VolumeNode.h"
 
 namespace tessera {
 namespace {

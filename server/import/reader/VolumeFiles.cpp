@@ -3,29 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <utility>
 
-#include "server/import/reader/ReadScene.h"
+#include "server/import/reader/VolumeVoxels.h"
 
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostVoxelBytes = std::size_t{1} << 28, kMostSideVoxels = 4096, kMostHeaderLines = 256;
+constexpr std::size_t kMostHeaderLines = 256;
 
-enum class FileNumber : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kF32, kF64 };
-std::size_t bytesOfNumber(FileNumber number) {
-    constexpr std::array<std::size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
-    return kBytes[static_cast<std::size_t>(number)];
-}
-
-tl::unexpected<Error> badVolumeFile(std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); }
 tl::unexpected<Error> packedVolume(std::string why) { return fail(ErrorCode::kUnsupported, std::move(why)); }
 
 std::string lowerCased(std::string_view text) {
@@ -90,89 +80,6 @@ private:
     std::size_t at_ = 0, lines_ = 0;
 };
 
-/// What a header says, before anything is taken for it.
-struct VolumeHeader {
-    std::array<std::size_t, 3> size{};
-    Vec3d origin = Vec3d::Zero(), spacing = Vec3d::Ones();
-    FileNumber number = FileNumber::kU8;
-    bool bigEndian = false;
-
-    [[nodiscard]] std::size_t count() const { return size[0] * size[1] * size[2]; }
-};
-
-Expected<void> checkHeader(const VolumeHeader& header) {
-    std::size_t count = 1;
-    for (const std::size_t side : header.size) {
-        if (side < 2 || side > kMostSideVoxels) return badVolumeFile(fmt::format("{} x {} x {} voxels: from 2 to {} along each axis are read", header.size[0], header.size[1], header.size[2], kMostSideVoxels));
-        count *= side;
-    }
-    if (count * bytesOfNumber(header.number) > kMostVoxelBytes)
-        return fail(ErrorCode::kLimit, fmt::format("{} x {} x {} voxels of {} bytes: at most {} bytes are read", header.size[0], header.size[1], header.size[2],
-                                                   bytesOfNumber(header.number), kMostVoxelBytes));
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(header.spacing[axis] > 1e-12 && header.spacing[axis] < 1e12) || !(std::abs(header.origin[axis]) < 1e15))
-            return badVolumeFile(fmt::format("spacing {} and origin {} of axis {} are no places", header.spacing[axis], header.origin[axis], axis));
-    return {};
-}
-
-template <typename Number>
-double readFileNumber(const std::byte* from, bool swapped) {
-    std::array<std::byte, sizeof(Number)> bytes;
-    std::copy_n(from, sizeof(Number), bytes.begin());
-    if (swapped) std::reverse(bytes.begin(), bytes.end());
-    return static_cast<double>(std::bit_cast<Number>(bytes));
-}
-
-double readFileNumber(FileNumber number, const std::byte* from, bool swapped) {
-    switch (number) {
-        case FileNumber::kU8: return readFileNumber<std::uint8_t>(from, swapped);
-        case FileNumber::kI8: return readFileNumber<std::int8_t>(from, swapped);
-        case FileNumber::kU16: return readFileNumber<std::uint16_t>(from, swapped);
-        case FileNumber::kI16: return readFileNumber<std::int16_t>(from, swapped);
-        case FileNumber::kU32: return readFileNumber<std::uint32_t>(from, swapped);
-        case FileNumber::kI32: return readFileNumber<std::int32_t>(from, swapped);
-        case FileNumber::kF32: return readFileNumber<float>(from, swapped);
-        case FileNumber::kF64: break;
-    }
-    return readFileNumber<double>(from, swapped);
-}
-
-VoxelFormat formatFor(FileNumber number) {
-    switch (number) {
-        case FileNumber::kU8: return VoxelFormat::kUint8;
-        case FileNumber::kU16: return VoxelFormat::kUint16;
-        case FileNumber::kI16: return VoxelFormat::kInt16;
-        default: return VoxelFormat::kFloat;
-    }
-}
-
-/// Numbers that are none become 0, and are said.
-Expected<VolumeData> volumeFrom(const VolumeHeader& header, ByteSpan data) {
-    const std::size_t each = bytesOfNumber(header.number), count = header.count();
-    if (data.size() < count * each)
-        return badVolumeFile(fmt::format("it ends too early: {} x {} x {} voxels have {} bytes, and {} are there", header.size[0], header.size[1], header.size[2], count * each, data.size()));
-    VolumeData out{.format = formatFor(header.number), .size = header.size, .origin = header.origin, .spacing = header.spacing, .voxels = {}, .notes = {}};
-    if (out.format != VoxelFormat::kFloat) {
-        out.voxels.assign(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(count * each));
-        if (header.bigEndian && each == 2)
-            for (std::size_t i = 0; i < out.voxels.size(); i += 2) std::swap(out.voxels[i], out.voxels[i + 1]);
-        return out;
-    }
-    std::size_t none = 0;
-    out.voxels.resize(count * sizeof(float));
-    for (std::size_t i = 0; i < count; ++i) {
-        double number = readFileNumber(header.number, data.data() + i * each, header.bigEndian && each > 1);
-        if (!(std::abs(number) < 1e30)) {
-            number = 0;
-            ++none;
-        }
-        const auto value = static_cast<float>(number);
-        std::memcpy(out.voxels.data() + i * sizeof(float), &value, sizeof(float));
-    }
-    if (none > 0) out.notes.push_back(fmt::format("{} voxels are no numbers, or beyond 1e30: 0 instead", none));
-    return out;
-}
-
 Expected<VolumeData> volumeFromText(const VolumeHeader& header, ByteSpan text) {
     std::vector<float> numbers;
     numbers.reserve(std::min(header.count(), text.size() / 2 + 1));
@@ -217,7 +124,7 @@ std::optional<FileNumber> numberNamed(std::string_view name, std::initializer_li
     return std::nullopt;
 }
 
-// ---- MetaImage (itk.org, "MetaIO") -----------------------------------------------------------------------------------
+// ---- MetaImage (itk.org, "MetaIO") ----------------------------------------------------------------------------------
 
 Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
@@ -249,7 +156,7 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
     header.number = *number;
     header.bigEndian = isTrue("elementbyteordermsb") || isTrue("binarydatabyteordermsb");
     if (said.contains("transformmatrix") && wordsOf(of("transformmatrix")) != wordsOf("1 0 0 0 1 0 0 0 1")) notes.push_back("its TransformMatrix turns it, which is left out");
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string data = said["elementdatafile"];
     if (lowerCased(data) == "list" || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
     Bytes own;
@@ -271,7 +178,7 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
     return volume;
 }
 
-// ---- VolVis ------------------------------------------------------------------------------------------------------------
+// ---- VolVis ---------------------------------------------------------------------------------------------------------
 
 /// Runs as in the format: the low seven bits say how many, the high one that they follow each by itself; 0 ends a slice.
 bool unpackSlice(ByteSpan packed, std::byte* to, std::size_t size) {
@@ -324,7 +231,7 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
         header.size[axis] = *sizes[axis];
         header.spacing[static_cast<Eigen::Index>(axis)] = *spacing[axis];
     }
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     if (!pastX()) return badVolumeFile("its header does not end with X");
     if (*more[4] > 65536 || *more[5] > 65536 || 3 * *more[4] * *more[5] > bytes.size() - std::min(at, bytes.size())) return badVolumeFile("it ends within its small picture");
     at += 3 * *more[4] * *more[5];
@@ -341,7 +248,7 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     return volumeFrom(header, voxels);
 }
 
-// ---- VTK, legacy ("VTK File Formats") ----------------------------------------------------------------------------------
+// ---- VTK, legacy ("VTK File Formats") -------------------------------------------------------------------------------
 
 Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
     HeaderText text(bytes);
@@ -381,7 +288,7 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
                                               {"unsigned_int", FileNumber::kU32}, {"int", FileNumber::kI32}, {"float", FileNumber::kF32}, {"double", FileNumber::kF64}});
             if (!number) return packedVolume(fmt::format("its numbers '{}' are not read", printable(words[2])));
             header.number = *number;
-            if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+            if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
             HeaderText behind = text;
             if (lowerCased(behind.line()).starts_with("lookup_table")) text = behind;
             return *binary ? volumeFrom(header, text.rest()) : volumeFromText(header, text.rest());
@@ -392,7 +299,7 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
     return badVolumeFile("it ends before its SCALARS");
 }
 
-// ---- NRRD (teem.sourceforge.net/nrrd) ----------------------------------------------------------------------------------
+// ---- NRRD (teem.sourceforge.net/nrrd) -------------------------------------------------------------------------------
 
 Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
@@ -421,7 +328,7 @@ Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name,
     if (!number) return packedVolume(fmt::format("its type '{}' is not read", printable(of("type"))));
     header.number = *number;
     header.bigEndian = lowerCased(of("endian")) == "big";
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string encoding = lowerCased(of("encoding"));
     const bool isText = encoding == "text" || encoding == "txt" || encoding == "ascii";
     if (!isText && encoding != "raw") return packedVolume(fmt::format("its encoding '{}' is not read: raw and text are", printable(encoding)));
@@ -462,87 +369,6 @@ Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string&
     if (extension == "slc") return readSlc(*bytes);
     if (extension == "vtk") return readLegacyVtk(*bytes);
     return extension.front() == 'n' ? readNrrd(files, name, *bytes) : readMetaImage(files, name, *bytes);
-}
-
-FirstLook firstLookAt(const VoxelGrid& grid) {
-    constexpr std::size_t kBins = 256;
-    const auto each = [&](auto&& look) {
-        for (std::size_t z = 0; z < grid.size[2]; ++z)
-            for (std::size_t y = 0; y < grid.size[1]; ++y)
-                for (std::size_t x = 0; x < grid.size[0]; ++x) look(grid.at(x, y, z));
-    };
-    FirstLook out{.low = 1e300, .high = -1e300};
-    each([&](double value) {
-        out.low = std::min(out.low, value);
-        out.high = std::max(out.high, value);
-    });
-    out.thickness = grid.spacing.cwiseProduct(Vec3d(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1), static_cast<double>(grid.size[2] - 1))).maxCoeff() / 32;
-    if (!(out.low < out.high)) {
-        out.surfaceValue = out.low;
-        out.high = out.low + std::max(1.0, std::abs(out.low));
-        return out;
-    }
-    std::array<double, kBins> counts{};
-    const double width = (out.high - out.low) / kBins;
-    each([&](double value) { ++counts[std::min(static_cast<std::size_t>((value - out.low) / width), kBins - 1)]; });
-    double all = 0, sum = 0, below = 0, sumBelow = 0, best = -1;
-    for (std::size_t i = 0; i < kBins; ++i) {
-        all += counts[i];
-        sum += counts[i] * static_cast<double>(i);
-    }
-    for (std::size_t i = 0; i + 1 < kBins; ++i) {
-        below += counts[i];
-        sumBelow += counts[i] * static_cast<double>(i);
-        if (below == 0 || below == all) continue;
-        const double apart = sumBelow / below - (sum - sumBelow) / (all - below), between = below * (all - below) * apart * apart;
-        if (between > best) {
-            best = between;
-            out.surfaceValue = out.low + static_cast<double>(i + 1) * width;
-        }
-    }
-    return out;
-}
-
-Expected<proto::scene::Volume> plainVolume(const FolderFiles& files, const proto::scene::Volume& said, PlainScene& scene) {
-    proto::scene::Volume out = said;
-    out.clear_file();
-    if (said.file().empty()) return out;
-    if (said.voxels_size() > 0 || said.size_x() > 0 || said.size_y() > 0 || said.size_z() > 0) return badVolumeFile("a volume has a file or voxels, not both");
-    if (said.file().front() == '/') return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", said.file()));
-    Expected<VolumeData> volume = readVolumeFile(files, said.file());
-    if (!volume) return failWith(fmt::format("'{}'", said.file()), volume.error());
-    for (const std::string& left : volume->notes) scene.note(fmt::format("'{}': {}", said.file(), left));
-    const FirstLook look = firstLookAt(volume->grid());
-    out.set_format(static_cast<proto::scene::Volume::Format>(volume->format));
-    out.set_size_x(static_cast<std::uint32_t>(volume->size[0]));
-    out.set_size_y(static_cast<std::uint32_t>(volume->size[1]));
-    out.set_size_z(static_cast<std::uint32_t>(volume->size[2]));
-    const auto three = [](proto::scene::Vector& to, const Vec3d& from) {
-        to.set_x(from.x());
-        to.set_y(from.y());
-        to.set_z(from.z());
-    };
-    if (!said.has_origin()) three(*out.mutable_origin(), volume->origin);
-    if (!said.has_spacing()) three(*out.mutable_spacing(), volume->spacing);
-    if (!said.has_low()) out.set_low(look.low);
-    if (!said.has_high()) out.set_high(look.high);
-    if (!said.has_surface_value()) out.set_surface_value(look.surfaceValue);
-    if (!said.has_thickness()) out.set_thickness(look.thickness);
-    out.set_voxels_blob(scene.addBlob(std::move(volume->voxels)));
-    return out;
-}
-
-Expected<PlainScene> readVolume(const std::string& path, const ReadLimits& limits) {
-    const std::size_t slash = path.rfind('/');
-    const FolderFiles files(path.substr(0, std::max<std::size_t>(slash, 1)), limits.maxFileBytes);
-    proto::scene::Volume said;
-    said.set_file(path.substr(slash + 1));
-    said.set_mode(proto::scene::Volume::SURFACE);
-    PlainScene scene;
-    const Expected<proto::scene::Volume> volume = plainVolume(files, said, scene);
-    if (!volume) return tl::unexpected(volume.error());
-    *scene.file.add_node()->mutable_volume() = *volume;
-    return scene;
 }
 
 }  // namespace tessera

@@ -1,4 +1,5 @@
 #include "client/ctl/CommandLine.h"
+#include "client/ctl/VerbWords.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
