@@ -16,7 +16,8 @@ namespace {
 Expected<Quatd> quaternion(const std::vector<double>& wxyz, std::string_view option) {
     const Quatd q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
     if (!tellsRotation(q.squaredNorm()))
-        return fail(ErrorCode::kUsage, fmt::format("{}: its length is 0, or nearly, or beyond what numbers can hold", option));
+        return fail(ErrorCode::kUsage,
+                    fmt::format("{}: its length is 0, or nearly, or beyond what numbers can hold", option));
     return q.normalized();
 }
 
@@ -126,7 +127,8 @@ Expected<Verb> navigateVerb(const VerbWords& words) {
     if (!where.empty()) return refuse(fmt::format("{} takes nothing more", what));
     if (what == "home") return verb::Navigate{{.deed = Deed::kHome}, {}};
     if (const std::optional<NavigationMode> mode = parseNavigationMode(what)) return verb::Navigate{{.mode = mode}, {}};
-    return refuse(fmt::format("\"{}\" is nothing that can be asked for; write fly, orbit, walk, home, fit or bookmark", what));
+    return refuse(
+        fmt::format("\"{}\" is nothing that can be asked for; write fly, orbit, walk, home, fit or bookmark", what));
 }
 
 Expected<Verb> contactsVerb(const VerbWords& words, bool framesGiven) {
@@ -157,7 +159,8 @@ Expected<Verb> budgetVerb(const VerbWords& words) {
     double number = 0;
     const auto [end, error] = std::from_chars(words.budget.data(), words.budget.data() + words.budget.size(), number);
     if (error != std::errc() || end != words.budget.data() + words.budget.size() || !isBudget(number))
-        return fail(ErrorCode::kUsage, fmt::format("budget: \"{}\" is none; write off, or 0.1 to 60000 milliseconds", words.budget));
+        return fail(ErrorCode::kUsage,
+                    fmt::format("budget: \"{}\" is none; write off, or 0.1 to 60000 milliseconds", words.budget));
     return verb::Budget{number};
 }
 

@@ -1,16 +1,19 @@
-// Points: balls that no triangle stands for. The rasteriser is given a triangle around each one's outline; what of it is the
-// ball, and how deep, is found for each sample from the ray through it. So a picture shows the ball itself, and what a tile
-// shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought it there.
+// Points: balls that no triangle stands for. The rasteriser is given a triangle around each one's outline; what of it
+// is the ball, and how deep, is found for each sample from the ray through it. So a picture shows the ball itself, and
+// what a tile shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought
+// it there.
 #include "client/draw/ShaderText.h"
 
 namespace tessera::shader_text {
 
-// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches them.
-// Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way there.
+// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches
+// them. Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way
+// there.
 //
-// Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound the
-// other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter hexagon: a software
-// rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a third more).
+// Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound
+// the other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter
+// hexagon: a software rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a
+// third more).
 const char kPointVertex[] = R"(
 layout(binding = 13) uniform usamplerBuffer points;
 layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
@@ -123,9 +126,9 @@ vec4 aroundBall(vec3 centre) {
 }
 )";
 
-// What of the triangle is the ball. Each sample has its own ray and depth; all samples of a pixel that show one ball have the
-// normal of one place of it, where the pixel's middle is, or what of the ball is nearest to that: so a pixel that shows one
-// ball is lit once.
+// What of the triangle is the ball. Each sample has its own ray and depth; all samples of a pixel that show one ball
+// have the normal of one place of it, where the pixel's middle is, or what of the ball is nearest to that: so a pixel
+// that shows one ball is lit once.
 const char kPointFragment[] = R"(
 layout(depth_less) out float gl_FragDepth;
 flat in vec4 vBall;

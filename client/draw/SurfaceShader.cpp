@@ -468,9 +468,10 @@ float aboveCutoff(Surface s) { return s.base.a - look.strengths.z + 1e-4; }
 #endif
 )";
 
-// What the first pass packs: 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
-// vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes into 64 more:
-// emitted light with a common exponent of its three colours, a byte each of metal, roughness and occlusion.
+// What the first pass packs: 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations
+// for independent unit vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes
+// into 64 more: emitted light with a common exponent of its three colours, a byte each of metal, roughness and
+// occlusion.
 const char kPackNormal[] = R"(
 uint packedNormal(vec3 n) {
     // A normal of no length (degenerate triangles, zeros in a file) faces along the view.

@@ -149,7 +149,8 @@ Expected<answer::Committed> Application::redo() {
     return impl_->edit(request::RedoStep{});
 }
 
-Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture) {
+Expected<answer::Committed> Application::moveNode(const std::string& node, const NodeMove& move,
+                                                  std::uint64_t gesture) {
     if (impl_->options.followScene) {
         if (auto here = impl_->sceneIsHere(); !here) return tl::unexpected(here.error());
         const Expected<ObjectId> found = findNode(impl_->aspect, node);
@@ -177,8 +178,9 @@ Expected<answer::FoundPage> Application::find(NodeSearch wanted) {
         Expected<answer::FoundPage> page = impl_->ask(request::FindNodes{wanted});
         if (!page || !page->nodes.empty() || page->next.empty()) return page;
         if (clockNow() >= deadline)
-            return fail(ErrorCode::kNetwork, fmt::format("the server at {} found nothing within {} ms, and has not looked everywhere",
-                                                         impl_->options.address, impl_->options.timeout.count()));
+            return fail(ErrorCode::kNetwork,
+                        fmt::format("the server at {} found nothing within {} ms, and has not looked everywhere",
+                                    impl_->options.address, impl_->options.timeout.count()));
         wanted.after = std::move(page->next);
     }
 }
@@ -240,10 +242,12 @@ Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     return excerpt;
 }
 
-Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout, const Placing& placing, Reload reload) {
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout,
+                                           const Placing& placing, Reload reload) {
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
     const bool again = reload == Reload::kIfThere;
-    if (path.starts_with(kAsset)) return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout);
+    if (path.starts_with(kAsset))
+        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout);
     return impl_->ask(request::LoadFile{path, parent, placing, again}, timeout);
 }
 

@@ -20,7 +20,8 @@ template <typename... F>
 struct Each : F... {
     using F::operator()...;
 };
-template <typename... F> Each(F...) -> Each<F...>;  // clang 14 does not find it by itself
+template <typename... F>
+Each(F...) -> Each<F...>;  // clang 14 does not find it by itself
 }  // namespace
 
 bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* reply) {
@@ -90,9 +91,10 @@ void Application::Impl::lose(incoming::Ended end) {
 
 Expected<void> Application::Impl::sceneIsHere() const {
     if (!options.followScene || dispatching || ended || (!away && haveScene)) return {};
-    return fail(ErrorCode::kNetwork, fmt::format("the connection to the server at {} broke and its scene is coming anew: "
-                                                 "poll, look at it and propose again",
-                                                 options.address));
+    return fail(ErrorCode::kNetwork,
+                fmt::format("the connection to the server at {} broke and its scene is coming anew: "
+                            "poll, look at it and propose again",
+                            options.address));
 }
 
 Expected<bool> Application::Impl::dispatch() {
@@ -160,13 +162,13 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
 Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds timeout,
                                                         std::span<const Blob> arrays) {
     if (body.size() > limits::kMaxRequestBytes)
-        return fail(ErrorCode::kLimit, fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
     const TimePoint deadline = clockNow() + timeout;
     while (away && !ended)
         if (!take(deadline) && clockNow() >= deadline)
-            return fail(ErrorCode::kNetwork,
-                        fmt::format("the server at {} did not come back within {} ms: {}", options.address,
-                                    timeout.count(), away->why.message));
+            return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not come back within {} ms: {}",
+                                                         options.address, timeout.count(), away->why.message));
     if (ended) return tl::unexpected(ended->error);
     connection->upload(arrays);
     connection->request(++lastRequest, std::move(body));

@@ -22,8 +22,8 @@ struct Application::Impl {
     Impl(ConnectionOptions c, const Options& o)
         : options(o), connectionOptions(std::move(c)), connection(std::make_unique<Connection>(connectionOptions)) {}
 
-    /// Puts one value aside (a reply is given back), and dials again where the connection broke. False: nothing came until
-    /// `deadline`, or it is all over.
+    /// Puts one value aside (a reply is given back), and dials again where the connection broke. False: nothing came
+    /// until `deadline`, or it is all over.
     bool take(TimePoint deadline, std::optional<message::Reply>* reply = nullptr);
     /// Applies what was put aside. The error that ended everything comes only once nothing is left to apply.
     Expected<bool> dispatch();
@@ -37,7 +37,8 @@ struct Application::Impl {
 
     /// What answers this request; `arrays` go before it. What its description does not allow is not sent.
     template <typename Request>
-    Expected<typename Request::Answer> ask(const Request& request, std::optional<std::chrono::milliseconds> timeout = std::nullopt,
+    Expected<typename Request::Answer> ask(const Request& request,
+                                           std::optional<std::chrono::milliseconds> timeout = std::nullopt,
                                            std::span<const Blob> arrays = {}) {
         using Answer = typename Request::Answer;
         if (const Expected<void> sound = checkRequest(request); !sound) return tl::unexpected(sound.error());
@@ -48,7 +49,8 @@ struct Application::Impl {
         return fail(ErrorCode::kBadInput,
                     "the server answered something else than was asked; is it of another version?");
     }
-    Expected<ApplicationAnswer> answerTo(Bytes request, std::chrono::milliseconds timeout, std::span<const Blob> arrays);
+    Expected<ApplicationAnswer> answerTo(Bytes request, std::chrono::milliseconds timeout,
+                                         std::span<const Blob> arrays);
     /// Of what has no other answer.
     template <typename Request>
     Expected<void> done(const Request& request) {

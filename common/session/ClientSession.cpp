@@ -21,7 +21,9 @@ struct ClientSession::Impl {
     };
 
     explicit Impl(ClientSessionConfig c)
-        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.place, config.firstShare, config.maxUnwantedBytes}) {}
+        : config(std::move(c)),
+          fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.place,
+                   config.firstShare, config.maxUnwantedBytes}) {}
 
     void opened(ChannelKind channel, TimePoint now, const std::string& peer);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
@@ -159,7 +161,8 @@ void ClientSession::Impl::received(ChannelKind channel, Epoch said, const Messag
 
 bool ClientSession::Impl::mayHear(const MessageInfo& info, ChannelKind channel) const {
     if (!info.goes(Party::kServer, partyOf(config.role), channel)) return false;
-    const bool ofTheScene = info.number == message::Snapshot::kInfo.number || info.number == message::Changes::kInfo.number;
+    const bool ofTheScene =
+        info.number == message::Snapshot::kInfo.number || info.number == message::Changes::kInfo.number;
     if (ofTheScene && !config.follows) return false;
     if (channel == ChannelKind::kBulk) return true;
     return info.when != (stage == Stage::kGreeting ? SaidWhen::kLater : SaidWhen::kFirst);

@@ -47,7 +47,8 @@ void ReplicaSteps::clear() {
 }
 
 bool ReplicaSteps::awaitContent(const BlobId& content) const {
-    return std::ranges::any_of(steps_, [&](const Step& s) { return s.content.sizeBytes > 0 && s.content.id == content; });
+    return std::ranges::any_of(steps_,
+                               [&](const Step& s) { return s.content.sizeBytes > 0 && s.content.id == content; });
 }
 
 bool ReplicaSteps::opened(const BlobId& content, const CommittedListPtr& list) {

@@ -11,7 +11,8 @@ namespace tessera {
 /// Steps wait for blobs, and for what comes before them.
 class ReplicaSteps {
 public:
-    using Message = std::variant<message::Snapshot, message::Changes, message::Begin, message::Swap, message::HashQuery>;
+    using Message =
+        std::variant<message::Snapshot, message::Changes, message::Begin, message::Swap, message::HashQuery>;
 
     struct Step {
         Message message;

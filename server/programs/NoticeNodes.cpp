@@ -31,13 +31,17 @@ std::optional<PresentNotice> readNotice(const Aspect& scene, const Node& node) {
     const Node* words = lines ? childOf<Text>(scene, *lines, 0, 1) : nullptr;
     if (!shape || !words || !shape->children.empty() || !words->children.empty()) return std::nullopt;
     const Geometry& sheet = *scene.coreOf<Geometry>(*shape);
-    if (sheet.positions != noticePlate().positions || sheet.indices != noticePlate().indices || !scene.get<Material>(sheet.material)) return std::nullopt;
+    if (sheet.positions != noticePlate().positions || sheet.indices != noticePlate().indices ||
+        !scene.get<Material>(sheet.material))
+        return std::nullopt;
     return PresentNotice{.place = node.core, .plate = plate->core, .lines = lines->core, .text = words->core};
 }
 
-void setPlace(ChangeListBuilder& list, ObjectId id, const Transform& from, const Vec3d& translation, const Vec3d& scale) {
+void setPlace(ChangeListBuilder& list, ObjectId id, const Transform& from, const Vec3d& translation,
+              const Vec3d& scale) {
     if (translation != from.translation) setField<&Transform::translation>(list, id, translation);
-    if (from.rotation.coeffs() != Quatd::Identity().coeffs()) setField<&Transform::rotation>(list, id, Quatd::Identity());
+    if (from.rotation.coeffs() != Quatd::Identity().coeffs())
+        setField<&Transform::rotation>(list, id, Quatd::Identity());
     if (scale != from.scale) setField<&Transform::scale>(list, id, scale);
 }
 
@@ -59,7 +63,8 @@ public:
         list_.place(id, parent);
         return id;
     }
-    /// Seen as it is, whatever shines on it. Letters are opaque: what is blended would be sorted among the triangles of the sheet behind them.
+    /// Seen as it is, whatever shines on it. Letters are opaque: what is blended would be sorted among the triangles of
+    /// the sheet behind them.
     ObjectId material(const Vec4f& color) {
         const ObjectId id = make<Material>();
         setField<&Material::baseColor>(list_, id, color);
@@ -76,7 +81,8 @@ private:
 }  // namespace
 
 Vec3d WantedNotice::plateSize() const {
-    return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
+    return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin,
+            static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
 }
 
 double WantedNotice::firstLine() const {
@@ -106,9 +112,11 @@ std::optional<std::vector<PresentNotice>> readNotices(const Aspect& scene, const
 
 std::vector<ObjectId> othersBelow(const Aspect& scene, const Node& top) {
     const auto isOurs = [&](const Node& node) {
-        if (node.name == "notice" || node.name == "plate" || node.name == "lines") return scene.coreOf<Transform>(node) != nullptr;
+        if (node.name == "notice" || node.name == "plate" || node.name == "lines")
+            return scene.coreOf<Transform>(node) != nullptr;
         if (node.name == "turn") return scene.coreOf<Billboard>(node) != nullptr;
-        return (node.name == "shape" && scene.coreOf<Geometry>(node)) || (node.name == "words" && scene.coreOf<Text>(node));
+        return (node.name == "shape" && scene.coreOf<Geometry>(node)) ||
+               (node.name == "words" && scene.coreOf<Text>(node));
     };
     std::vector<ObjectId> others;
     std::vector<const Node*> open{&top};
@@ -144,14 +152,18 @@ void buildNotices(const Aspect& scene, ChangeListBuilder& list, const std::vecto
     setField<&Node::ofServer>(list, top, true);
     setField<&CollisionObject::node>(list, object, top);
     setField<&CollisionObject::layers>(list, object, std::int64_t{0});
-    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
+    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)),
+                   bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
     const ObjectId sheet = build.make<Geometry>();
     setField<&Geometry::positions>(list, sheet, noticePlate().positions);
     setField<&Geometry::normals>(list, sheet, noticePlate().normals);
     setField<&Geometry::indices>(list, sheet, noticePlate().indices);
     setField<&Geometry::material>(list, sheet, dark);
     for (const WantedNotice& one : wanted) {
-        const PresentNotice made{.place = build.make<Transform>(), .plate = build.make<Transform>(), .lines = build.make<Transform>(), .text = build.make<Text>()};
+        const PresentNotice made{.place = build.make<Transform>(),
+                                 .plate = build.make<Transform>(),
+                                 .lines = build.make<Transform>(),
+                                 .text = build.make<Text>()};
         const ObjectId about = build.make<Billboard>();
         setField<&Billboard::axis>(list, about, Vec3d::Zero().eval());
         const ObjectId turn = build.node(build.node(top, "notice", made.place), "turn", about);

@@ -39,8 +39,10 @@ double distanceTo(const Box& box, const Vec3d& place) {
     return (place - place.cwiseMax(box.lower).cwiseMin(box.upper)).norm();
 }
 
-/// Bad programs that a material is drawn with, its passes and what stands for it where it is small; and those of them that are bad themselves.
-void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad, std::vector<ObjectId>& found) {
+/// Bad programs that a material is drawn with, its passes and what stands for it where it is small; and those of them
+/// that are bad themselves.
+void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad,
+                    std::vector<ObjectId>& found) {
     for (int i = 0; i < 8 && material; ++i) {
         const Material* one = scene.get<Material>(material);
         if (!one) return;
@@ -72,17 +74,23 @@ void ProgramNotices::setBad(ObjectId id, bool isBad) {
 }
 
 void ProgramNotices::lookAtMaterials(const Aspect& scene) {
-    for (const ObjectId id : withPrograms_) setBad(id, uniformOfAnotherShape(scene, *scene.get<Material>(id)).has_value());
+    for (const ObjectId id : withPrograms_)
+        setBad(id, uniformOfAnotherShape(scene, *scene.get<Material>(id)).has_value());
 }
 
 NoticeText ProgramNotices::wordsOf(const Aspect& scene, const Place& place) {
     const std::string path = pathOf(scene, place.node);
-    if (const auto* program = scene.get<SurfaceProgram>(place.program)) return noticeText(path, place.program, program->problem);
+    if (const auto* program = scene.get<SurfaceProgram>(place.program))
+        return noticeText(path, place.program, program->problem);
     const auto* material = scene.get<Material>(place.program);
-    const auto* uniform = material ? scene.get<Uniform>(uniformOfAnotherShape(scene, *material).value_or(ObjectId())) : nullptr;
+    const auto* uniform =
+        material ? scene.get<Uniform>(uniformOfAnotherShape(scene, *material).value_or(ObjectId())) : nullptr;
     if (!uniform) return noticeText(path, place.program, "");
     const bool cube = scene.get<Image>(uniform->image)->shape == Image::kCube;
-    return noticeText(path, place.program, fmt::format("its program is left out: the uniform \"{}\" has an image that is a {}, and programs read flat images alone", uniform->name, cube ? "cube" : "solid"),
+    return noticeText(path, place.program,
+                      fmt::format("its program is left out: the uniform \"{}\" has an image that is a {}, and programs "
+                                  "read flat images alone",
+                                  uniform->name, cube ? "cube" : "solid"),
                       "Material");
 }
 
@@ -120,9 +128,14 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     for (const FieldColumn& column : list->columns) {
         if (column.type == typeOf<Material>() && column.field == fieldId<&Material::program>)
             for (const ObjectId id : column.ids) lookAtMaterial(id);
-        says = says || (column.type == typeOf<Material>() && (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
-               (column.type == typeOf<Uniform>() && (column.field == fieldId<&Uniform::image> || column.field == fieldId<&Uniform::name>)) ||
-               (column.type == typeOf<SurfaceProgram>() && (column.field == fieldId<&SurfaceProgram::surface> || column.field == fieldId<&SurfaceProgram::vertex>)) || (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
+        says = says ||
+               (column.type == typeOf<Material>() &&
+                (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
+               (column.type == typeOf<Uniform>() &&
+                (column.field == fieldId<&Uniform::image> || column.field == fieldId<&Uniform::name>)) ||
+               (column.type == typeOf<SurfaceProgram>() && (column.field == fieldId<&SurfaceProgram::surface> ||
+                                                            column.field == fieldId<&SurfaceProgram::vertex>)) ||
+               (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
         if (column.type == typeOf<SurfaceProgram>())
             for (const ObjectId id : column.ids) lookAtProgram(id);
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::name>)
@@ -139,42 +152,52 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     if (bad_.empty() || !tree) return;
     lookDue_ = true;
     // What is gone is seen to be gone at once.
-    if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); })) sinceLook_ = kPatience;
+    if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); }))
+        sinceLook_ = kPatience;
 }
 
 bool ProgramNotices::stillSees(const View& view) const {
     const Affine3d world_T_wall = view.world_T_wall();
     constexpr double kTurned = 0.02, kMoved = 0.25;  // in all, and of the way to the nearest
-    const Mat3d turned = world_T_wall.linear() / view.worldUnitsPerMetre - eye_.world_T_wall.linear() / eye_.unitsPerMetre;
+    const Mat3d turned =
+        world_T_wall.linear() / view.worldUnitsPerMetre - eye_.world_T_wall.linear() / eye_.unitsPerMetre;
     const double moved = (world_T_wall * headOf(view) - eye_.world_T_wall * eye_.head).norm();
     const double larger = view.worldUnitsPerMetre / eye_.unitsPerMetre;
-    return turned.cwiseAbs().maxCoeff() < kTurned && moved < kMoved * eye_.nearest * eye_.unitsPerMetre && larger < 1.25 && larger > 0.8;
+    return turned.cwiseAbs().maxCoeff() < kTurned && moved < kMoved * eye_.nearest * eye_.unitsPerMetre &&
+           larger < 1.25 && larger > 0.8;
 }
 
-/// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on the screen are moved until all of
-/// them are, and up or down, as little as that takes, off those that come before.
+/// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on
+/// the screen are moved until all of them are, and up or down, as little as that takes, off those that come before.
 void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view) {
     if (wanted.empty()) return;
     const Screen& screen = wall_.screens.front();
-    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
+    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(),
+                up = (screen.upperLeft - screen.lowerLeft).normalized();
     const Vec3d normal = right.cross(up);
     if (laidFor_ != wanted.size() || standsMoved_ || !stillSees(view)) {
         User user = wall_.users.front();
         user.position = headOf(view);
         const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
         const PixelRect whole{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
-        eye_ = {.world_T_wall = view.world_T_wall(), .wall_T_world = view.world_T_wall().inverse(), .head = user.position,
-                .unitsPerMetre = view.worldUnitsPerMetre, .sees = tileFrustum(camera, whole, 0), .nearest = 0};
+        eye_ = {.world_T_wall = view.world_T_wall(),
+                .wall_T_world = view.world_T_wall().inverse(),
+                .head = user.position,
+                .unitsPerMetre = view.worldUnitsPerMetre,
+                .sees = tileFrustum(camera, whole, 0),
+                .nearest = 0};
     }
     standsMoved_ = false;
     laidFor_ = wanted.size();
     constexpr double kRoomAround = 1.1, kNearestMetres = 0.3, kDearerDown = 3, kShareOfFree = 0.7;
     const Vec3d& head = eye_.head;
-    const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(), height = screen.heightMetres();
+    const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(),
+                 height = screen.heightMetres();
     struct Laid {
         double x, y, halfWidth, halfHeight;
         [[nodiscard]] bool meets(const Laid& other) const {
-            return std::abs(x - other.x) < halfWidth + other.halfWidth && std::abs(y - other.y) < halfHeight + other.halfHeight;
+            return std::abs(x - other.x) < halfWidth + other.halfWidth &&
+                   std::abs(y - other.y) < halfHeight + other.halfHeight;
         }
     };
     /// From the screen's corner to where it is seen on it; nothing where it is not.
@@ -195,7 +218,8 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
     std::vector<std::optional<Seen>> ways;
     for (WantedNotice& one : wanted) {
         std::optional<Seen>& seen = ways.emplace_back();
-        Vec3d way = one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
+        Vec3d way =
+            one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
         std::optional<Vec3d> on = seenOn(way);
         nearestOfAny = std::min(nearestOfAny, way.norm());
         const double free = distanceTo(one.of, eye_.world_T_wall * head) / eye_.unitsPerMetre;
@@ -221,9 +245,11 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         way *= share;
         one.em *= share;
         const double t = before / normal.dot(way);
-        // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to the screen's edge.
+        // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to
+        // the screen's edge.
         const Vec3d size = one.em / eye_.unitsPerMetre * one.plateSize();
-        const Mat3d turned = eye_.wall_T_world.linear() * eye_.unitsPerMetre * facing(-(eye_.world_T_wall.linear() * way).normalized());
+        const Mat3d turned =
+            eye_.wall_T_world.linear() * eye_.unitsPerMetre * facing(-(eye_.world_T_wall.linear() * way).normalized());
         Laid laid{right.dot(on), up.dot(on), 0, 0};
         for (const double sx : {-0.5, 0.5})
             for (const double sy : {-0.5, 0.5}) {
@@ -232,7 +258,9 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
                 laid.halfWidth = std::max(laid.halfWidth, kRoomAround * std::abs(right.dot(there) - laid.x));
                 laid.halfHeight = std::max(laid.halfHeight, kRoomAround * std::abs(up.dot(there) - laid.y));
             }
-        const auto within = [](double at, double half, double most) { return 2 * half < most ? std::clamp(at, half, most - half) : 0.5 * most; };
+        const auto within = [](double at, double half, double most) {
+            return 2 * half < most ? std::clamp(at, half, most - half) : 0.5 * most;
+        };
         laid.x = within(laid.x, laid.halfWidth, width);
         laid.y = within(laid.y, laid.halfHeight, height);
         Laid best = laid;
@@ -243,13 +271,16 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
             const bool onScreen = y == laid.y || (y >= laid.halfHeight && y <= height - laid.halfHeight);
             // Rather up: below there are floors.
             const double far = y < laid.y ? kDearerDown * (laid.y - y) : y - laid.y;
-            if (!onScreen || far >= least || std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); })) return;
+            if (!onScreen || far >= least ||
+                std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); }))
+                return;
             best = there;
             least = far;
         };
         attempt(laid.y);
         for (const Laid& other : all)
-            for (const double side : {1.0, -1.0}) attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
+            for (const double side : {1.0, -1.0})
+                attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
         all.push_back(best);
         const Vec3d to = screen.lowerLeft + best.x * right + best.y * up;
         one.at = eye_.world_T_wall * Vec3d(head + (to - head) / t);
@@ -293,7 +324,9 @@ void ProgramNotices::look(const Aspect& scene) {
     });
     action.run(scene);
     std::ranges::sort(places_, {}, &Place::program);
-    std::erase_if(stands_, [&](const auto& stand) { return std::ranges::find(places_, stand.first, &Place::program) == places_.end(); });
+    std::erase_if(stands_, [&](const auto& stand) {
+        return std::ranges::find(places_, stand.first, &Place::program) == places_.end();
+    });
 }
 
 /// What they are of moves, and bends.
@@ -315,14 +348,18 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
     const Vec3d eye = view.world_T_wall() * head, way = eye - place.world.center();
     const double height = screenHeightFrom(head);
     const double distance = std::max(way.norm(), 1e-9), radius = 0.51 * place.world.size().norm();
-    Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()), .away = std::min(radius, 0.5 * distance), .em = 0};
+    Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()),
+                 .away = std::min(radius, 0.5 * distance),
+                 .em = 0};
     const auto known = stands_.find(place.program);
     // Beyond twice the radius what is a radius away is before all of it; nearer it may be within.
     wanted.close = distance < (known != stands_.end() && known->second.close ? 2.2 : 2.0) * radius;
     if (known != stands_.end()) {
         Stand& stand = known->second;
         constexpr double kNearEnough = 1.25, kCosine = 0.97;  // about 14 degrees
-        const auto keeps = [](double now, double then) { return now <= then * kNearEnough && then <= now * kNearEnough; };
+        const auto keeps = [](double now, double then) {
+            return now <= then * kNearEnough && then <= now * kNearEnough;
+        };
         if (stand.towards.dot(wanted.towards) > kCosine) wanted.towards = stand.towards;
         if (keeps(wanted.away, stand.away)) wanted.away = stand.away;
     }
@@ -332,7 +369,8 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
         if (wanted.em <= then * 1.25 && then <= wanted.em * 1.25) wanted.em = then;
     }
     Stand& stand = stands_[place.program];
-    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away || stand.em != wanted.em || stand.close != wanted.close;
+    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away ||
+                   stand.em != wanted.em || stand.close != wanted.close;
     stand = wanted;
     return wanted;
 }
@@ -362,7 +400,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
         const Vec3d at = place.world.center() + stand.away * stand.towards;
         if (!at.allFinite() || !(stand.em > 1e-12 && stand.em < 1e12)) continue;
         NoticeText words = wordsOf(scene, place);
-        wanted.push_back({.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
+        wanted.push_back(
+            {.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
     }
     if (bad_.size() > kMost && !wanted.empty()) {
         NoticeText& last = wanted.back().words;
@@ -394,7 +433,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
     }
     if (!gone.empty()) {
         ChangeList removal = removalOf(scene, gone);
-        for (const Placement& placement : removal.placements) list.place(placement.node, placement.parent, placement.index);
+        for (const Placement& placement : removal.placements)
+            list.place(placement.node, placement.parent, placement.index);
         for (const ObjectId id : removal.destructions) list.destroy(id);
     }
     if (!wanted.empty() && gone.size() == going.size()) buildNotices(scene, list, wanted);

@@ -26,7 +26,9 @@ constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen
 
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
-Expected<void> FrameLoop::run() { return impl_->run(); }
+Expected<void> FrameLoop::run() {
+    return impl_->run();
+}
 void FrameLoop::stop() {
     impl_->stopping = true;
     impl_->peers.wake();
@@ -59,24 +61,28 @@ Expected<void> FrameLoop::Impl::begin() {
     if (const Expected<void> heard = trackers.open(); !heard) return heard;
     // (Numbers that are skipped are not made again by who repeats it either.)
     if (!options.recordPath.empty() && (opened->state.begun || opened->behind))
-        return fail(ErrorCode::kUsage,
-                    fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
-                                "them. Leave one of the two away",
-                                options.recordPath, options.journalPath));
+        return fail(
+            ErrorCode::kUsage,
+            fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
+                        "them. Leave one of the two away",
+                        options.recordPath, options.journalPath));
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
     if (const std::string refused = AheadForNow::refusal(); !refused.empty())
-        log.info(fmt::format("frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
-                             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a pause",
-                             refused, static_cast<int>(Urgency::kReleasing)));
+        log.info(fmt::format(
+            "frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
+            "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a "
+            "pause",
+            refused, static_cast<int>(Urgency::kReleasing)));
     actions.carryOut(marks.announce(Clock::now()));
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
     startScene.idsFrom(opened->nextId);
     // Whoever joins stands where the lists that come go on, though nothing is there yet.
-    snapshots.follow({.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
-                      .list = std::make_shared<const ChangeList>()});
+    snapshots.follow(
+        {.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
+         .list = std::make_shared<const ChangeList>()});
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
 }
@@ -172,9 +178,10 @@ Expected<void> FrameLoop::Impl::end() {
     if (options.frames > 0 && report.framesShown() == 0) {
         const std::vector<std::string> missing = peers.session().missing();
         return fail(ErrorCode::kFailed,
-                    stopping          ? "stopped before a frame was shown"
-                    : missing.empty() ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
-                                      : fmt::format("no frame was shown; hosts that never came: {}", fmt::join(missing, ", ")));
+                    stopping ? "stopped before a frame was shown"
+                    : missing.empty()
+                        ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
+                        : fmt::format("no frame was shown; hosts that never came: {}", fmt::join(missing, ", ")));
     }
     return {};
 }

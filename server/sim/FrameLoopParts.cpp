@@ -13,17 +13,18 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       opened(openJournal()),
       simulation({.threads = options.threads}),
       view(options.wall, options.camera, firstView()),
-      steering({.wall = options.wall,
-                .simulation = simulation,
-                .view = view,
-                .takesInput = options.takesInput,
-                .drags = &drags,
-                .beside = {.look = [this](LooksBeside::Look look) {
-                               lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
-                           },
-                           .work = [this](LooksBeside::Work work) {
-                               workbench.add([work] { return withoutWord(work()); });
-                           }}}),
+      steering(
+          {.wall = options.wall,
+           .simulation = simulation,
+           .view = view,
+           .takesInput = options.takesInput,
+           .drags = &drags,
+           .beside = {
+               .look =
+                   [this](LooksBeside::Look look) {
+                       lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
+                   },
+               .work = [this](LooksBeside::Work work) { workbench.add([work] { return withoutWord(work()); }); }}}),
       report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
       tracking(options.wall),
       trackers(options.wall.tracking, log),
@@ -42,12 +43,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .steering = &steering}),
       pacing(options.rateHz),
       startScene(options.scenes, options.placing),
-      peers(sessionConfig(), blobs,
-            [this](LinkEvent event) {
-                const LinkId link = linkOf(event);
-                inbox.push(link.value, std::move(event));
-            },
-            options.keys, [this](const std::string& words) { log.warning(words); }),
+      peers(
+          sessionConfig(), blobs,
+          [this](LinkEvent event) {
+              const LinkId link = linkOf(event);
+              inbox.push(link.value, std::move(event));
+          },
+          options.keys, [this](const std::string& words) { log.warning(words); }),
       loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
       workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
       listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
@@ -78,12 +80,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .steering = &steering,
             .inlines = &actors.inlines,
             .orderSurvey = [this] { orderSurvey(); },
-            .orderCopy = [this](Preparation order) {
-                lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
-                    const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
-                    return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
-                });
-            },
+            .orderCopy =
+                [this](Preparation order) {
+                    lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
+                        const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
+                        return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
+                    });
+                },
             .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
             .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
             .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
@@ -111,9 +114,10 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                        // What was said about the view is not in a frame yet.
                        return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
                    },
-               .onEpochRaised = [this](Epoch epoch) {
-                   if (journal()) journal()->epochRaised(epoch);
-               },
+               .onEpochRaised =
+                   [this](Epoch epoch) {
+                       if (journal()) journal()->epochRaised(epoch);
+                   },
                .deliver = [this](StateCompared found) { deliver(std::move(found)); }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
     simulation.actWith(actors);
@@ -122,9 +126,9 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
     if (options.journalPath.empty()) return Journal::Opened();
-    return Journal::open({.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log, [this] {
-        deliver(JournalProgress{});
-    });
+    return Journal::open(
+        {.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log,
+        [this] { deliver(JournalProgress{}); });
 }
 
 /// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.

@@ -77,9 +77,7 @@ struct FrameLoop::Impl {
     void openGate();
 
     [[nodiscard]] bool mayBegin(TimePoint now) const;
-    [[nodiscard]] bool frameIsDue(TimePoint now) const {
-        return mayBegin(now) && now >= pacing.earliest();
-    }
+    [[nodiscard]] bool frameIsDue(TimePoint now) const { return mayBegin(now) && now >= pacing.earliest(); }
     [[nodiscard]] bool lastFrameShown() const;
     [[nodiscard]] bool allFramesShown() const {
         return options.frames > 0 && pacing.framesReleased() >= options.frames;
@@ -92,7 +90,9 @@ struct FrameLoop::Impl {
     ServerOptions options;
     Log& log;
     Inbox inbox;
-    std::function<bool(Inbox::Source)> mayServe = [this](Inbox::Source source) { return peers.mayServe(LinkId{source}); };
+    std::function<bool(Inbox::Source)> mayServe = [this](Inbox::Source source) {
+        return peers.mayServe(LinkId{source});
+    };
     BlobStore blobs;
     /// Before all that its epoch is told to. Without --journal both are empty.
     Expected<Journal::Opened> opened;

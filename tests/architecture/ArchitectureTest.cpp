@@ -45,10 +45,13 @@ TEST_F(Architecture, IncludesHaveNoCircles) {
     EXPECT_EQ(report(checkAcyclic(product, layers)), "");
 }
 
-// All that traverses a scene knows nodes, and everybody the names of types. A field more in another type is not everybody's affair.
+// All that traverses a scene knows nodes, and everybody the names of types. A field more in another type is not
+// everybody's affair.
 TEST_F(Architecture, CoresAreKnownToThoseWhoUseThem) {
     const std::string cores = "common/cores";
-    EXPECT_EQ(report(checkReach(product, cores, {cores + "/Node.h", cores + "/ChildList.h", cores + "/ShippedTypes.h"}, 15)), "");
+    EXPECT_EQ(
+        report(checkReach(product, cores, {cores + "/Node.h", cores + "/ChildList.h", cores + "/ShippedTypes.h"}, 15)),
+        "");
 }
 
 TEST_F(Architecture, ServerAndClientDoNotKnowEachOther) {

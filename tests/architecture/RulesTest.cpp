@@ -203,10 +203,13 @@ TEST(LayersFile, SaysWhatIsWrongWithIt) {
 
 TEST_F(Rules, FindTwoClassesOfOneName) {
     write("server/Table.h", "namespace tessera {\nclass Table final : public Base {\n    struct Entry {};\n};\n}\n");
-    write("client/Table.h", "namespace tessera {\nnamespace {\nstruct Table {};\n}\nclass Table;\nstruct Other { struct Table {}; };\n}\n");
+    write(
+        "client/Table.h",
+        "namespace tessera {\nnamespace {\nstruct Table {};\n}\nclass Table;\nstruct Other { struct Table {}; };\n}\n");
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "");
     write("common/base/Table.h", "namespace tessera {\ntemplate <typename T>\nstruct Table {};\n}\n");
-    EXPECT_EQ(report(checkNamesAreUnique(tree())), "server/Table.h:2: tessera::Table is defined in common/base/Table.h too\n");
+    EXPECT_EQ(report(checkNamesAreUnique(tree())),
+              "server/Table.h:2: tessera::Table is defined in common/base/Table.h too\n");
     write("common/base/Table.h", "namespace tessera::base {\nstruct Table {};\n}\n");
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "");
 }

@@ -16,11 +16,14 @@ namespace {
 
 constexpr std::size_t kMostHeaderLines = 256;
 
-tl::unexpected<Error> packedVolume(std::string why) { return fail(ErrorCode::kUnsupported, std::move(why)); }
+tl::unexpected<Error> packedVolume(std::string why) {
+    return fail(ErrorCode::kUnsupported, std::move(why));
+}
 
 std::string lowerCased(std::string_view text) {
     std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+    std::transform(out.begin(), out.end(), out.begin(),
+                   [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
     return out;
 }
 
@@ -86,11 +89,14 @@ Expected<VolumeData> volumeFromText(const VolumeHeader& header, ByteSpan text) {
     std::string_view left(reinterpret_cast<const char*>(text.data()), text.size());
     while (numbers.size() < header.count()) {
         const std::size_t begin = left.find_first_not_of(" \t\r\n");
-        if (begin == std::string_view::npos) return badVolumeFile(fmt::format("it ends too early: {} of {} numbers are there", numbers.size(), header.count()));
+        if (begin == std::string_view::npos)
+            return badVolumeFile(
+                fmt::format("it ends too early: {} of {} numbers are there", numbers.size(), header.count()));
         left.remove_prefix(begin);
         const std::string_view word = left.substr(0, left.find_first_of(" \t\r\n"));
         const std::optional<double> number = numberOf(word);
-        if (!number || std::abs(*number) > 1e30) return badVolumeFile(fmt::format("number {} is '{}', which is none", numbers.size(), printable(word)));
+        if (!number || std::abs(*number) > 1e30)
+            return badVolumeFile(fmt::format("number {} is '{}', which is none", numbers.size(), printable(word)));
         numbers.push_back(static_cast<float>(*number));
         left.remove_prefix(word.size());
     }
@@ -118,7 +124,8 @@ std::string besideOf(const std::string& name, const std::string& data) {
     return slash == std::string::npos || data.front() == '/' ? data : name.substr(0, slash + 1) + data;
 }
 
-std::optional<FileNumber> numberNamed(std::string_view name, std::initializer_list<std::pair<std::string_view, FileNumber>> names) {
+std::optional<FileNumber> numberNamed(std::string_view name,
+                                      std::initializer_list<std::pair<std::string_view, FileNumber>> names) {
     for (const auto& [known, number] : names)
         if (known == name) return number;
     return std::nullopt;
@@ -137,28 +144,45 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
         if (line.empty() || equals == std::string_view::npos) continue;
         said[lowerCased(withoutSpaces(line.substr(0, equals)))] = std::string(withoutSpaces(line.substr(equals + 1)));
     }
-    const auto of = [&](const char* key) { return said.contains(key) ? std::string_view(said[key]) : std::string_view(); };
+    const auto of = [&](const char* key) {
+        return said.contains(key) ? std::string_view(said[key]) : std::string_view();
+    };
     const auto isTrue = [&](const char* key) { return lowerCased(of(key)) == "true"; };
-    if (of("elementdatafile").empty()) return badVolumeFile("a MetaImage says where its data are (ElementDataFile), this one does not");
-    if (said.contains("ndims") && of("ndims") != "3") return packedVolume(fmt::format("it has {} dimensions: three are read", printable(of("ndims"))));
+    if (of("elementdatafile").empty())
+        return badVolumeFile("a MetaImage says where its data are (ElementDataFile), this one does not");
+    if (said.contains("ndims") && of("ndims") != "3")
+        return packedVolume(fmt::format("it has {} dimensions: three are read", printable(of("ndims"))));
     if (isTrue("compresseddata")) return packedVolume("its data are compressed: only plain data are read");
-    if (said.contains("binarydata") && !isTrue("binarydata")) return packedVolume("its data are numbers as text: bytes are read");
-    if (said.contains("elementnumberofchannels") && of("elementnumberofchannels") != "1") return packedVolume("it has several numbers a voxel: one is read");
-    if (!readThree(of("dimsize"), header.size, countOf)) return badVolumeFile(fmt::format("DimSize is '{}': three whole numbers are wanted", printable(of("dimsize"))));
+    if (said.contains("binarydata") && !isTrue("binarydata"))
+        return packedVolume("its data are numbers as text: bytes are read");
+    if (said.contains("elementnumberofchannels") && of("elementnumberofchannels") != "1")
+        return packedVolume("it has several numbers a voxel: one is read");
+    if (!readThree(of("dimsize"), header.size, countOf))
+        return badVolumeFile(fmt::format("DimSize is '{}': three whole numbers are wanted", printable(of("dimsize"))));
     for (const char* key : {"elementsize", "elementspacing"})  // the spacing where both are there
-        if (said.contains(key) && !readThree(of(key), header.spacing, numberOf)) return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
+        if (said.contains(key) && !readThree(of(key), header.spacing, numberOf))
+            return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
     for (const char* key : {"origin", "position", "offset"})
-        if (said.contains(key) && !readThree(of(key), header.origin, numberOf)) return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
+        if (said.contains(key) && !readThree(of(key), header.origin, numberOf))
+            return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
     const std::optional<FileNumber> number =
-        numberNamed(lowerCased(of("elementtype")), {{"met_uchar", FileNumber::kU8}, {"met_char", FileNumber::kI8}, {"met_ushort", FileNumber::kU16}, {"met_short", FileNumber::kI16},
-                                               {"met_uint", FileNumber::kU32}, {"met_int", FileNumber::kI32}, {"met_float", FileNumber::kF32}, {"met_double", FileNumber::kF64}});
+        numberNamed(lowerCased(of("elementtype")), {{"met_uchar", FileNumber::kU8},
+                                                    {"met_char", FileNumber::kI8},
+                                                    {"met_ushort", FileNumber::kU16},
+                                                    {"met_short", FileNumber::kI16},
+                                                    {"met_uint", FileNumber::kU32},
+                                                    {"met_int", FileNumber::kI32},
+                                                    {"met_float", FileNumber::kF32},
+                                                    {"met_double", FileNumber::kF64}});
     if (!number) return packedVolume(fmt::format("its ElementType '{}' is not read", printable(of("elementtype"))));
     header.number = *number;
     header.bigEndian = isTrue("elementbyteordermsb") || isTrue("binarydatabyteordermsb");
-    if (said.contains("transformmatrix") && wordsOf(of("transformmatrix")) != wordsOf("1 0 0 0 1 0 0 0 1")) notes.push_back("its TransformMatrix turns it, which is left out");
+    if (said.contains("transformmatrix") && wordsOf(of("transformmatrix")) != wordsOf("1 0 0 0 1 0 0 0 1"))
+        notes.push_back("its TransformMatrix turns it, which is left out");
     if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string data = said["elementdatafile"];
-    if (lowerCased(data) == "list" || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
+    if (lowerCased(data) == "list" || data.find('%') != std::string::npos)
+        return packedVolume("its data are a list of files: one file is read");
     Bytes own;
     ByteSpan numbers = text.rest();
     if (lowerCased(data) != "local") {
@@ -170,8 +194,11 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
     if (said.contains("headersize")) {
         const std::optional<double> skip = numberOf(of("headersize"));
         const std::size_t wanted = header.count() * bytesOfNumber(header.number);
-        if (!skip || *skip < -1 || *skip > static_cast<double>(numbers.size())) return badVolumeFile(fmt::format("HeaderSize is '{}'", printable(of("headersize"))));
-        numbers = *skip >= 0 ? numbers.subspan(static_cast<std::size_t>(*skip)) : numbers.size() >= wanted ? numbers.subspan(numbers.size() - wanted) : numbers;
+        if (!skip || *skip < -1 || *skip > static_cast<double>(numbers.size()))
+            return badVolumeFile(fmt::format("HeaderSize is '{}'", printable(of("headersize"))));
+        numbers = *skip >= 0                 ? numbers.subspan(static_cast<std::size_t>(*skip))
+                  : numbers.size() >= wanted ? numbers.subspan(numbers.size() - wanted)
+                                             : numbers;
     }
     Expected<VolumeData> volume = volumeFrom(header, numbers);
     if (volume) volume->notes.insert(volume->notes.end(), notes.begin(), notes.end());
@@ -180,7 +207,8 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
 
 // ---- VolVis ---------------------------------------------------------------------------------------------------------
 
-/// Runs as in the format: the low seven bits say how many, the high one that they follow each by itself; 0 ends a slice.
+/// Runs as in the format: the low seven bits say how many, the high one that they follow each by itself; 0 ends a
+/// slice.
 bool unpackSlice(ByteSpan packed, std::byte* to, std::size_t size) {
     std::size_t at = 0, done = 0;
     while (at < packed.size()) {
@@ -189,8 +217,10 @@ bool unpackSlice(ByteSpan packed, std::byte* to, std::size_t size) {
         if (count == 0) break;
         const bool each = (head & 128u) != 0;
         if (count > size - done || at + (each ? count : 1) > packed.size()) return false;
-        if (each) std::copy_n(packed.data() + at, count, to + done);
-        else std::fill_n(to + done, count, packed[at]);
+        if (each)
+            std::copy_n(packed.data() + at, count, to + done);
+        else
+            std::fill_n(to + done, count, packed[at]);
         at += each ? count : 1;
         done += count;
     }
@@ -218,7 +248,8 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     for (auto& size : sizes) size = countOf(word());
     std::array<std::optional<double>, 3> spacing;
     for (auto& step : spacing) step = numberOf(word());
-    std::array<std::optional<std::size_t>, 6> more;  // unit, origin, modification, packing, width and height of a small picture
+    std::array<std::optional<std::size_t>, 6>
+        more;  // unit, origin, modification, packing, width and height of a small picture
     for (auto& number : more) number = countOf(word());
     for (const auto& number : sizes)
         if (!number) return badVolumeFile("its header does not say how many voxels there are");
@@ -233,7 +264,8 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     }
     if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     if (!pastX()) return badVolumeFile("its header does not end with X");
-    if (*more[4] > 65536 || *more[5] > 65536 || 3 * *more[4] * *more[5] > bytes.size() - std::min(at, bytes.size())) return badVolumeFile("it ends within its small picture");
+    if (*more[4] > 65536 || *more[5] > 65536 || 3 * *more[4] * *more[5] > bytes.size() - std::min(at, bytes.size()))
+        return badVolumeFile("it ends within its small picture");
     at += 3 * *more[4] * *more[5];
     if (*more[3] == 0) return volumeFrom(header, bytes.subspan(at));
     if (*more[3] != 1) return packedVolume(fmt::format("its packing {} is not read", *more[3]));
@@ -241,8 +273,10 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     Bytes voxels(slice * header.size[2]);
     for (std::size_t z = 0; z < header.size[2]; ++z) {
         const std::optional<std::size_t> packed = countOf(word());
-        if (!packed || !pastX() || *packed > bytes.size() - std::min(at, bytes.size())) return badVolumeFile(fmt::format("it ends before slice {} of {}", z, header.size[2]));
-        if (!unpackSlice(bytes.subspan(at, *packed), voxels.data() + z * slice, slice)) return badVolumeFile(fmt::format("the runs of slice {} are not its {} voxels", z, slice));
+        if (!packed || !pastX() || *packed > bytes.size() - std::min(at, bytes.size()))
+            return badVolumeFile(fmt::format("it ends before slice {} of {}", z, header.size[2]));
+        if (!unpackSlice(bytes.subspan(at, *packed), voxels.data() + z * slice, slice))
+            return badVolumeFile(fmt::format("the runs of slice {} are not its {} voxels", z, slice));
         at += *packed;
     }
     return volumeFrom(header, voxels);
@@ -252,7 +286,8 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
 
 Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
     HeaderText text(bytes);
-    if (!text.line().starts_with("# vtk DataFile Version")) return badVolumeFile("a legacy VTK file begins with '# vtk DataFile Version', this one does not");
+    if (!text.line().starts_with("# vtk DataFile Version"))
+        return badVolumeFile("a legacy VTK file begins with '# vtk DataFile Version', this one does not");
     (void)text.line();  // its title
     VolumeHeader header;
     header.bigEndian = true;
@@ -263,29 +298,45 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
         const std::vector<std::string_view> words = wordsOf(line);
         if (words.empty()) continue;
         const std::string key = lowerCased(words[0]);
-        const std::string_view values = withoutSpaces(line.substr(static_cast<std::size_t>(words[0].data() - line.data()) + words[0].size()));
-        if (key == "binary" || key == "ascii") binary = key == "binary";
+        const std::string_view values =
+            withoutSpaces(line.substr(static_cast<std::size_t>(words[0].data() - line.data()) + words[0].size()));
+        if (key == "binary" || key == "ascii")
+            binary = key == "binary";
         else if (key == "dataset") {
             structured = lowerCased(values) == "structured_points";
-            if (!structured) return packedVolume(fmt::format("its data set '{}' is not read: STRUCTURED_POINTS is", printable(values)));
+            if (!structured)
+                return packedVolume(
+                    fmt::format("its data set '{}' is not read: STRUCTURED_POINTS is", printable(values)));
         } else if (key == "dimensions") {
             sized = readThree(values, header.size, countOf);
-            if (!sized) return badVolumeFile(fmt::format("DIMENSIONS is '{}': three whole numbers are wanted", printable(values)));
+            if (!sized)
+                return badVolumeFile(
+                    fmt::format("DIMENSIONS is '{}': three whole numbers are wanted", printable(values)));
         } else if (key == "spacing" || key == "aspect_ratio") {
-            if (!readThree(values, header.spacing, numberOf)) return badVolumeFile(fmt::format("SPACING is '{}': three numbers are wanted", printable(values)));
+            if (!readThree(values, header.spacing, numberOf))
+                return badVolumeFile(fmt::format("SPACING is '{}': three numbers are wanted", printable(values)));
         } else if (key == "origin") {
-            if (!readThree(values, header.origin, numberOf)) return badVolumeFile(fmt::format("ORIGIN is '{}': three numbers are wanted", printable(values)));
+            if (!readThree(values, header.origin, numberOf))
+                return badVolumeFile(fmt::format("ORIGIN is '{}': three numbers are wanted", printable(values)));
         } else if (key == "point_data") {
             ofPoints = sized && words.size() == 2 && countOf(words[1]) == header.count();
             if (!ofPoints) return badVolumeFile("POINT_DATA are not as many as DIMENSIONS says");
         } else if (key == "cell_data") {
             return packedVolume("its numbers belong to cells: those of points are read");
         } else if (key == "scalars") {
-            if (!structured || !ofPoints || !binary) return badVolumeFile("SCALARS come before DATASET, DIMENSIONS or POINT_DATA");
-            if (words.size() < 3 || (words.size() > 3 && words[3] != "1")) return packedVolume("it has several numbers a voxel: one is read");
+            if (!structured || !ofPoints || !binary)
+                return badVolumeFile("SCALARS come before DATASET, DIMENSIONS or POINT_DATA");
+            if (words.size() < 3 || (words.size() > 3 && words[3] != "1"))
+                return packedVolume("it has several numbers a voxel: one is read");
             const std::optional<FileNumber> number =
-                numberNamed(lowerCased(words[2]), {{"unsigned_char", FileNumber::kU8}, {"char", FileNumber::kI8}, {"unsigned_short", FileNumber::kU16}, {"short", FileNumber::kI16},
-                                              {"unsigned_int", FileNumber::kU32}, {"int", FileNumber::kI32}, {"float", FileNumber::kF32}, {"double", FileNumber::kF64}});
+                numberNamed(lowerCased(words[2]), {{"unsigned_char", FileNumber::kU8},
+                                                   {"char", FileNumber::kI8},
+                                                   {"unsigned_short", FileNumber::kU16},
+                                                   {"short", FileNumber::kI16},
+                                                   {"unsigned_int", FileNumber::kU32},
+                                                   {"int", FileNumber::kI32},
+                                                   {"float", FileNumber::kF32},
+                                                   {"double", FileNumber::kF64}});
             if (!number) return packedVolume(fmt::format("its numbers '{}' are not read", printable(words[2])));
             header.number = *number;
             if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
@@ -293,7 +344,8 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
             if (lowerCased(behind.line()).starts_with("lookup_table")) text = behind;
             return *binary ? volumeFrom(header, text.rest()) : volumeFromText(header, text.rest());
         } else {
-            return packedVolume(fmt::format("it has '{}', which is not read: structured points with SCALARS are", printable(words[0])));
+            return packedVolume(
+                fmt::format("it has '{}', which is not read: structured points with SCALARS are", printable(words[0])));
         }
     }
     return badVolumeFile("it ends before its SCALARS");
@@ -303,7 +355,8 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
 
 Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
-    if (!text.line().starts_with("NRRD000")) return badVolumeFile("an NRRD file begins with NRRD000, this one does not");
+    if (!text.line().starts_with("NRRD000"))
+        return badVolumeFile("an NRRD file begins with NRRD000, this one does not");
     std::map<std::string, std::string> said;
     while (!text.ended()) {
         const std::string_view line = text.line();
@@ -314,37 +367,50 @@ Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name,
         std::erase(key, ' ');
         said[key] = std::string(withoutSpaces(line.substr(colon + 1)));
     }
-    const auto of = [&](const char* key) { return said.contains(key) ? std::string_view(said[key]) : std::string_view(); };
+    const auto of = [&](const char* key) {
+        return said.contains(key) ? std::string_view(said[key]) : std::string_view();
+    };
     VolumeHeader header;
-    if (of("dimension") != "3") return packedVolume(fmt::format("it has '{}' dimensions: three are read", printable(of("dimension"))));
-    if (!readThree(of("sizes"), header.size, countOf)) return badVolumeFile(fmt::format("sizes is '{}': three whole numbers are wanted", printable(of("sizes"))));
-    if (said.contains("spacings") && !readThree(of("spacings"), header.spacing, numberOf)) return badVolumeFile(fmt::format("spacings is '{}': three numbers are wanted", printable(of("spacings"))));
+    if (of("dimension") != "3")
+        return packedVolume(fmt::format("it has '{}' dimensions: three are read", printable(of("dimension"))));
+    if (!readThree(of("sizes"), header.size, countOf))
+        return badVolumeFile(fmt::format("sizes is '{}': three whole numbers are wanted", printable(of("sizes"))));
+    if (said.contains("spacings") && !readThree(of("spacings"), header.spacing, numberOf))
+        return badVolumeFile(fmt::format("spacings is '{}': three numbers are wanted", printable(of("spacings"))));
     const std::optional<FileNumber> number = numberNamed(
-        lowerCased(of("type")), {{"uchar", FileNumber::kU8}, {"unsigned char", FileNumber::kU8}, {"uint8", FileNumber::kU8}, {"uint8_t", FileNumber::kU8}, {"signed char", FileNumber::kI8},
-                            {"int8", FileNumber::kI8}, {"int8_t", FileNumber::kI8}, {"ushort", FileNumber::kU16}, {"unsigned short", FileNumber::kU16}, {"uint16", FileNumber::kU16},
-                            {"uint16_t", FileNumber::kU16}, {"short", FileNumber::kI16}, {"int16", FileNumber::kI16}, {"int16_t", FileNumber::kI16}, {"uint", FileNumber::kU32},
-                            {"unsigned int", FileNumber::kU32}, {"uint32", FileNumber::kU32}, {"uint32_t", FileNumber::kU32}, {"int", FileNumber::kI32}, {"int32", FileNumber::kI32},
-                            {"int32_t", FileNumber::kI32}, {"float", FileNumber::kF32}, {"double", FileNumber::kF64}});
+        lowerCased(of("type")),
+        {{"uchar", FileNumber::kU8},         {"unsigned char", FileNumber::kU8}, {"uint8", FileNumber::kU8},
+         {"uint8_t", FileNumber::kU8},       {"signed char", FileNumber::kI8},   {"int8", FileNumber::kI8},
+         {"int8_t", FileNumber::kI8},        {"ushort", FileNumber::kU16},       {"unsigned short", FileNumber::kU16},
+         {"uint16", FileNumber::kU16},       {"uint16_t", FileNumber::kU16},     {"short", FileNumber::kI16},
+         {"int16", FileNumber::kI16},        {"int16_t", FileNumber::kI16},      {"uint", FileNumber::kU32},
+         {"unsigned int", FileNumber::kU32}, {"uint32", FileNumber::kU32},       {"uint32_t", FileNumber::kU32},
+         {"int", FileNumber::kI32},          {"int32", FileNumber::kI32},        {"int32_t", FileNumber::kI32},
+         {"float", FileNumber::kF32},        {"double", FileNumber::kF64}});
     if (!number) return packedVolume(fmt::format("its type '{}' is not read", printable(of("type"))));
     header.number = *number;
     header.bigEndian = lowerCased(of("endian")) == "big";
     if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string encoding = lowerCased(of("encoding"));
     const bool isText = encoding == "text" || encoding == "txt" || encoding == "ascii";
-    if (!isText && encoding != "raw") return packedVolume(fmt::format("its encoding '{}' is not read: raw and text are", printable(encoding)));
-    if (said.contains("lineskip") || said.contains("byteskip")) return packedVolume("it skips a part of its data, which is not read");
+    if (!isText && encoding != "raw")
+        return packedVolume(fmt::format("its encoding '{}' is not read: raw and text are", printable(encoding)));
+    if (said.contains("lineskip") || said.contains("byteskip"))
+        return packedVolume("it skips a part of its data, which is not read");
     Bytes own;
     ByteSpan numbers = text.rest();
     const std::string data(said.contains("datafile") ? of("datafile") : "");
     if (!data.empty()) {
-        if (lowerCased(data).starts_with("list") || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
+        if (lowerCased(data).starts_with("list") || data.find('%') != std::string::npos)
+            return packedVolume("its data are a list of files: one file is read");
         Expected<Bytes> read = files.read(besideOf(name, data));
         if (!read) return failWith(fmt::format("'{}'", printable(data)), read.error());
         own = std::move(*read);
         numbers = own;
     }
     Expected<VolumeData> volume = isText ? volumeFromText(header, numbers) : volumeFrom(header, numbers);
-    if (volume && (said.contains("spacedirections") || said.contains("spaceorigin"))) volume->notes.push_back("its space directions and origin are left out");
+    if (volume && (said.contains("spacedirections") || said.contains("spaceorigin")))
+        volume->notes.push_back("its space directions and origin are left out");
     return volume;
 }
 
@@ -359,11 +425,14 @@ std::span<const std::string_view> volumeEndings() {
     static constexpr std::array<std::string_view, 6> kEndings = {"mhd", "mha", "slc", "vtk", "nrrd", "nhdr"};
     return kEndings;
 }
-bool isVolumeFile(std::string_view extension) { return std::ranges::find(volumeEndings(), extension) != volumeEndings().end(); }
+bool isVolumeFile(std::string_view extension) {
+    return std::ranges::find(volumeEndings(), extension) != volumeEndings().end();
+}
 
 Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string& name) {
     const std::string extension = extensionIn(name);
-    if (!isVolumeFile(extension)) return fail(ErrorCode::kUnsupported, "no volume: .mhd, .mha, .slc, .vtk, .nrrd and .nhdr are read");
+    if (!isVolumeFile(extension))
+        return fail(ErrorCode::kUnsupported, "no volume: .mhd, .mha, .slc, .vtk, .nrrd and .nhdr are read");
     const Expected<Bytes> bytes = files.read(name);
     if (!bytes) return tl::unexpected(bytes.error());
     if (extension == "slc") return readSlc(*bytes);

@@ -1,5 +1,5 @@
-/// Scalar fields in files: MetaImage (.mhd and what it names, .mha), VolVis (.slc), legacy VTK structured points (.vtk), NRRD (.nrrd, .nhdr) whose data
-/// are not packed.
+/// Scalar fields in files: MetaImage (.mhd and what it names, .mha), VolVis (.slc), legacy VTK structured points
+/// (.vtk), NRRD (.nrrd, .nhdr) whose data are not packed.
 #pragma once
 
 #include <array>
@@ -23,15 +23,18 @@ struct VolumeData {
     Bytes voxels;
     std::vector<std::string> notes;  ///< what of the file is not shown
 
-    [[nodiscard]] VoxelGrid grid() const { return {.format = format, .size = size, .origin = origin, .spacing = spacing, .voxels = voxels}; }
+    [[nodiscard]] VoxelGrid grid() const {
+        return {.format = format, .size = size, .origin = origin, .spacing = spacing, .voxels = voxels};
+    }
 };
 
 /// In lower case, without a dot.
 [[nodiscard]] std::span<const std::string_view> volumeEndings();
 /// `extension`: in lower case, without its dot.
 [[nodiscard]] bool isVolumeFile(std::string_view extension);
-/// `name`: in the folder. kBadInput where the file is damaged, kLimit where it says more than 2^28 bytes of voxels: before anything is taken for
-/// them; kUnsupported what packs its data, or has more than one number a voxel; kRefused data outside of the folder.
+/// `name`: in the folder. kBadInput where the file is damaged, kLimit where it says more than 2^28 bytes of voxels:
+/// before anything is taken for them; kUnsupported what packs its data, or has more than one number a voxel; kRefused
+/// data outside of the folder.
 [[nodiscard]] Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string& name);
 
 }  // namespace tessera

@@ -23,7 +23,12 @@ FirstLook firstLookAt(const VoxelGrid& grid) {
         out.low = std::min(out.low, value);
         out.high = std::max(out.high, value);
     });
-    out.thickness = grid.spacing.cwiseProduct(Vec3d(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1), static_cast<double>(grid.size[2] - 1))).maxCoeff() / 32;
+    out.thickness =
+        grid.spacing
+            .cwiseProduct(Vec3d(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1),
+                                static_cast<double>(grid.size[2] - 1)))
+            .maxCoeff() /
+        32;
     if (!(out.low < out.high)) {
         out.surfaceValue = out.low;
         out.high = out.low + std::max(1.0, std::abs(out.low));
@@ -41,7 +46,8 @@ FirstLook firstLookAt(const VoxelGrid& grid) {
         below += counts[i];
         sumBelow += counts[i] * static_cast<double>(i);
         if (below == 0 || below == all) continue;
-        const double apart = sumBelow / below - (sum - sumBelow) / (all - below), between = below * (all - below) * apart * apart;
+        const double apart = sumBelow / below - (sum - sumBelow) / (all - below),
+                     between = below * (all - below) * apart * apart;
         if (between > best) {
             best = between;
             out.surfaceValue = out.low + static_cast<double>(i + 1) * width;
@@ -50,12 +56,15 @@ FirstLook firstLookAt(const VoxelGrid& grid) {
     return out;
 }
 
-Expected<proto::scene::Volume> plainVolume(const FolderFiles& files, const proto::scene::Volume& said, PlainScene& scene) {
+Expected<proto::scene::Volume> plainVolume(const FolderFiles& files, const proto::scene::Volume& said,
+                                           PlainScene& scene) {
     proto::scene::Volume out = said;
     out.clear_file();
     if (said.file().empty()) return out;
-    if (said.voxels_size() > 0 || said.size_x() > 0 || said.size_y() > 0 || said.size_z() > 0) return badVolumeFile("a volume has a file or voxels, not both");
-    if (said.file().front() == '/') return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", said.file()));
+    if (said.voxels_size() > 0 || said.size_x() > 0 || said.size_y() > 0 || said.size_z() > 0)
+        return badVolumeFile("a volume has a file or voxels, not both");
+    if (said.file().front() == '/')
+        return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", said.file()));
     Expected<VolumeData> volume = readVolumeFile(files, said.file());
     if (!volume) return failWith(fmt::format("'{}'", said.file()), volume.error());
     for (const std::string& left : volume->notes) scene.note(fmt::format("'{}': {}", said.file(), left));

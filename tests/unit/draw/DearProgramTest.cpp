@@ -14,9 +14,13 @@ namespace {
 
 /// Nothing at 0 and 1, without an end at 2: drawn as the material says, and named. Solid, blended, and by its vertices.
 TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
-    const std::string dear = "uniform float rounds;\nfloat spin(float n) { for (int i = 0; i < 1000 && float(i) < (rounds - 1.0) * 1000.0; ++i) {"
-                             " n = fract(sin(n * 12.9898 + float(i)) * 43758.5453 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + atan(n, 2.0) + inversesqrt(1.0 + n));"
-                             " n = fract(sin(n * 3.1 + 0.3) * 4375.5453 + pow(abs(cos(n)), 1.3) + exp(-n) + log(2.5 + n * n) + atan(n, 3.0) + inversesqrt(2.0 + n)); } return n; }\n";
+    const std::string dear =
+        "uniform float rounds;\nfloat spin(float n) { for (int i = 0; i < 1000 && float(i) < (rounds - 1.0) * 1000.0; "
+        "++i) {"
+        " n = fract(sin(n * 12.9898 + float(i)) * 43758.5453 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + "
+        "atan(n, 2.0) + inversesqrt(1.0 + n));"
+        " n = fract(sin(n * 3.1 + 0.3) * 4375.5453 + pow(abs(cos(n)), 1.3) + exp(-n) + log(2.5 + n * n) + atan(n, 3.0) "
+        "+ inversesqrt(2.0 + n)); } return n; }\n";
     for (const bool byVertex : {false, true})
         for (const std::int64_t alpha : {Material::kOpaque, Material::kBlend}) {
             restart({.samples = 1, .programsMost = std::chrono::milliseconds(100)});
@@ -29,9 +33,14 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
                 p.program.surface = surface;
                 p.program.vertex = dear + kVertexHead + "position.z += 1e-3 * spin(position.x); }";
             } else {
-                p.program.surface = dear + "void surface(inout Surface s) { s.base.rgb = vec3(0.9, 0.1 + 1e-3 * spin(uv.x), 0.1); }";
+                p.program.surface =
+                    dear + "void surface(inout Surface s) { s.base.rgb = vec3(0.9, 0.1 + 1e-3 * spin(uv.x), 0.1); }";
             }
-            const ObjectId program = p.scene.add(p.program), harmless = p.scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { for (int i = 0; i < 3; ++i) s.base.rgb = vec3(0.0, 0.0, 0.5); }", .verdict = SurfaceProgram::kGood});
+            const ObjectId program = p.scene.add(p.program),
+                           harmless =
+                               p.scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { for (int i = 0; "
+                                                                     "i < 3; ++i) s.base.rgb = vec3(0.0, 0.0, 0.5); }",
+                                                          .verdict = SurfaceProgram::kGood});
             const ObjectId rounds = p.scene.add(Uniform{.name = "rounds", .value = Vec4f(1, 0, 0, 0)});
             p.material.program = program;
             p.material.uniforms.push_back(rounds);
@@ -44,11 +53,14 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
             const int side = byVertex ? 120 : 1;
             for (int y = 0; y <= side; ++y)
                 for (int x = 0; x <= side; ++x) {
-                    fine.positions.insert(fine.positions.end(), {static_cast<float>(2.0 * x / side - 1), static_cast<float>(2.0 * y / side - 1), 0});
+                    fine.positions.insert(fine.positions.end(), {static_cast<float>(2.0 * x / side - 1),
+                                                                 static_cast<float>(2.0 * y / side - 1), 0});
                     fine.normals.insert(fine.normals.end(), {0, 0, 1});
-                    fine.texcoords.insert(fine.texcoords.end(), {static_cast<float>(x) / static_cast<float>(side), static_cast<float>(y) / static_cast<float>(side)});
+                    fine.texcoords.insert(fine.texcoords.end(), {static_cast<float>(x) / static_cast<float>(side),
+                                                                 static_cast<float>(y) / static_cast<float>(side)});
                     if (x == side || y == side) continue;
-                    const auto corner = static_cast<std::uint32_t>(y * (side + 1) + x), above = corner + static_cast<std::uint32_t>(side) + 1;
+                    const auto corner = static_cast<std::uint32_t>(y * (side + 1) + x),
+                               above = corner + static_cast<std::uint32_t>(side) + 1;
                     fine.indices.insert(fine.indices.end(), {corner, corner + 1, above + 1, corner, above + 1, above});
                 }
             p.scene.place(p.scene.add(fine, p.scene.add(p.material)), Vec3d::Zero());
@@ -71,7 +83,9 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
             EXPECT_EQ(renderer_->heldUpBy(aspect)[0].program, program);
             EXPECT_EQ(draw(aspect, camera).rgb, held.rgb);
             // The server says so, to all; then the text is said again, with something harmless.
-            edit([&](ChangeListBuilder& list) { setField<&SurfaceProgram::verdict>(list, program, SurfaceProgram::kHeavy); });
+            edit([&](ChangeListBuilder& list) {
+                setField<&SurfaceProgram::verdict>(list, program, SurfaceProgram::kHeavy);
+            });
             EXPECT_EQ(draw(aspect, camera).rgb, held.rgb);
             EXPECT_TRUE(renderer_->heldUpBy(aspect).empty()) << "it is known";
             edit([&](ChangeListBuilder& list) {
@@ -87,8 +101,10 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
 Aspect takesLong(int rounds) {
     Programmed p;
     p.material.baseColor = {0, 1, 0, 1};
-    p.program.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " + std::to_string(rounds) +
-                        "; ++i) n = fract(sin(n * 12.9898) * 43758.5453 + pow(abs(cos(n)), 1.7)); s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }";
+    p.program.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " +
+                        std::to_string(rounds) +
+                        "; ++i) n = fract(sin(n * 12.9898) * 43758.5453 + pow(abs(cos(n)), 1.7)); s.base.rgb = "
+                        "vec3(0.8 + 1e-3 * n, 0.0, 0.0); }";
     return p.take();
 }
 
@@ -115,7 +131,8 @@ public:
 
 private:
     static void setAll(const cpu_set_t& set) {
-        for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) ::sched_setaffinity(std::atoi(entry.path().filename().c_str()), sizeof set, &set);
+        for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task"))
+            ::sched_setaffinity(std::atoi(entry.path().filename().c_str()), sizeof set, &set);
     }
     cpu_set_t before_{};
 };
@@ -124,7 +141,8 @@ private:
 class WatchedTest : public PersonProgramTest {
 protected:
     static constexpr std::chrono::milliseconds kTakes{30};
-    static Picture drawWith(Renderer& renderer, const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
+    static Picture drawWith(Renderer& renderer, const Aspect& aspect, const DrawList& list,
+                            const ScreenCamera& camera) {
         auto picture = renderer.draw(aspect, list, camera, whole(camera));
         EXPECT_TRUE(picture);
         return std::move(*picture);
@@ -144,7 +162,8 @@ protected:
     }
 };
 
-/// Beside eight threads of the same process that want its processor, too, a picture takes nine times as long: that is not the program's fault.
+/// Beside eight threads of the same process that want its processor, too, a picture takes nine times as long: that is
+/// not the program's fault.
 TEST_F(WatchedTest, WhatOthersOfThisProcessTakeIsNoTimeOfAProgram) {
     const OnOneProcessor one;
     const ScreenCamera camera = cameraOf(200, 150);
@@ -218,10 +237,14 @@ TEST_F(PersonProgramTest, AmongManyTheOneThatTakesLongIsNamed) {
         material.unlit = true;
         material.baseColor = {0, 1, 0, 1};
         const std::string rounds = i == 2 ? "1000" : "1";
-        programs.push_back(scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " + rounds + "; ++i) for (int k = 0; k < " + rounds +
-                                                               "; ++k) { n = fract(sin(n * 12.9898 + " + std::to_string(i) + ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0) + "
-                                                               "log(2.0 + n)); n = fract(pow(n + 0.1, 1.3) + sin(n * 7.0)); } s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
-                                                    .verdict = SurfaceProgram::kGood}));
+        programs.push_back(scene.add(
+            SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < " + rounds +
+                                      "; ++i) for (int k = 0; k < " + rounds + "; ++k) { n = fract(sin(n * 12.9898 + " +
+                                      std::to_string(i) +
+                                      ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0) + "
+                                      "log(2.0 + n)); n = fract(pow(n + 0.1, 1.3) + sin(n * 7.0)); } s.base.rgb = "
+                                      "vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
+                           .verdict = SurfaceProgram::kGood}));
         material.program = programs.back();
         scene.place(scene.add(makeSheet(0.5, 1.6), scene.add(material)), {-1.2 + 0.6 * i, 0, 0});
     }
@@ -242,10 +265,14 @@ TEST_F(PersonProgramTest, WhereManyTakeLongAllWithLoopsAreHeldUpAfterAFewTries) 
         Material material;
         material.unlit = true;
         material.baseColor = {0, 1, 0, 1};
-        material.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 2000; ++i) for (int k = 0; k < 2000; ++k) "
-                                                               "{ n = fract(sin(n * 12.9898 + " + std::to_string(i) + ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0)); } "
-                                                               "s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
-                                                    .verdict = SurfaceProgram::kGood});
+        material.program = scene.add(
+            SurfaceProgram{.surface = "void surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 2000; ++i) "
+                                      "for (int k = 0; k < 2000; ++k) "
+                                      "{ n = fract(sin(n * 12.9898 + " +
+                                      std::to_string(i) +
+                                      ".0) * 43758.5453 + pow(abs(cos(n)), 1.7)); n = fract(exp(n) + atan(n, 3.0)); } "
+                                      "s.base.rgb = vec3(0.8 + 1e-3 * n, 0.0, 0.0); }",
+                           .verdict = SurfaceProgram::kGood});
         scene.place(scene.add(makeSheet(0.25, 1.6), scene.add(material)), {-1.35 + 0.3 * i, 0, 0});
     }
     const Aspect aspect = scene.take();

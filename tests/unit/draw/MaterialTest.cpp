@@ -30,7 +30,8 @@ TEST_F(MaterialTest, MetalAndRoughnessAreThoseOfTheFormulas) {
                 const Rgb is = middleOf(scene, material, turn);
                 const Rgb should =
                     expectedOf((0.5 * surface.reflected(turn * Vec3d::UnitZ(), light, towardsEye())).cast<float>());
-                for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) worst = std::max(worst, std::abs(off));
+                for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b})
+                    worst = std::max(worst, std::abs(off));
             }
     // The shader takes Hammon's approximation of the visibility: at most 2 of 255 here.
     EXPECT_LE(worst, 2);
@@ -75,8 +76,8 @@ TEST_F(MaterialTest, EmissionIsAsBrightAsItIs) {
     }
 }
 
-// Samples of one surface whose material images differ: sorting pixels by whether their samples are alike must look at what
-// images say, too. Two triangles fill the picture, alike but for the light that an image lets them give.
+// Samples of one surface whose material images differ: sorting pixels by whether their samples are alike must look at
+// what images say, too. Two triangles fill the picture, alike but for the light that an image lets them give.
 TEST_F(MaterialTest, APixelBetweenTwoEmissionsHasTheirMean) {
     restart({.samples = 4});
     const std::array<std::uint8_t, 8> halves{0, 0, 0, 255, 255, 255, 255, 255};
@@ -159,7 +160,8 @@ TEST_F(MaterialTest, NormalMapsTiltAlongTheTextureCoordinates) {
                 scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.001}, turn);
                 Vec3d n = turn * (inMap.x() * c.alongU + inMap.y() * c.againstV + inMap.z() * Vec3d::UnitZ());
                 if (fromBehind) n = -n;  // glTF: back faces have their normals reversed
-                SCOPED_TRACE(testing::Message() << c.name << (normals ? "" : ", faceted") << (fromBehind ? ", from behind" : ""));
+                SCOPED_TRACE(testing::Message()
+                             << c.name << (normals ? "" : ", faceted") << (fromBehind ? ", from behind" : ""));
                 const Rgb is = center(draw(scene));
                 const Rgb should = expectedOf((0.7 * surface.reflected(n, light, towardsEye())).cast<float>());
                 EXPECT_NEAR(is.g, should.g, 2);
@@ -176,7 +178,8 @@ TEST_F(MaterialTest, NormalScaleFlattensAndZeroIsFlat) {
         const Vec3d n(scale * (191 / 127.5 - 1), scale * (127 / 127.5 - 1), 230 / 127.5 - 1);
         const Shaded surface{.base = {0.6, 0.6, 0.6}};
         const Rgb is = middleOf(scene, material);
-        EXPECT_NEAR(is.g, expectedOf((0.7 * surface.reflected(n.normalized(), light, towardsEye())).cast<float>()).g, 3);
+        EXPECT_NEAR(is.g, expectedOf((0.7 * surface.reflected(n.normalized(), light, towardsEye())).cast<float>()).g,
+                    3);
     }
 }
 
@@ -191,7 +194,9 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
         material.baseColor.w() = own;
         material.alphaMode = mode;
         material.alphaCutoff = cutoff;
-        Image image = imageOf(2, [](int x, int) { return Rgba{255, 255, 255, static_cast<std::uint8_t>(x == 0 ? 51 : 179)}; });
+        Image image = imageOf(2, [](int x, int) {
+            return Rgba{255, 255, 255, static_cast<std::uint8_t>(x == 0 ? 51 : 179)};
+        });
         image.magnification = Image::kNearest;
         material.baseColorImage = scene.add(image);
         scene.place(scene.add(makeSheet(3.2, 3.2), scene.add(material)), {0, 0, -0.001});
@@ -200,7 +205,8 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
     };
     const Rgb red = expectedOf({0.5f, 0, 0}), green = expectedOf({0, 0.5f, 0});
     const auto mixed = [&](double alpha) {
-        return Rgb{static_cast<int>(std::lround(alpha * red.r)), static_cast<int>(std::lround((1 - alpha) * green.g)), 0};
+        return Rgb{static_cast<int>(std::lround(alpha * red.r)), static_cast<int>(std::lround((1 - alpha) * green.g)),
+                   0};
     };
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
@@ -227,8 +233,11 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
 TEST_F(MaterialTest, WhatIsAsOpaqueAsTheCutoffIsThere) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
-        for (const auto& [own, cutoff, there] :
-             {std::tuple(1.0f, 1.0f, true), {0.5f, 0.5f, true}, {0.5f, 0.51f, false}, {1.0f, 1.5f, false}, {0.0f, 0.0f, true}}) {
+        for (const auto& [own, cutoff, there] : {std::tuple(1.0f, 1.0f, true),
+                                                 {0.5f, 0.5f, true},
+                                                 {0.5f, 0.51f, false},
+                                                 {1.0f, 1.5f, false},
+                                                 {0.0f, 0.0f, true}}) {
             TestScene scene;
             scene.setDark(Vec3f(0, 0.5f, 0));
             Material material = unlit({0.5f, 0, 0});
@@ -287,7 +296,9 @@ TEST_F(MaterialTest, UnlitIsItsBaseColourAndNoLightChangesIt) {
             material.alphaMode = glass ? Material::kBlend : Material::kAutoAlpha;
             material.baseColor.w() = glass ? 0.99f : 1.0f;
             const Rgb is = middleOf(scene, material);
-            const auto byte = [](double v) { return static_cast<int>(std::lround(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055))); };
+            const auto byte = [](double v) {
+                return static_cast<int>(std::lround(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055)));
+            };
             // Not even white is toned down.
             EXPECT_NEAR(is.r, 255, glass ? 3 : 1);
             EXPECT_NEAR(is.g, byte(0.5), glass ? 3 : 1);
@@ -299,7 +310,8 @@ TEST_F(MaterialTest, LacquerAddsALayerOfItsOwn) {
     const Vec3d light = Vec3d(0.3, 0.2, 0.9).normalized();
     for (const double coat : {0.5, 1.0})
         for (const double roughness : {0.3, 0.6}) {
-            const Shaded surface{.base = {0.7, 0.1, 0.1}, .roughness = 0.9, .clearcoat = coat, .clearcoatRoughness = roughness};
+            const Shaded surface{
+                .base = {0.7, 0.1, 0.1}, .roughness = 0.9, .clearcoat = coat, .clearcoatRoughness = roughness};
             Material material = of(surface.base);
             material.roughness = 0.9f;
             material.clearcoat = static_cast<float>(coat);
@@ -332,8 +344,8 @@ TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
     EXPECT_NEAR(behind(1, {1, 1, 1}, 1).g, 0, 1) << "metals let nothing through";
 }
 
-/// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through (KHR_materials_transmission) takes nothing of what is
-/// reflected.
+/// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through
+/// (KHR_materials_transmission) takes nothing of what is reflected.
 TEST_F(MaterialTest, AlphaWeakensAllOfASurfaceAndTransmissionLeavesItsHighlights) {
     const Vec3d light = Vec3d(0.1, 0.3, 0.9).normalized();
     const Vec3f behind(0.05f, 0.2f, 0.4f);
@@ -351,17 +363,22 @@ TEST_F(MaterialTest, AlphaWeakensAllOfASurfaceAndTransmissionLeavesItsHighlights
         return middleOf(scene, material);
     };
     const auto over = [&](const Rgb& c, float alpha) {
-        const auto mixed = [alpha](int front, int back) { return static_cast<int>(std::lround(alpha * static_cast<float>(front) + (1 - alpha) * static_cast<float>(back))); };
+        const auto mixed = [alpha](int front, int back) {
+            return static_cast<int>(
+                std::lround(alpha * static_cast<float>(front) + (1 - alpha) * static_cast<float>(back)));
+        };
         return Rgb{mixed(c.r, background.r), mixed(c.g, background.g), mixed(c.b, background.b)};
     };
     const auto expectWithin2 = [](const Rgb& is, const Rgb& should, double metallic, float alpha) {
-        for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) EXPECT_LE(std::abs(off), 2) << is << " for " << should << ", metallic " << metallic << ", alpha " << alpha;
+        for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b})
+            EXPECT_LE(std::abs(off), 2) << is << " for " << should << ", metallic " << metallic << ", alpha " << alpha;
     };
     for (const double metallic : {0.0, 0.5, 1.0}) {
         const Shaded surface{.base = {0.8, 0.5, 0.2}, .metallic = metallic, .roughness = 0.5};
         const Rgb solid = expectedOf((0.5 * surface.reflected(Vec3d::UnitZ(), light, towardsEye())).cast<float>());
         EXPECT_GT(solid.r, background.r + 40) << "something to be weakened";
-        for (const float alpha : {0.0f, 0.1f, 0.5f, 0.9f}) expectWithin2(shown(metallic, alpha, 0), over(solid, alpha), metallic, alpha);
+        for (const float alpha : {0.0f, 0.1f, 0.5f, 0.9f})
+            expectWithin2(shown(metallic, alpha, 0), over(solid, alpha), metallic, alpha);
     }
     const Rgb clear = shown(0, 0.999f, 1);
     EXPECT_GT(clear.r, background.r + 5) << "a highlight on glass";

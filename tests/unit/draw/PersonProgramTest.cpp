@@ -6,8 +6,12 @@ namespace {
 
 TEST_F(PersonProgramTest, SaysTheColourByItsUniforms) {
     Programmed p;
-    p.program.surface = "uniform vec3 tint;\nuniform float half_;\nuniform vec2 unsaid;\nvoid surface(inout Surface s) { s.base.rgb = tint * half_ + vec3(unsaid, 0.0); }";
-    p.uniforms = {{.name = "tint", .value = Vec4f(0.8f, 0.4f, 0.2f, 9)}, {.name = "half_", .value = Vec4f(0.5f, 9, 9, 9)}, {.name = "nobody asks", .value = Vec4f::Ones()}};
+    p.program.surface =
+        "uniform vec3 tint;\nuniform float half_;\nuniform vec2 unsaid;\nvoid surface(inout Surface s) { s.base.rgb = "
+        "tint * half_ + vec3(unsaid, 0.0); }";
+    p.uniforms = {{.name = "tint", .value = Vec4f(0.8f, 0.4f, 0.2f, 9)},
+                  {.name = "half_", .value = Vec4f(0.5f, 9, 9, 9)},
+                  {.name = "nobody asks", .value = Vec4f::Ones()}};
     expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), expectedOf({0.4f, 0.2f, 0.1f}));
 }
 
@@ -19,7 +23,8 @@ TEST_F(PersonProgramTest, TwoMaterialsOfOneProgramSayTwoThings) {
     for (const float side : {-1.0f, 1.0f}) {
         Material material = p.material;
         material.program = program;
-        material.uniforms.push_back(p.scene.add(Uniform{.name = "tint", .value = side < 0 ? Vec4f(1, 0, 0, 0) : Vec4f(0, 1, 0, 0)}));
+        material.uniforms.push_back(
+            p.scene.add(Uniform{.name = "tint", .value = side < 0 ? Vec4f(1, 0, 0, 0) : Vec4f(0, 1, 0, 0)}));
         p.scene.place(p.scene.add(makeSheet(1, 1), p.scene.add(material)), {0.8 * static_cast<double>(side), 0, 0});
     }
     p.scene.setDark();
@@ -31,14 +36,20 @@ TEST_F(PersonProgramTest, TwoMaterialsOfOneProgramSayTwoThings) {
 TEST_F(PersonProgramTest, KnowsPlacesTexturesAndImages) {
     Programmed p;
     p.at = {0.25, 0, -1};
-    p.program.surface = "uniform sampler2D map; uniform sampler2D none;\nvoid surface(inout Surface s) {\n"
-                        "vec3 ok = vec3(0.0);\n"
-                        "if (distance(worldPosition, nodePosition + vec3(0.25, 0.0, -1.0)) < 1e-4) ok.r = 1.0;\n"
-                        "if (distance(eyePosition, worldPosition - vec3(0.0, 0.0, 2.4)) < 1e-4 && abs(uv.x - (nodePosition.x + 0.8) / 1.6) < 1e-4) ok.g = 1.0;\n"
-                        "if (distance(texture(map, uv), vec4(0.0, 1.0, 0.0, 1.0)) < 1e-3 && texture(none, uv1) == vec4(1.0)) ok.b = 1.0;\n"
-                        "s.base.rgb = ok; }";
+    p.program.surface =
+        "uniform sampler2D map; uniform sampler2D none;\nvoid surface(inout Surface s) {\n"
+        "vec3 ok = vec3(0.0);\n"
+        "if (distance(worldPosition, nodePosition + vec3(0.25, 0.0, -1.0)) < 1e-4) ok.r = 1.0;\n"
+        "if (distance(eyePosition, worldPosition - vec3(0.0, 0.0, 2.4)) < 1e-4 && abs(uv.x - (nodePosition.x + 0.8) / "
+        "1.6) < 1e-4) ok.g = 1.0;\n"
+        "if (distance(texture(map, uv), vec4(0.0, 1.0, 0.0, 1.0)) < 1e-3 && texture(none, uv1) == vec4(1.0)) ok.b = "
+        "1.0;\n"
+        "s.base.rgb = ok; }";
     const std::array<std::uint8_t, 4> green{0, 255, 0, 255};
-    p.uniforms = {{.name = "map", .image = p.scene.addImage(Blob(Bytes(std::as_bytes(std::span(green)).begin(), std::as_bytes(std::span(green)).end())), 1, 1)}};
+    p.uniforms = {
+        {.name = "map",
+         .image = p.scene.addImage(
+             Blob(Bytes(std::as_bytes(std::span(green)).begin(), std::as_bytes(std::span(green)).end())), 1, 1)}};
     expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), {255, 255, 255});
 }
 
@@ -48,7 +59,9 @@ TEST_F(PersonProgramTest, LightFallsOnWhatItSays) {
         Programmed p;
         p.material.unlit = false;
         if (byProgram)
-            p.program.surface = "void surface(inout Surface s) { s.base.rgb = vec3(0.8, 0.5, 0.2); s.metallic = 0.6; s.roughness = 0.4; s.emissive = vec3(0.0, 0.1, 0.0); }";
+            p.program.surface =
+                "void surface(inout Surface s) { s.base.rgb = vec3(0.8, 0.5, 0.2); s.metallic = 0.6; s.roughness = "
+                "0.4; s.emissive = vec3(0.0, 0.1, 0.0); }";
         else
             p.material.baseColor = {0.8f, 0.5f, 0.2f, 1};
         if (!byProgram) {
@@ -93,7 +106,8 @@ TEST_F(PersonProgramTest, WhatIsBadIsLoudAndWhatIsUntriedIsPlain) {
     expectNear(center(draw(scene.take(), cameraOf(kSidePx, kSidePx))), expectedOf({0.2f, 0.6f, 0.3f}));
 }
 
-// The server's compiler took it, this one does not: the rest of the picture is there all the same, and somebody says so.
+// The server's compiler took it, this one does not: the rest of the picture is there all the same, and somebody says
+// so.
 TEST_F(PersonProgramTest, WhatThisHostRefusesIsDrawnAsWrong) {
     Programmed p;
     p.program.surface = "\nvoid surface(inout Surface s) { s.base = nowhere; }";
@@ -102,20 +116,25 @@ TEST_F(PersonProgramTest, WhatThisHostRefusesIsDrawnAsWrong) {
     const Rgb c = center(picture);
     EXPECT_TRUE((c.r > 250 && c.b > 250) || c.r + c.g + c.b < 5) << c;
     expectNear(pixel(picture, 2, 2), expectedOf({0, 0, 0.2f}));
-    EXPECT_NE(renderer_->lastCounts().trouble.find("surface, line 2"), std::string::npos) << renderer_->lastCounts().trouble;
+    EXPECT_NE(renderer_->lastCounts().trouble.find("surface, line 2"), std::string::npos)
+        << renderer_->lastCounts().trouble;
 }
 
 TEST_F(PersonProgramTest, LoopsThatNeverEndEnd) {
     Programmed p;
-    p.program.surface = "int f(int a) { while (true) { ++a; } return a; }\nvoid surface(inout Surface s) { int n = 0; for (;;) ++n; do { ++n; } while (true); n += f(0);"
-                        "s.base.rgb = n <= 1030 && n >= 1024 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0); }";
+    p.program.surface =
+        "int f(int a) { while (true) { ++a; } return a; }\nvoid surface(inout Surface s) { int n = 0; for (;;) ++n; do "
+        "{ ++n; } while (true); n += f(0);"
+        "s.base.rgb = n <= 1030 && n >= 1024 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0); }";
     p.program.vertex = std::string(kVertexHead) + "for (;;) position.x += 0.0; }";
     expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), {0, 255, 0});
 }
 
 TEST_F(PersonProgramTest, WhatIsNoNumberIsNothing) {
     Programmed p;
-    p.program.surface = "uniform float zero; void surface(inout Surface s) { s.base = vec4(zero / zero, 1.0, 1.0 / zero, 1.0); s.normal = vec3(zero / zero); }";
+    p.program.surface =
+        "uniform float zero; void surface(inout Surface s) { s.base = vec4(zero / zero, 1.0, 1.0 / zero, 1.0); "
+        "s.normal = vec3(zero / zero); }";
     p.program.vertex = "uniform float zero; void vertex(inout vec3 position, inout vec3 normal) { position /= zero; }";
     expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), {0, 255, 255});
 }
@@ -123,8 +142,9 @@ TEST_F(PersonProgramTest, WhatIsNoNumberIsNothing) {
 TEST_F(PersonProgramTest, HolesAreHolesInPicturesIdsAndShadows) {
     for (const bool byAlpha : {false, true}) {
         Programmed p;
-        p.program.surface = byAlpha ? "void surface(inout Surface s) { s.base = vec4(0.0, 1.0, 0.0, uv.x < 0.5 ? 0.0 : 1.0); }"
-                                    : "void surface(inout Surface s) { if (uv.x < 0.5) discard; s.base = vec4(0.0, 1.0, 0.0, 1.0); }";
+        p.program.surface =
+            byAlpha ? "void surface(inout Surface s) { s.base = vec4(0.0, 1.0, 0.0, uv.x < 0.5 ? 0.0 : 1.0); }"
+                    : "void surface(inout Surface s) { if (uv.x < 0.5) discard; s.base = vec4(0.0, 1.0, 0.0, 1.0); }";
         if (byAlpha) p.material.alphaMode = Material::kMask;
         const Aspect aspect = p.take();
         const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
@@ -143,7 +163,8 @@ TEST_F(PersonProgramTest, HolesAreHolesInPicturesIdsAndShadows) {
     Material white;
     white.baseColor = Vec4f::Ones();
     Material holed = white;
-    holed.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { if (uv.y < 0.5) discard; }", .verdict = SurfaceProgram::kGood});
+    holed.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { if (uv.y < 0.5) discard; }",
+                                             .verdict = SurfaceProgram::kGood});
     scene.place(scene.add(makeSheet(3, 3), scene.add(white)), {0, 0, -1});
     scene.place(scene.add(makeSheet(1, 1), scene.add(holed)), {-0.6, 0, 0});
     const Picture picture = draw(scene.take(), cameraOf(kSidePx, kSidePx));
@@ -173,17 +194,24 @@ TEST_F(PersonProgramTest, VerticesMoveAsFarAsTheProgramSaysAndNoFarther) {
     EXPECT_NEAR(shownAt(10), kSidePx / 2 + 3 * pixelsPerUnit / 5, 1);
 }
 
-// With all that can tell tiles apart: derivatives, vertices that move, holes, places in the world, loops, several cells.
+// With all that can tell tiles apart: derivatives, vertices that move, holes, places in the world, loops, several
+// cells.
 TEST_F(PersonProgramTest, TilesAreCutFromOnePicture) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         TestScene scene;
         const char* const surface =
-            "uniform float zoom;\nvoid surface(inout Surface s) { vec2 c = uv * zoom; float n = 0.0; for (int i = 0; i < 20; ++i) { c = vec2(c.x * c.x - c.y * c.y, 2.0 * c.x * c.y) + uv - 0.5; n += "
-            "step(dot(c, c), 4.0); }\n s.base.rgb = vec3(n / 20.0, fract(worldPosition.x * 7.0), length(fwidth(uv)) * 60.0); s.base.a = fract(uv.y * 9.0); s.normal += dFdx(eyePosition) * 3.0; s.roughness = n / 30.0; if (fract(uv.x * 5.0) < "
+            "uniform float zoom;\nvoid surface(inout Surface s) { vec2 c = uv * zoom; float n = 0.0; for (int i = 0; i "
+            "< 20; ++i) { c = vec2(c.x * c.x - c.y * c.y, 2.0 * c.x * c.y) + uv - 0.5; n += "
+            "step(dot(c, c), 4.0); }\n s.base.rgb = vec3(n / 20.0, fract(worldPosition.x * 7.0), length(fwidth(uv)) * "
+            "60.0); s.base.a = fract(uv.y * 9.0); s.normal += dFdx(eyePosition) * 3.0; s.roughness = n / 30.0; if "
+            "(fract(uv.x * 5.0) < "
             "0.2) discard; }";
-        const std::string vertex = std::string(kVertexHead) + "position.z += 0.2 * sin(7.0 * position.x); normal = normalize(normal + vec3(0.3, 0.0, 0.0)); }";
-        const ObjectId program = scene.add(SurfaceProgram{.surface = surface, .vertex = vertex, .reach = 0.3, .verdict = SurfaceProgram::kGood});
+        const std::string vertex =
+            std::string(kVertexHead) +
+            "position.z += 0.2 * sin(7.0 * position.x); normal = normalize(normal + vec3(0.3, 0.0, 0.0)); }";
+        const ObjectId program = scene.add(
+            SurfaceProgram{.surface = surface, .vertex = vertex, .reach = 0.3, .verdict = SurfaceProgram::kGood});
         const ObjectId zoom = scene.add(Uniform{.name = "zoom", .value = Vec4f::Constant(1.3f)});
         scene.setEnvironment(Vec3f(0.4f, 0.5f, 0.6f), Vec3f(0.2f, 0.1f, 0.1f), Vec3f(0.1f, 0.1f, 0.1f));
         for (int i = 0; i < 6; ++i) {
@@ -191,14 +219,17 @@ TEST_F(PersonProgramTest, TilesAreCutFromOnePicture) {
             material.program = program;
             material.uniforms.push_back(zoom);
             material.alphaMode = i % 3 == 0 ? Material::kAutoAlpha : i % 3 == 1 ? Material::kMask : Material::kBlend;
-            scene.place(scene.add(makeSheet(1.2, 1.2), scene.add(material)), {-1.2 + 0.5 * i, 0.1 * i - 0.2, -0.3 * i}, Quatd(Eigen::AngleAxisd(0.5, Vec3d(1, 1, 0).normalized())));
+            scene.place(scene.add(makeSheet(1.2, 1.2), scene.add(material)), {-1.2 + 0.5 * i, 0.1 * i - 0.2, -0.3 * i},
+                        Quatd(Eigen::AngleAxisd(0.5, Vec3d(1, 1, 0).normalized())));
         }
         const Aspect aspect = scene.take();
         const ScreenCamera camera = cameraOf(1200, 700);
         const Picture all = draw(aspect, camera);
         RenderScene renderScene;
         renderScene.update(aspect, nullptr);
-        for (const PixelRect rect : {PixelRect{.x = 0, .y = 0, .width = 600, .height = 350}, PixelRect{.x = 600, .y = 350, .width = 600, .height = 350}, PixelRect{.x = 333, .y = 111, .width = 517, .height = 489}}) {
+        for (const PixelRect rect : {PixelRect{.x = 0, .y = 0, .width = 600, .height = 350},
+                                     PixelRect{.x = 600, .y = 350, .width = 600, .height = 350},
+                                     PixelRect{.x = 333, .y = 111, .width = 517, .height = 489}}) {
             RenderAction action(CullerKind::kMasked);
             const DrawList list = action.run(renderScene, camera, rect, nullptr);
             const auto part = renderer_->draw(aspect, list, camera, rect);
@@ -223,8 +254,12 @@ TEST_F(PersonProgramTest, EachTextOfAFrameIsCompiledOnce) {
         scene.addDirectionalLight({0.1, -0.3, -1}, Vec3f::Ones(), 1, true);
         for (int i = 0; i < count; ++i) {
             Material material;
-            material.program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = vec3(" + std::to_string(i) + ".0 / 100.0, 1.0, 0.0); }", .verdict = SurfaceProgram::kGood});
-            scene.place(scene.add(makeSheet(0.2, 0.2), scene.add(material)), {-1.4 + 0.3 * (i % 10), -1.4 + 0.28 * (i / 10), 0});
+            material.program =
+                scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = vec3(" +
+                                                    std::to_string(i) + ".0 / 100.0, 1.0, 0.0); }",
+                                         .verdict = SurfaceProgram::kGood});
+            scene.place(scene.add(makeSheet(0.2, 0.2), scene.add(material)),
+                        {-1.4 + 0.3 * (i % 10), -1.4 + 0.28 * (i / 10), 0});
         }
         const Aspect aspect = scene.take();
         const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
@@ -247,15 +282,18 @@ TEST_F(PersonProgramTest, EachTextOfAFrameIsCompiledOnce) {
     }
 }
 
-/// Programs read flat images alone. What is none is not looked up: it would show what was drawn before, on each tile another thing.
+/// Programs read flat images alone. What is none is not looked up: it would show what was drawn before, on each tile
+/// another thing.
 TEST_F(PersonProgramTest, WithACubeOrASolidTheMaterialIsPlain) {
     for (const std::int64_t shape : {Image::kFlat, Image::kLine, Image::kCube, Image::kSolid}) {
         Programmed p;
         p.material.baseColor = {0.2f, 0.6f, 0.3f, 1};
-        p.program.surface = "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }";
+        p.program.surface =
+            "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }";
         std::vector<std::uint8_t> red;
         for (int i = 0; i < 6; ++i) red.insert(red.end(), {255, 0, 0, 255});
-        Image image{.pixels = Blob::of(std::span<const std::uint8_t>(red)), .widthPx = 1, .heightPx = 1, .shape = shape};
+        Image image{
+            .pixels = Blob::of(std::span<const std::uint8_t>(red)), .widthPx = 1, .heightPx = 1, .shape = shape};
         if (shape == Image::kFlat) image.heightPx = 6;
         if (shape == Image::kLine) image.widthPx = 6;
         if (shape == Image::kSolid) image.depthPx = 6;
@@ -267,7 +305,8 @@ TEST_F(PersonProgramTest, WithACubeOrASolidTheMaterialIsPlain) {
         p.uniforms.push_back({.name = "surfaceOfAnother", .value = Vec4f::Zero(), .image = p.scene.add(other)});
         p.uniforms.push_back({.name = "texture", .value = Vec4f::Zero(), .image = p.scene.add(other)});
         const bool read = shape == Image::kFlat || shape == Image::kLine;
-        expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))), read ? Rgb{255, 0, 0} : expectedOf({0.2f, 0.6f, 0.3f}));
+        expectNear(center(draw(p.take(), cameraOf(kSidePx, kSidePx))),
+                   read ? Rgb{255, 0, 0} : expectedOf({0.2f, 0.6f, 0.3f}));
     }
 }
 
@@ -276,7 +315,8 @@ TEST_F(PersonProgramTest, TextsAreForgottenAgain) {
     std::uint64_t programs = 0;
     for (int i = 0; i < 40; ++i) {
         Programmed p;
-        p.program.surface = "void surface(inout Surface s) { s.base.rgb = vec3(" + std::to_string(i) + ".0 / 100.0, 0.0, 0.0); }// " + std::to_string(i);
+        p.program.surface = "void surface(inout Surface s) { s.base.rgb = vec3(" + std::to_string(i) +
+                            ".0 / 100.0, 0.0, 0.0); }// " + std::to_string(i);
         p.size = 0.8;
         const Aspect aspect = p.take();
         const ScreenCamera camera = cameraOf(16, 16);

@@ -36,8 +36,8 @@ protected:
         scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.0001});
         return draw(scene);
     }
-    /// Each pixel beside the image's own nearest pixel at `place` of its texture coordinates; but for pixels whose place
-    /// lies within a twentieth of the image's pixel from another one.
+    /// Each pixel beside the image's own nearest pixel at `place` of its texture coordinates; but for pixels whose
+    /// place lies within a twentieth of the image's pixel from another one.
     static void expectPlaced(const Picture& picture, const std::function<Vec2d(Vec2d)>& place) {
         int compared = 0;
         for (int y = 1; y < kSidePx - 1; ++y)
@@ -54,7 +54,8 @@ protected:
                 ++compared;
                 const Rgb is = pixel(picture, x, y), should = expectedOf(linear.cast<float>());
                 // Colours are kept with 9 bits of the brightest one.
-                ASSERT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}), 3)
+                ASSERT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}),
+                          3)
                     << x << ' ' << y << ": " << is << " instead of " << should;
             }
         EXPECT_GT(compared, 1000);
@@ -107,8 +108,10 @@ TEST_F(PlacedImageTest, RepeatsClampsAndMirrors) {
             image.minification = Image::kNearestAlone;
             image.wrapU = u;
             image.wrapV = v;
-            const Picture picture = shown(image, sheetOf([](const Vec2f& uv) { return Vec2f(3 * uv.x() - 1, 3 * uv.y() - 1.5f); }, false));
-            expectPlaced(picture, [&](const Vec2d& uv) { return Vec2d(wrap(u, 3 * uv.x() - 1), wrap(v, 3 * uv.y() - 1.5)); });
+            const Picture picture =
+                shown(image, sheetOf([](const Vec2f& uv) { return Vec2f(3 * uv.x() - 1, 3 * uv.y() - 1.5f); }, false));
+            expectPlaced(picture,
+                         [&](const Vec2d& uv) { return Vec2d(wrap(u, 3 * uv.x() - 1), wrap(v, 3 * uv.y() - 1.5)); });
             if (HasFatalFailure()) return;
         }
 }
@@ -133,8 +136,8 @@ TEST_F(PlacedImageTest, FiltersAsItIsTold) {
         const auto v = static_cast<std::uint8_t>((x ^ y) & 1 ? 255 : 0);
         return Rgba{v, v, v, 255};
     });
-    for (const std::int64_t how : {Image::kTrilinear, Image::kNearestAlone, Image::kNearestOfNearest, Image::kLinearOfNearest,
-                                   Image::kNearestOfTwo}) {
+    for (const std::int64_t how : {Image::kTrilinear, Image::kNearestAlone, Image::kNearestOfNearest,
+                                   Image::kLinearOfNearest, Image::kNearestOfTwo}) {
         Image image = board;
         image.minification = how;
         const Picture picture = shown(image, sheet);

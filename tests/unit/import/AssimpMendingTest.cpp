@@ -107,7 +107,8 @@ TEST(AssimpMending, WhateverIsChangedTheOutcomeIsASceneOrAMessageThatNamesTheFil
         SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=AssimpMending.Whatever*", seed));
         std::mt19937 random(seed);
         const char* const joints[] = {"Upper Lower", "Upper Upper", "Lower Lower"};
-        std::string text = DaeFile{.joints = joints[random() % 3], .weights = random() % 3 ? "1 0.5 0.5" : "0 0 0"}.text();
+        std::string text =
+            DaeFile{.joints = joints[random() % 3], .weights = random() % 3 ? "1 0.5 0.5" : "0 0 0"}.text();
         std::vector<std::size_t> digits;
         for (std::size_t i = text.find("library_geometries"); i < text.size(); ++i)
             if (std::isdigit(static_cast<unsigned char>(text[i])) != 0) digits.push_back(i);

@@ -27,7 +27,9 @@ int confined(const std::string& file, const std::function<int()>& attempt,
              std::chrono::seconds cpu = std::chrono::seconds(10)) {
     const pid_t pid = ::fork();
     if (pid == 0) {
-        if (!boundResources(kImporterProfile, ::getppid()) || !boundProcessorTime({.given = cpu}) || !confine(kImporterProfile, file)) ::_exit(99);
+        if (!boundResources(kImporterProfile, ::getppid()) || !boundProcessorTime({.given = cpu}) ||
+            !confine(kImporterProfile, file))
+            ::_exit(99);
         ::_exit(attempt());
     }
     int status = 0;
@@ -71,7 +73,8 @@ TEST_F(Confined, HasMoreProcessorTimeForEachMebibyteThatItReads) {
             return ::getrlimit(RLIMIT_CPU, &now) == 0 ? now : rlimit{};
         };
         using std::chrono::seconds;
-        const bool bounded = boundResources(kImporterProfile, ::getppid()) && boundProcessorTime({.given = seconds(10), .perMebibyte = seconds(2), .most = seconds(90)});
+        const bool bounded = boundResources(kImporterProfile, ::getppid()) &&
+                             boundProcessorTime({.given = seconds(10), .perMebibyte = seconds(2), .most = seconds(90)});
         if (!bounded || !confine(kImporterProfile, small)) ::_exit(99);
         const rlim_t base = kSanitized ? 30 : 10;
         bool good = readOrdinaryFile(small, 1 << 30).has_value() && limit().rlim_cur == base;

@@ -197,7 +197,8 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
         {{"name":"h","extensions":{{"KHR_lights_punctual":{{"light":7}}}}}}])",
         positions)));
     const auto noted = [&](std::string_view text) {
-        return std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(text) != std::string::npos; });
+        return std::any_of(scene.notes.begin(), scene.notes.end(),
+                           [&](const std::string& note) { return note.find(text) != std::string::npos; });
     };
     EXPECT_TRUE(noted("unknown type 'area'"));
     EXPECT_TRUE(noted("light 1 is left out"));
@@ -216,15 +217,18 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
 TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
     const struct {
         const char *light, *node, *why;
-    } cases[] = {{R"({"type":"point","intensity":"5"})", "0", "light 0 is left out: its intensity is no number"},
-                 {R"({"type":"point","range":[4]})", "0", "light 0 is left out: its range is no number"},
-                 {R"({"type":"directional","color":"red"})", "0", "light 0 is left out: its colour is not three numbers"},
-                 {R"({"type":"directional","color":[1,"1",1]})", "0", "light 0 is left out: its colour is not three numbers"},
-                 {R"({"type":"spot","spot":{"outerConeAngle":true}})", "0", "light 0 is left out: its spot's outerConeAngle is no number"},
-                 {R"({"type":"spot","spot":{"innerConeAngle":"wide"}})", "0", "light 0 is left out: its spot's innerConeAngle is no number"},
-                 {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
-                 {R"({"type":"point"})", "0.5", "the light of a is left out"},
-                 {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
+    } cases[] = {
+        {R"({"type":"point","intensity":"5"})", "0", "light 0 is left out: its intensity is no number"},
+        {R"({"type":"point","range":[4]})", "0", "light 0 is left out: its range is no number"},
+        {R"({"type":"directional","color":"red"})", "0", "light 0 is left out: its colour is not three numbers"},
+        {R"({"type":"directional","color":[1,"1",1]})", "0", "light 0 is left out: its colour is not three numbers"},
+        {R"({"type":"spot","spot":{"outerConeAngle":true}})", "0",
+         "light 0 is left out: its spot's outerConeAngle is no number"},
+        {R"({"type":"spot","spot":{"innerConeAngle":"wide"}})", "0",
+         "light 0 is left out: its spot's innerConeAngle is no number"},
+        {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
+        {R"({"type":"point"})", "0.5", "the light of a is left out"},
+        {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
     for (const auto& wrong : cases) {
         GltfText gltf;
         const int positions = gltf.floats(kSquare, "VEC3", 3);
@@ -233,7 +237,9 @@ TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
             "scenes":[{{"nodes":[0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
             "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
             wrong.light, positions, wrong.node)));
-        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(wrong.why) != std::string::npos; });
+        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) {
+            return note.find(wrong.why) != std::string::npos;
+        });
         EXPECT_EQ(named, *wrong.why != 0) << wrong.light << ": " << fmt::format("{}", fmt::join(scene.notes, "; "));
     }
 }
@@ -286,7 +292,8 @@ TEST(GltfAnimation, BecomesChannelsOfItsNodesTransform) {
     EXPECT_TRUE(std::ranges::equal(moved->values.as<double>(), std::vector<double>{0, 0, 0, 4, 0, 0, 4, 2, 0}));
     EXPECT_EQ(turned->field, "rotation");
     EXPECT_EQ(turned->interpolation, KeyFrames::kStep);
-    EXPECT_TRUE(std::ranges::equal(turned->values.as<double>(), std::vector<double>{1, 0, 0, 0, half, 0, half, 0})) << "w x y z";
+    EXPECT_TRUE(std::ranges::equal(turned->values.as<double>(), std::vector<double>{1, 0, 0, 0, half, 0, half, 0}))
+        << "w x y z";
     EXPECT_EQ(aspect.core<Transform>("/model/n")->scale, Vec3d(2, 2, 2)) << "what is not animated stays";
 }
 
@@ -341,8 +348,7 @@ TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
         if (!scene) return false;
         const ImportedAspect aspect(std::move(*scene));
         const std::vector<ObjectId> ids = aspect->ids();
-        return std::any_of(ids.begin(), ids.end(),
-                           [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
+        return std::any_of(ids.begin(), ids.end(), [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
     };
     EXPECT_TRUE(has("BoxAnimated.glb", typeOf<Animation>()));
     EXPECT_TRUE(has("BoxTextured.glb", typeOf<Image>()));

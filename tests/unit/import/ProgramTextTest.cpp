@@ -84,14 +84,17 @@ TEST(ProgramText, WhatIsWrongIsSaid) {
         {"uniform { name: \"x\" image: \"none\" }", "there is no image 'none'"},
     };
     for (const auto& [text, message] : wrong) {
-        const Expected<ImportedScene> scene = importProgrammed("material { name: \"m\" " + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
+        const Expected<ImportedScene> scene = importProgrammed(
+            "material { name: \"m\" " + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
         ASSERT_FALSE(scene) << text;
         EXPECT_NE(scene.error().message.find(message), std::string::npos) << scene.error().message;
     }
     // As long as the list of materials is, and no stack: named in words.
     std::string chain;
-    for (int i = 0; i < 100; ++i) chain += "material { name: \"m" + std::to_string(i) + "\" coarser: \"m" + std::to_string(i + 1) + "\" }\n";
-    const Expected<ImportedScene> scene = importProgrammed(chain + "material { name: \"m100\" }\nnode { material: \"m0\" box { size { x: 1 y: 1 z: 1 } } }");
+    for (int i = 0; i < 100; ++i)
+        chain += "material { name: \"m" + std::to_string(i) + "\" coarser: \"m" + std::to_string(i + 1) + "\" }\n";
+    const Expected<ImportedScene> scene = importProgrammed(
+        chain + "material { name: \"m100\" }\nnode { material: \"m0\" box { size { x: 1 y: 1 z: 1 } } }");
     ASSERT_FALSE(scene);
     EXPECT_NE(scene.error().message.find("64 times in a row"), std::string::npos) << scene.error().message;
 }

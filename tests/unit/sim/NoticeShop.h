@@ -28,7 +28,8 @@ struct Shop {
             setField<&Material::program>(make.builder, material, program);
             const ObjectId core = make.box(Vec3d(1, 1, 1));
             setField<&Geometry::material>(make.builder, core, material);
-            const ObjectId place = make.node("thing" + std::to_string(i), kRootNode, make.transform(Vec3d(3.0 * static_cast<double>(i), 0, -5)));
+            const ObjectId place = make.node("thing" + std::to_string(i), kRootNode,
+                                             make.transform(Vec3d(3.0 * static_cast<double>(i), 0, -5)));
             (void)make.node("box", place, core);
             (void)make.node("twin", place, core);
         }
@@ -43,7 +44,8 @@ struct Shop {
     void frame(std::vector<Edit> edits = {}) {
         if (ChangeList list = notices.notices(scene(), view); !list.empty()) {
             ++lists;
-            edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(list), .undoable = false});
+            edits.insert(edits.begin(),
+                         Edit{.ticket = ProgramNotices::kTicket, .list = std::move(list), .undoable = false});
         }
         const FrameResult made = simulation.step(std::exchange(begin, false), std::move(edits));
         for (const EditOutcome& outcome : made.outcomes) EXPECT_TRUE(outcome.result) << outcome.result.error().message;
@@ -78,12 +80,13 @@ struct Shop {
     [[nodiscard]] Vec3d eye() const { return view.world_T_wall() * view.users.front().position; }
     /// Of a sheet, turned to the first user's eye as hosts do it.
     struct SeenPlate {
-        Box onScreen;  ///< m, from the first screen's lower left corner, to the right and up
+        Box onScreen;                    ///< m, from the first screen's lower left corner, to the right and up
         double least = 1e300, most = 0;  ///< m: depth of its nearest corner, distance of its farthest
     };
     [[nodiscard]] std::vector<SeenPlate> plates() const {
         const Screen& screen = wall.screens.front();
-        const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
+        const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(),
+                    up = (screen.upperLeft - screen.lowerLeft).normalized();
         const Vec3d into = up.cross(right);
         const Vec3d head = view.users.front().position;
         const Affine3d wall_T_world = view.world_T_wall().inverse();
@@ -96,7 +99,9 @@ struct Shop {
             SeenPlate seen;
             const std::span<const float> corners = plate.positions.as<float>();
             for (std::size_t c = 0; c < corners.size(); c += 3) {
-                const Vec3d way = wall_T_world * Vec3d(middle + corners[c] * size.x() * across + corners[c + 1] * size.y() * upward) - head;
+                const Vec3d way =
+                    wall_T_world * Vec3d(middle + corners[c] * size.x() * across + corners[c + 1] * size.y() * upward) -
+                    head;
                 const Vec3d on = head + into.dot(screen.lowerLeft - head) / into.dot(way) * way - screen.lowerLeft;
                 seen.onScreen.extend(Vec3d(right.dot(on), up.dot(on), 0));
                 seen.least = std::min(seen.least, into.dot(way));

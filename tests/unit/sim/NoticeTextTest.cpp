@@ -13,7 +13,9 @@ namespace {
 /// Whole UTF-8, no control characters but ends of lines, nothing that turns the direction of what follows.
 bool harmless(std::string_view text) {
     for (std::size_t i = 0; i < text.size();) {
-        const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0); };
+        const auto byte = [&](std::size_t k) {
+            return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0);
+        };
         if (byte(0) < 0x80) {
             if ((byte(0) < 0x20 && text[i] != '\n') || byte(0) == 0x7f) return false;
             ++i;
@@ -24,7 +26,8 @@ bool harmless(std::string_view text) {
         for (std::size_t k = 1; k < size; ++k)
             if ((byte(k) & 0xc0) != 0x80) return false;
         const std::string_view letter = text.substr(i, size);
-        for (const std::string_view bad : {"\xc2\x85", "\xe2\x80\xae", "\xe2\x80\xaa", "\xe2\x81\xa6", "\xe2\x80\xa8", "\xef\xbb\xbf"})
+        for (const std::string_view bad :
+             {"\xc2\x85", "\xe2\x80\xae", "\xe2\x80\xaa", "\xe2\x81\xa6", "\xe2\x80\xa8", "\xef\xbb\xbf"})
             if (letter == bad) return false;
         i += size;
     }
@@ -36,7 +39,9 @@ TEST(NoticeText, SaysWhereAndWhatAndHowMuchIsLeftOut) {
     EXPECT_EQ(brief.text, "/hall/pump: SurfaceProgram #12\nsurface, line 3: 'colour' undeclared");
     EXPECT_EQ(brief.lines, 2u);
     EXPECT_EQ(brief.columns, 36u);
-    EXPECT_NE(noticeText("/" + std::string(500, 'a') + "/pump", ObjectId(3), "x").text.find("aa/pump: SurfaceProgram #3\n"), std::string::npos);
+    EXPECT_NE(
+        noticeText("/" + std::string(500, 'a') + "/pump", ObjectId(3), "x").text.find("aa/pump: SurfaceProgram #3\n"),
+        std::string::npos);
     std::string words;
     for (int i = 0; i < 500; ++i) words += "word ";
     const NoticeText cut = noticeText("/a", ObjectId(7), words);
@@ -54,13 +59,22 @@ TEST(NoticeText, SaysWhereAndWhatAndHowMuchIsLeftOut) {
 }
 
 TEST(NoticeText, WhateverAProgramSaysIsHarmless) {
-    EXPECT_EQ(noticeText("/a", ObjectId(1), "one\x1b[31m two\r\nthree\x07").text, "/a: SurfaceProgram #1\none [31m two three");
+    EXPECT_EQ(noticeText("/a", ObjectId(1), "one\x1b[31m two\r\nthree\x07").text,
+              "/a: SurfaceProgram #1\none [31m two three");
     EXPECT_EQ(noticeText("/a", ObjectId(1), "\xff\xfe a \xc3").text, "/a: SurfaceProgram #1\n?? a ?");
-    EXPECT_EQ(noticeText("/a", ObjectId(1), "\xe2\x80\xae" "abc").text, "/a: SurfaceProgram #1\nabc") << "not from right to left";
+    EXPECT_EQ(noticeText("/a", ObjectId(1),
+                         "\xe2\x80\xae"
+                         "abc")
+                  .text,
+              "/a: SurfaceProgram #1\nabc")
+        << "not from right to left";
     forSeeds(100, [](Random& random) {
         for (int round = 0; round < 200; ++round) {
             std::string problem(below(random, 600), '\0'), path(below(random, 80), '\0');
-            const auto any = [&] { return static_cast<char>(oneIn(random, 2) ? random() : "ab \xe2\x80\xae\xf0\x9f\x98\x80"[below(random, 11)]); };
+            const auto any = [&] {
+                return static_cast<char>(oneIn(random, 2) ? random()
+                                                          : "ab \xe2\x80\xae\xf0\x9f\x98\x80"[below(random, 11)]);
+            };
             std::ranges::generate(problem, any);
             std::ranges::generate(path, any);
             const NoticeText notice = noticeText(path, ObjectId(random()), problem);

@@ -32,7 +32,8 @@ TEST(ProgramNotices, ComeAndGoWithVerdicts) {
     const std::size_t objects = shop.scene().objectCount();
     shop.verdict(1, SurfaceProgram::kBad, "surface, line 2: no");
     ASSERT_EQ(shop.texts().size(), 1u) << "one, though two things have it";
-    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nsurface, line 2: no");
+    EXPECT_EQ(shop.texts()[0].text,
+              "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nsurface, line 2: no");
     EXPECT_FALSE(shop.texts()[0].outlines.empty()) << "letters travel as outlines";
     const int once = shop.lists;
     shop.frames(50);
@@ -53,7 +54,8 @@ TEST(ProgramNotices, SayWhatIsHeavyToo) {
     shop.frames();
     shop.verdict(1, SurfaceProgram::kHeavy, "it held up host left");
     ASSERT_EQ(shop.texts().size(), 1u);
-    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nit held up host left");
+    EXPECT_EQ(shop.texts()[0].text,
+              "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nit held up host left");
     shop.verdict(1, SurfaceProgram::kGood);
     EXPECT_FALSE(shop.top());
 }
@@ -77,7 +79,9 @@ TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
     edit(make.builder);
     EXPECT_FALSE(shop.top()) << "no sampler is called so";
     ChangeListBuilder text;
-    setField<&SurfaceProgram::surface>(text, shop.scene().get<Material>(material)->program, std::string("uniform sampler2D // of the sky\n sky; void surface(inout Surface s) {}"));
+    setField<&SurfaceProgram::surface>(
+        text, shop.scene().get<Material>(material)->program,
+        std::string("uniform sampler2D // of the sky\n sky; void surface(inout Surface s) {}"));
     edit(text);
     ASSERT_EQ(shop.texts().size(), 1u);
     const std::string said = shop.texts()[0].text;
@@ -103,7 +107,9 @@ TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
 TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
     Shop shop;
     shop.verdict(0, SurfaceProgram::kBad, "no");
-    const auto remove = [&](const char* path) { shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value()))); };
+    const auto remove = [&](const char* path) {
+        shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
+    };
     remove("/thing0/box");
     shop.frame();
     ASSERT_EQ(shop.texts().size(), 1u);
@@ -128,7 +134,9 @@ TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
 /// Where the reader stands, how large the thing is: between the eye and the thing, and about as high on the screen.
 TEST(ProgramNotices, StandWhereTheyCanBeRead) {
     forSeeds(100, [](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
         Shop shop;
         shop.frame();
         ChangeListBuilder list;
@@ -162,19 +170,22 @@ TEST(ProgramNotices, StandWhereTheyCanBeRead) {
         }
         const int lists = shop.lists;
         for (int i = 0; i < 30; ++i) {  // a head that trembles
-            shop.view.position.x() += std::min(1e-4 * size, 2e-3 * shop.view.worldUnitsPerMetre) * (i % 2 == 0 ? 1 : -1);
+            shop.view.position.x() +=
+                std::min(1e-4 * size, 2e-3 * shop.view.worldUnitsPerMetre) * (i % 2 == 0 ? 1 : -1);
             shop.frame();
         }
         EXPECT_LE(shop.lists, lists + 2);
     });
 }
 
-/// As the first user's eye sees them on the screen: whole, and none before another, as long as there is room: between n of a height h there is in any case
-/// where the screen is higher than 2 n - 1 of them, with a tenth around each.
+/// As the first user's eye sees them on the screen: whole, and none before another, as long as there is room: between n
+/// of a height h there is in any case where the screen is higher than 2 n - 1 of them, with a tenth around each.
 TEST(ProgramNotices, CoverNoneOfEachOther) {
     int judged = 0;
     forSeeds(300, [&](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
         const std::size_t count = 2 + below(random, 3);
         Shop shop(count);
         shop.frame();
@@ -182,14 +193,17 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
         ChangeListBuilder list;
         for (std::size_t i = 0; i < count; ++i) {
             // On the screen, crowded or not, before it or behind it.
-            const Vec3d on = screen.lowerLeft + uniform(0.02, 0.98) * (screen.lowerRight - screen.lowerLeft) + uniform(0.4, i % 2 == 0 ? 0.6 : 0.98) * (screen.upperLeft - screen.lowerLeft);
+            const Vec3d on = screen.lowerLeft + uniform(0.02, 0.98) * (screen.lowerRight - screen.lowerLeft) +
+                             uniform(0.4, i % 2 == 0 ? 0.6 : 0.98) * (screen.upperLeft - screen.lowerLeft);
             const Vec3d head = shop.wall.users.front().position, at = head + uniform(0.6, 4) * (on - head);
             const ObjectId core = test::transformAt(shop.scene(), "/thing" + std::to_string(i));
             setField<&Transform::translation>(list, core, at);
             setField<&Transform::scale>(list, core, Vec3d::Constant(uniform(0.05, 0.3)).eval());
         }
         shop.frame(test::one(list.take()));
-        for (std::size_t i = 0; i < count; ++i) shop.verdict(i, SurfaceProgram::kBad, std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
+        for (std::size_t i = 0; i < count; ++i)
+            shop.verdict(i, SurfaceProgram::kBad,
+                         std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
         shop.frames();
         ASSERT_TRUE(shop.top());
         std::vector<Box> seen;
@@ -206,7 +220,8 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
             EXPECT_GT(seen[i].lower.x(), -3 * slack);
             EXPECT_LT(seen[i].upper.x(), screen.widthMetres() + 3 * slack);
             for (std::size_t j = 0; roomy && j < i; ++j) {
-                const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower), upper = seen[i].upper.cwiseMin(seen[j].upper);
+                const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower),
+                            upper = seen[i].upper.cwiseMin(seen[j].upper);
                 EXPECT_FALSE(upper.x() - lower.x() > slack && upper.y() - lower.y() > slack) << i << " and " << j;
             }
         }
@@ -216,12 +231,17 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
     }
 }
 
-/// Eyes in things, right before them, and beside what reaches only some of the screen; walls that lean and turn, and go on to do so.
+/// Eyes in things, right before them, and beside what reaches only some of the screen; walls that lean and turn, and go
+/// on to do so.
 TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
     int inside = 0, before = 0, off = 0;
     forSeeds(200, [&](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
-        const auto direction = [&]() -> Vec3d { return Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized(); };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
+        const auto direction = [&]() -> Vec3d {
+            return Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
+        };
         Shop shop;
         const bool stereo = oneIn(random, 3);
         if (stereo) shop.wall.hosts.front().tiles.front().eye = Eye::kLeft;
@@ -232,12 +252,16 @@ TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
         shop.view.worldUnitsPerMetre = std::pow(10.0, uniform(-1, 2));
         const double unit = shop.view.worldUnitsPerMetre;
         const ObjectId core = test::transformAt(shop.scene(), "/thing0");
-        shop.verdict(0, SurfaceProgram::kBad, "surface, line 1: a complaint of some length that goes on for more than a line of it");
+        shop.verdict(0, SurfaceProgram::kBad,
+                     "surface, line 1: a complaint of some length that goes on for more than a line of it");
         for (int i = 0; i < 6; ++i) {
             shop.view.position = 50 * unit * direction();
-            shop.view.orientation = Quatd(Eigen::AngleAxisd(uniform(-3, 3), Vec3d::UnitY()) * Eigen::AngleAxisd(uniform(-0.5, 0.5), Vec3d::UnitX()));
-            // A box from a finger's to a hall's size, the eye in it or up to its size away from it; it may reach around the eye.
-            const Vec3d size = unit * std::pow(10.0, uniform(-1, 1.5)) * Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
+            shop.view.orientation = Quatd(Eigen::AngleAxisd(uniform(-3, 3), Vec3d::UnitY()) *
+                                          Eigen::AngleAxisd(uniform(-0.5, 0.5), Vec3d::UnitX()));
+            // A box from a finger's to a hall's size, the eye in it or up to its size away from it; it may reach around
+            // the eye.
+            const Vec3d size =
+                unit * std::pow(10.0, uniform(-1, 1.5)) * Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
             const double apart = oneIn(random, 2) ? uniform(0, 0.49) : uniform(0.51, 1.5);
             Vec3d towards = direction();
             towards /= towards.cwiseAbs().maxCoeff();
@@ -255,7 +279,10 @@ TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
             const Vec3d head = shop.view.users.front().position;
             bool reaches = box.contains(shop.eye());
             for (int k = 0; k < 400 && !reaches; ++k) {
-                const Vec3d way = wall_T_world * Vec3d(box.lower + size.cwiseProduct(Vec3d(uniform(0, 1), uniform(0, 1), uniform(0, 1)))) - head;
+                const Vec3d way =
+                    wall_T_world *
+                        Vec3d(box.lower + size.cwiseProduct(Vec3d(uniform(0, 1), uniform(0, 1), uniform(0, 1)))) -
+                    head;
                 const double depth = screen.lowerLeft.z() - head.z();
                 const Vec3d on = head + depth / way.z() * way - screen.lowerLeft;
                 const Vec3d rest = Vec3d(screen.widthMetres(), screen.heightMetres(), 0) - on;
@@ -294,10 +321,12 @@ TEST(ProgramNotices, AreBoundedInNumberAndInWork) {
     shop.frame();
     ASSERT_EQ(shop.texts().size(), ProgramNotices::kMost);
     EXPECT_NE(shop.texts().back().text.find("and 24 bad programs more"), std::string::npos) << shop.texts().back().text;
-    // A tree that changes in every frame is looked at every tenth, by whoever looks for what nothing has: each walk goes further.
+    // A tree that changes in every frame is looked at every tenth, by whoever looks for what nothing has: each walk
+    // goes further.
     Shop other;
     ChangeListBuilder bare;
-    setField<&Geometry::material>(bare, other.scene().get<Node>(findNode(other.scene(), "/thing0/box").value())->core, ObjectId());
+    setField<&Geometry::material>(bare, other.scene().get<Node>(findNode(other.scene(), "/thing0/box").value())->core,
+                                  ObjectId());
     other.frame(test::one(bare.take()));
     other.verdict(0, SurfaceProgram::kBad, "no");
     EXPECT_FALSE(other.top());
@@ -333,7 +362,8 @@ TEST(ProgramNotices, MakeNoSceneLargerAndAreNobodysObstacle) {
     EXPECT_EQ(test::placeOf(shop.scene(), "/thing0"), through);
 }
 
-/// Nobody's edit gets at it (ServersNodes); what an older journal or a server's own list has left is made good, and what hangs there stays.
+/// Nobody's edit gets at it (ServersNodes); what an older journal or a server's own list has left is made good, and
+/// what hangs there stays.
 TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
     Shop shop(2);
     shop.verdict(0, SurfaceProgram::kBad, "no");
@@ -343,7 +373,9 @@ TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
         return shop.top() && shop.texts().size() == 1 && (shop.seen().center() - first.center()).norm() < 1e-9;
     };
     const auto notice = [&] { return shop.scene().get<Node>(shop.top())->children[0]; };
-    const auto become = [&](ChangeList list) { shop.frame(test::one(Edit{.ticket = 9, .list = std::move(list), .undoable = false})); };
+    const auto become = [&](ChangeList list) {
+        shop.frame(test::one(Edit{.ticket = 9, .list = std::move(list), .undoable = false}));
+    };
     ChangeListBuilder list;
     setField<&Transform::translation>(list, shop.scene().get<Node>(notice())->core, Vec3d(7, 7, 7));
     become(list.take());
@@ -359,7 +391,9 @@ TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
     setField<&Node::name>(list, earlier, std::string(kProgramNoticesName));  // there are two of them now
     become(list.take());
     EXPECT_TRUE(asItWas());
-    EXPECT_EQ(std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }), 1);
+    EXPECT_EQ(
+        std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }),
+        1);
     ListMaker make;
     (void)make.node("hat", notice(), make.box(Vec3d(0.1, 0.1, 0.1)));
     become(make.builder.take());
@@ -399,14 +433,19 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
             const bool there = findNode(shop.scene(), path).has_value();
             switch (below(random, 6)) {
                 case 0:
-                    if (!shop.scene().get<SurfaceProgram>(shop.programs[which])) break;  // gone with the last that it was of
-                    shop.verdict(which, static_cast<std::int64_t>(below(random, 3)), "problem " + std::to_string(below(random, 3)));
+                    if (!shop.scene().get<SurfaceProgram>(shop.programs[which]))
+                        break;  // gone with the last that it was of
+                    shop.verdict(which, static_cast<std::int64_t>(below(random, 3)),
+                                 "problem " + std::to_string(below(random, 3)));
                     break;
                 case 1:
-                    if (there) shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), path), Vec3d(static_cast<double>(below(random, 9)), 0, -5))));
+                    if (there)
+                        shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), path),
+                                                          Vec3d(static_cast<double>(below(random, 9)), 0, -5))));
                     break;
                 case 2:
-                    if (there && oneIn(random, 3)) shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
+                    if (there && oneIn(random, 3))
+                        shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
                     break;
                 case 3:
                     if (shop.simulation.history().undoDepth() > 0) shop.frame(test::one(Edit::Kind::kUndo));
@@ -417,7 +456,9 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
                     shop.frame(test::one(make.builder.take()));
                     break;
                 }
-                default: shop.view.position.x() = static_cast<double>(below(random, 5)); shop.frame();
+                default:
+                    shop.view.position.x() = static_cast<double>(below(random, 5));
+                    shop.frame();
             }
             if (::testing::Test::HasFailure()) return;
         }
@@ -429,7 +470,8 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
         shop.frames();
         for (const Text& text : shop.texts()) anew.push_back(text.text);
         EXPECT_EQ(followed, anew);
-        EXPECT_EQ(shop.scene().root().children[shop.scene().root().children.size() - 1] == shop.top(), shop.top().value != 0);
+        EXPECT_EQ(shop.scene().root().children[shop.scene().root().children.size() - 1] == shop.top(),
+                  shop.top().value != 0);
     });
 }
 
