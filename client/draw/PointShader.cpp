@@ -23,7 +23,9 @@ vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
 
 flat out vec4 vBall;  // its centre, and its radius: below 0 for what is seen from inside
 flat out vec4 vRays;  // from a pixel to where its ray is a metre before the eye
-flat out vec4 vDepth; // what a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball, see below, or 0
+// What a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball,
+// see below, or 0.
+flat out vec4 vDepth;
 #ifdef ROWS
 flat out vec3 vRow0, vRow1, vRow2;
 #endif
@@ -62,8 +64,9 @@ vec3 overBall(vec3 form) {
 #endif
 }
 
-// A line that touches the outline, across a direction: how far from the middle of the viewport. All in units of the centre's
-// clip w: a of the centre, b over the ball, bw of w. It is where a plane through the eye touches: (a - k)^2 = |b - k bw|^2.
+// A line that touches the outline, across a direction: how far from the middle of the viewport. All in units of the
+// centre's clip w: a of the centre, b over the ball, bw of w. It is where a plane through the eye touches:
+// (a - k)^2 = |b - k bw|^2.
 float touching(float a, vec3 b, vec3 bw, float inverse) {
     vec3 across = b - a * bw, turned = cross(b, bw);
     return (a - dot(b, bw) + sqrt(max(dot(across, across) - dot(turned, turned), 0.0))) * inverse;
@@ -86,12 +89,15 @@ vec4 aroundBall(vec3 centre) {
 #else
     vBall = vec4(centre, radius);
 #endif
-    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be noise, of each pixel another one.
-    // So the power of the eye to the ball is found once, and rays meet the ball by it (Citardauq's formula).
+    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be
+    // noise, of each pixel another one. So the power of the eye to the ball is found once, and rays meet the ball by it
+    // (Citardauq's formula).
     float toCentre = length(vBall.xyz), ballSize = abs(vBall.w), power = (toCentre - ballSize) * (toCentre + ballSize);
     if (!parallel && !inside && power > 0.0 && power < 1e-3 * ballSize * ballSize) vDepth.w = power;
     // Depth where it is nearest: no fragment's is more (DEPTH_LESS).
-    float nearest = parallel ? at.z + length(overBall(row2)) : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2] : 2.0;
+    float nearest = parallel       ? at.z + length(overBall(row2))
+                    : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2]
+                                   : 2.0;
     bool cut = nearest > 0.9999;
     bool shown = !inside || cut;
 #ifdef BLENDED
@@ -161,9 +167,9 @@ float ballRadius() {
 #endif
 }
 
-// The place of a ray that is nearest to the centre: how far along it, and from the centre to there. Not by a difference of
-// squares, which is nothing any more of a small ball far away (Haines and others 2019, "Precision improvements for ray/sphere
-// intersection").
+// The place of a ray that is nearest to the centre: how far along it, and from the centre to there. Not by a difference
+// of squares, which is nothing any more of a small ball far away (Haines and others 2019, "Precision improvements for
+// ray/sphere intersection").
 float nearestTo(vec2 place, out vec3 along, out vec3 off, out float inverse) {
     along = asBall(alongOf(place));
     vec3 centre = vBall.xyz - asBall(beginOf(place));

@@ -133,8 +133,8 @@ struct ProposeChanges {
         .help = "Commits a list of changes, whole or not at all",
         .bringsArrays = true,
         .forPanels = true,
-        .example =
-            R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],"set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
+        .example = R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],)"
+                   R"("set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
     static constexpr auto members() {
         return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
                               .said("proposals in a row of one gesture are one step of undo; 0: none"),

@@ -84,7 +84,8 @@ int bench(int argc, char** argv) {
                     static_cast<unsigned long long>(turn.slices), turn.longestSliceMs);
     if (!json.empty())
         std::ofstream(json) << fmt::format(
-            R"({{"cases":[{{"case":"longest frame, ahead of need","peer":"as it is needed","ours":{},"theirs":{},"unit":"ms","ratio":{}}}]}})",
+            R"({{"cases":[{{"case":"longest frame, ahead of need","peer":"as it is needed","ours":{},"theirs":{},)"
+            R"("unit":"ms","ratio":{}}}]}})",
             with.longestMs, without.longestMs, with.longestMs / without.longestMs);
     return 0;
 }

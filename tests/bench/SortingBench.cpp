@@ -139,10 +139,11 @@ void measure(Stage& stage, Surface& surface, int samples, CullerKind culler, Mil
                     static_cast<double>(total.items) / tiles, std::string(nameOf(sorting)).c_str(),
                     static_cast<double>(total.calls) / tiles, static_cast<double>(total.states) / tiles,
                     total.ms / tiles, total.ms / byDepth);
-        cases += fmt::format(
-            R"({}{{"case":"{}, {} samples: {}","peer":"depth","ours":{:.17g},"theirs":{:.17g},"unit":"ms","ratio":{:.17g}}})",
-            cases.empty() ? "\n" : ",\n", stage.name, samples, nameOf(sorting), total.ms / tiles, byDepth / tiles,
-            total.ms / byDepth);
+        cases +=
+            fmt::format(R"({}{{"case":"{}, {} samples: {}","peer":"depth","ours":{:.17g},"theirs":{:.17g},"unit":"ms",)"
+                        R"("ratio":{:.17g}}})",
+                        cases.empty() ? "\n" : ",\n", stage.name, samples, nameOf(sorting), total.ms / tiles,
+                        byDepth / tiles, total.ms / byDepth);
     }
     std::fflush(stdout);
 }

@@ -83,7 +83,8 @@ TEST_F(BadInput, AFileThatReachesOutOfItsFolderIsRefused) {
                 R"({"asset":{"version":"2.0"},"buffers":[{"uri":"../../../../../../etc/passwd","byteLength":40}],
                     "bufferViews":[{"buffer":0,"byteLength":36}],
                     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
-                    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}]})",
+                    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],
+                    "scenes":[{"nodes":[0]}]})",
                 {});
 }
 

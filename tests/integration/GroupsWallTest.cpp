@@ -66,9 +66,11 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
         node { transform { translation { z: -1 } } billboard { }
           node { material: "blue" box { size { x: 1 y: 0.5 z: 0.002 } } } })");
     const std::string wall = folder_.write("users.wall", R"(
-        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
-        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
         users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
         users { name: "second" position { x: 2 y: 0 z: 2 } eye_separation_m: 0.06 }
@@ -103,9 +105,11 @@ TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
         node { name: "thing" transform { translation { z: -2 } } }
         node { manipulator { target: "/thing" kind: JACK pixels: 60 } })");
     const std::string wall = folder_.write("depths.wall", R"(
-        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
-        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
         users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
         users { name: "second" position { x: 0 y: 0 z: 4 } eye_separation_m: 0.06 }

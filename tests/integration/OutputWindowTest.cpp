@@ -14,7 +14,8 @@ const std::string kOutputYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/s
 
 const std::string kScreenOf =
     R"(screens { name: "front" lower_left { x: -1.6 y: 0.6 z: 0 } lower_right { x: 1.6 y: 0.6 z: 0 }
-  upper_left { x: -1.6 y: 2.4 z: 0 } grid { columns: COLUMNS rows: 1 tile_width_px: 200 tile_height_px: 150 overlap_x_px: OVERLAP } }
+  upper_left { x: -1.6 y: 2.4 z: 0 } grid { columns: COLUMNS rows: 1 tile_width_px: 200 tile_height_px: 150
+    overlap_x_px: OVERLAP } }
 users { name: "u" position { x: 0 y: 1.7 z: 2.4 } eye_separation_m: 0.3 }
 )";
 
@@ -87,8 +88,10 @@ TEST_F(OutputWindows, OfTwoEyesShowThemAsOnePicture) {
 TEST_F(OutputWindows, ThatAreWarpedAndBlendedStandSideBySide) {
     folder_.write("bent.warp", bentMeshText());
     const std::string wall = folder_.write("blended.wall", screenOf(2, 40) + R"(
-hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u" output { warp: "bent.warp" blend: true black: 0.002 } } }
-hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output { blend: true black: 0.002 gain { b: 0.8 } gamma { r: 2.4 } } } })");
+hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u"
+  output { warp: "bent.warp" blend: true black: 0.002 } } }
+hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u"
+  output { blend: true black: 0.002 gain { b: 0.8 } gamma { r: 2.4 } } } })");
     drawPlain(wall);
     const Picture left = output("front-0-0"), right = output("front-1-0");
     EXPECT_NE(left.rgb, right.rgb);
@@ -107,7 +110,8 @@ hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output 
 TEST_F(OutputWindows, GoOnWhereOneOfThemIsBad) {
     const std::string wall = folder_.write("half.wall", screenOf(2, 40) + R"(
 hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u" output { blend: true } } }
-hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output { blend: true monitor: "HDMI-9" } } })");
+hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u"
+  output { blend: true monitor: "HDMI-9" } } })");
     drawPlain(wall);
     Desktop desktop(folder_.path(), 640, 480);
     ASSERT_FALSE(desktop.display().empty());

@@ -11,7 +11,8 @@ namespace tessera::test {
 namespace {
 
 constexpr const char* kPaintShop = R"(
-node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } directional_light { intensity: 2 shadows: true } }
+node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } }
+  directional_light { intensity: 2 shadows: true } }
 material { name: "wrong" program { surface: "void surface(inout Surface s) {\n  s.base = colour;\n}" } }
 node { name: "car" transform {} node { name: "body" material: "wrong" box { size { x: 1.2 y: 0.7 z: 0.6 } } } }
 node { name: "floor" transform { translation { y: -0.6 } } node { name: "slab" box { size { x: 6 y: 0.1 z: 6 } } } }
@@ -231,10 +232,12 @@ image { name: "flat" uri: "faces.ppm" }
 material { name: "wrong" base_color { r: 0.1 g: 0.6 b: 0.2 }
   program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
   uniform { name: "map" image: "sky" } }
-material { name: "right" program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
+material { name: "right"
+  program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
   uniform { name: "map" image: "flat" } }
 node { name: "car" transform {} node { name: "body" material: "wrong" box { size { x: 1.2 y: 0.7 z: 0.6 } } } }
-node { name: "floor" transform { translation { y: -0.6 } } node { name: "slab" material: "right" box { size { x: 6 y: 0.1 z: 6 } } } }
+node { name: "floor" transform { translation { y: -0.6 } }
+  node { name: "slab" material: "right" box { size { x: 6 y: 0.1 z: 6 } } } }
 node { name: "camera" transform { translation { y: 0.2 z: 4 } } camera { world_units_per_metre: 1 } }
 )";
 

@@ -70,9 +70,11 @@ TEST_F(Sharing, EachFrameOfEachTileIsTheOneThatItsHostDrawsAlone) {
 TEST_F(Sharing, EyesCornersAndSeveralTilesOfAHostComeOutAsDrawnAlone) {
     const TemporaryFolder folder;
     const std::string wall = folder.write("corner.wall", R"(
-screens { name: "front" lower_left { x: -1.2 y: 0 z: 0 } lower_right { x: 1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 0 }
+screens { name: "front" lower_left { x: -1.2 y: 0 z: 0 } lower_right { x: 1.2 y: 0 z: 0 }
+  upper_left { x: -1.2 y: 2.4 z: 0 }
   grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
-screens { name: "left" lower_left { x: -1.2 y: 0 z: 2.4 } lower_right { x: -1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 2.4 }
+screens { name: "left" lower_left { x: -1.2 y: 0 z: 2.4 } lower_right { x: -1.2 y: 0 z: 0 }
+  upper_left { x: -1.2 y: 2.4 z: 2.4 }
   grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
 users { name: "viewer" position { x: 0 y: 1.7 z: 1.4 } }
 hosts { name: "both" tiles { screen: "front" column: 0 row: 0 eye: LEFT user: "viewer" }

@@ -267,8 +267,14 @@ std::string triedByTheRealChild(const std::string& surface) {
 
 TEST(ConfinedProgramTrial, CompilesAndDrawsWithARealProgram) {
     const std::string waves = R"(uniform vec3 tint; uniform float pace;
-        float sum(vec3 p) { float s = 0.0; for (int i = 0; i < 20; ++i) { s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3); if (s > 9.0) break; } return s; }
-        void surface(inout Surface s) { s.base.rgb = mix(tint, vec3(1.0), smoothstep(0.4, 0.6, fract(sum(nodePosition)))); })";
+        float sum(vec3 p) {
+            float s = 0.0;
+            for (int i = 0; i < 20; ++i) { s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3); if (s > 9.0) break; }
+            return s;
+        }
+        void surface(inout Surface s) {
+            s.base.rgb = mix(tint, vec3(1.0), smoothstep(0.4, 0.6, fract(sum(nodePosition))));
+        })";
     EXPECT_EQ(triedByTheRealChild(waves), "good");
     EXPECT_NE(triedByTheRealChild("void surface(inout Surface s) { s.base = colour; }").find("colour"),
               std::string::npos);

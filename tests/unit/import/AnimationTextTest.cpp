@@ -35,7 +35,8 @@ node { name: "ball" material: "red" sphere { radius: 1 } }
 node { name: "take" animation { mode: PING_PONG speed: -2 time: 0.5 paused: true
   channel { target: "lamp" field: "translation" time: [0, 1] value: [0, 2, 0, 0, 3, 0] }
   channel { target: "/lamp" field: "intensity" interpolation: STEP time: [0, 1] value: [1, 3] }
-  channel { material: "red" field: "roughness" interpolation: SPLINE time: [0, 1] value: [0, 0.2, 0, 0, 0.8, 0] } } })");
+  channel { material: "red" field: "roughness" interpolation: SPLINE time: [0, 1]
+    value: [0, 0.2, 0, 0, 0.8, 0] } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
     const ImportedAspect aspect(std::move(*scene));
@@ -159,8 +160,10 @@ TEST(GltfSkin, KeepsTheFourStrongestOfManyJointsAndFollowsTheFirstWhereNoneIsSai
     std::string nodes;
     for (int i = 0; i < 6; ++i) nodes += fmt::format(R"(,{{"name":"j{}","translation":[{},0,0]}})", i, i);
     const std::string text = gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0,1,2,3,4,5,6]}}],"nodes":[{{"name":"n","mesh":0,"skin":0}}{}],"skins":[{{"joints":[1,2,3,4,5,6]}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{},"JOINTS_1":{},"WEIGHTS_1":{}}}}}]}}])",
+        R"("scenes":[{{"nodes":[0,1,2,3,4,5,6]}}],"nodes":[{{"name":"n","mesh":0,"skin":0}}{}],
+        "skins":[{{"joints":[1,2,3,4,5,6]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{},"JOINTS_1":{},
+        "WEIGHTS_1":{}}}}}]}}])",
         nodes, positions, joints0, weights0, joints1, weights1));
     const Scratch scratch;
     Expected<ImportedScene> scene = importScene(scratch.write("many.gltf", text), kRootNode, importOptions());
@@ -190,12 +193,11 @@ TEST(GltfSkin, WithoutItsJointIsRefusedByName) {
     const auto refused = [&](const char* skin) {
         const Scratch scratch;
         const Expected<ImportedScene> scene = importScene(
-            scratch.write(
-                "bad.gltf",
-                gltf.text(fmt::format(
-                    R"("scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0}},{{"name":"j"}},{{"name":"elsewhere"}}],"skins":[{}],
+            scratch.write("bad.gltf", gltf.text(fmt::format(
+                                          R"("scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0}},{{"name":"j"}},
+                    {{"name":"elsewhere"}}],"skins":[{}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}}}}}]}}])",
-                    skin, positions, joints, weights))),
+                                          skin, positions, joints, weights))),
             kRootNode, importOptions());
         return scene ? std::string("taken") : scene.error().message;
     };

@@ -111,21 +111,28 @@ std::string collada(const std::string& texcoord, const std::string& placement) {
                            id, numbers, 3 * width, width, params);
     };
     return fmt::format(
-        R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset>
+        R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset>
+        <up_axis>Y_UP</up_axis></asset>
         <library_images><image id="red"><init_from>red.tga</init_from></image></library_images>
         <library_effects><effect id="e"><profile_COMMON>
           <newparam sid="f"><surface type="2D"><init_from>red</init_from></surface></newparam>
           <newparam sid="s"><sampler2D><source>f</source></sampler2D></newparam>
-          <technique sid="t"><lambert><diffuse><texture texture="s" texcoord="{}"><extra><technique profile="MAYA">{}</technique></extra></texture></diffuse></lambert></technique>
+          <technique sid="t"><lambert><diffuse><texture texture="s" texcoord="{}"><extra>
+          <technique profile="MAYA">{}</technique></extra></texture></diffuse></lambert></technique>
         </profile_COMMON></effect></library_effects>
         <library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
-        <library_geometries><geometry id="g"><mesh>{}{}{}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+        <library_geometries><geometry id="g"><mesh>{}{}{}<vertices id="v"><input semantic="POSITION" source="#p"/>
+        </vertices>
           <triangles count="1" material="mm"><input semantic="VERTEX" source="#v" offset="0"/>
-          <input semantic="TEXCOORD" source="#t0" offset="0" set="0"/><input semantic="TEXCOORD" source="#t1" offset="0" set="1"/>
+          <input semantic="TEXCOORD" source="#t0" offset="0" set="0"/>
+          <input semantic="TEXCOORD" source="#t1" offset="0" set="1"/>
           <p>0 1 2</p></triangles></mesh></geometry></library_geometries>
-        <library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"><bind_material><technique_common>
-          <instance_material symbol="mm" target="#m"><bind_vertex_input semantic="UVSET1" input_semantic="TEXCOORD" input_set="1"/>
-          </instance_material></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+        <library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"><bind_material>
+        <technique_common>
+          <instance_material symbol="mm" target="#m">
+          <bind_vertex_input semantic="UVSET1" input_semantic="TEXCOORD" input_set="1"/>
+          </instance_material></technique_common></bind_material></instance_geometry></node></visual_scene>
+          </library_visual_scenes>
         <scene><instance_visual_scene url="#vs"/></scene></COLLADA>)",
         texcoord, placement, source("p", "0 0 0 1 0 0 0 1 0", 3, "XYZ"), source("t0", "0 0 1 0 0 1", 2, "ST"),
         source("t1", "0 0 0.5 0 0 0.5", 2, "ST"));

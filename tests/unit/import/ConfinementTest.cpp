@@ -108,7 +108,8 @@ TEST_F(Confined, AssimpItselfCannotOpenWhatABufferUriNames) {
         "in/up.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
       "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
       "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
-      "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"../../../../../../etc/passwd","byteLength":36}]})");
+      "bufferViews":[{"buffer":0,"byteLength":36}],
+      "buffers":[{"uri":"../../../../../../etc/passwd","byteLength":36}]})");
     const int status = confined(gltf, [&] { return readWithAssimp(gltf, {}) ? 1 : 0; });
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0);

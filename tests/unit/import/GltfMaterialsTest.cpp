@@ -26,7 +26,8 @@ protected:
         const auto uri = [](const std::string& bytes) { return "data:image/png;base64," + base64(bytes); };
         const std::string rest = fmt::format(
             R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"materials":[{}],
-            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{},"TEXCOORD_1":{}}},"material":0}}]}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{},"TEXCOORD_1":{}}},
+            "material":0}}]}}],
             "textures":[{}],"images":[{{"uri":"{}"}},{{"uri":"{}"}},{{"uri":"{}"}}]{})",
             material, positions, first, second,
             textures.empty() ? R"({"source":0},{"source":0},{"source":1},{"source":2})" : textures,
@@ -153,7 +154,8 @@ TEST_F(GltfMaterials, MayBeUnlit) {
 
 TEST_F(GltfMaterials, HaveLacquerAndLetLightThrough) {
     const Material* material = import(R"({"extensions":{
-        "KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25,"clearcoatTexture":{"index":0}},
+        "KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25,
+        "clearcoatTexture":{"index":0}},
         "KHR_materials_transmission":{"transmissionFactor":0.75,"transmissionTexture":{"index":0}}}})");
     EXPECT_FLOAT_EQ(material->clearcoat, 0.5f);
     EXPECT_FLOAT_EQ(material->clearcoatRoughness, 0.25f);
@@ -165,7 +167,8 @@ TEST_F(GltfMaterials, HaveLacquerAndLetLightThrough) {
 
 TEST_F(GltfMaterials, SayHowTheyReflect) {
     const Material* material = import(R"({"extensions":{
-        "KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,1,2],"specularTexture":{"index":0},"specularColorTexture":{"index":0}},
+        "KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,1,2],"specularTexture":{"index":0},
+        "specularColorTexture":{"index":0}},
         "KHR_materials_ior":{"ior":1.75}}})");
     EXPECT_FLOAT_EQ(material->specular, 0.5f);
     EXPECT_EQ(material->specularColor, Vec3f(0.25f, 1, 2));
@@ -208,7 +211,8 @@ TEST_F(GltfMaterials, NameWhatTheyLeaveOut) {
 
 TEST_F(GltfMaterials, BeyondTheirBoundsAreBroughtBack) {
     const Material* material = import(R"({"pbrMetallicRoughness":{"metallicFactor":7,"roughnessFactor":-1},
-        "normalTexture":{"index":0,"scale":1e9},"occlusionTexture":{"index":0,"strength":2},"alphaMode":"MASK","alphaCutoff":-1,
+        "normalTexture":{"index":0,"scale":1e9},"occlusionTexture":{"index":0,"strength":2},"alphaMode":"MASK",
+        "alphaCutoff":-1,
         "extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":5}}})");
     EXPECT_FLOAT_EQ(material->metallic, 1);
     EXPECT_FLOAT_EQ(material->roughness, 0);

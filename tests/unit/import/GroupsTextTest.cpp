@@ -39,8 +39,9 @@ TEST(GroupsText, ASwitchShowsSeveral) {
 }
 
 TEST(GroupsText, KeepsWhatApplicationsDeclare) {
-    Expected<ImportedScene> scene = importGroups(
-        R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" data: "17\000!" } } })");
+    Expected<ImportedScene> scene =
+        importGroups(R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" )"
+                     R"(data: "17\000!" } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     const auto* data = aspect.core<ApplicationData>("/hall/score");
@@ -61,9 +62,11 @@ TEST(GroupsText, LevelsWithoutAnyAreNoted) {
 TEST(GroupsText, HoldsMaterialGroupsLevelsAndBillboards) {
     Expected<ImportedScene> scene = importGroups(R"(
         material { name: "gilt" metallic: 1 }
-        node { name: "lent" transform { translation { x: 1 } } material_group { material: "gilt" override: true protect: true }
+        node { name: "lent" transform { translation { x: 1 } }
+          material_group { material: "gilt" override: true protect: true }
           node { name: "thing" box { size { x: 1 y: 1 z: 1 } } } }
-        node { name: "tree" distance_lod { range: 5 range: 12.5 center { y: 2 } hysteresis: 0.2 } node {} node {} node {} }
+        node { name: "tree" distance_lod { range: 5 range: 12.5 center { y: 2 } hysteresis: 0.2 } node {} node {}
+          node {} }
         node { name: "pixels" distance_lod { range: 90 range: 20 measure: SIZE radius: 3 } node {} node {} node {} }
         node { name: "sign" transform { translation { x: 1 } } billboard { axis { x: 1 } } node { name: "plate" } }
         node { name: "post" billboard {} }
@@ -117,7 +120,8 @@ TEST(GroupsText, LightsStandAtBeaconsFallOffAndAreOff) {
 
 TEST(GroupsText, LightsLightWhatIsBelowANodeOrAllTheRest) {
     Expected<ImportedScene> scene = importGroups(R"(
-        node { name: "room" node { name: "table" } node { name: "lamp" point_light { scope: "table" beacon: "/room" } } }
+        node { name: "room" node { name: "table" }
+          node { name: "lamp" point_light { scope: "table" beacon: "/room" } } }
         node { name: "beam" spot_light { scope: "/room" outside: true } }
         node { name: "sun" directional_light { scope: "/room/table" } })");
     ASSERT_TRUE(scene) << messageOf(scene);

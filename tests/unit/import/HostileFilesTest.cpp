@@ -152,17 +152,15 @@ TEST(HostileGltf, NestedDeeplyIsRefused) {
 
 TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
     const Scratch scratch;
-    const std::string before =
-        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
+    const std::string before = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+                               R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
     expectError(scratch.write("zeros.gltf", before + R"("componentType":5126,"count":4000000000,"type":"VEC3"}]})"),
                 ErrorCode::kLimit, "more than 64000000 elements");
-    expectError(
-        scratch.write(
-            "past.gltf",
-            before +
-                R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":12}],
+    expectError(scratch.write("past.gltf", before +
+                                               R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],
+                "bufferViews":[{"buffer":0,"byteLength":12}],
         "buffers":[{"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}]})"),
-        ErrorCode::kBadInput, "reaches past the end of buffer view 0");
+                ErrorCode::kBadInput, "reaches past the end of buffer view 0");
     if (kSanitized) return;  // the sanitizers' own memory is beyond any limit
     // 60 million vertices of nothing fit the element limit, but not the memory.
     ImportOptions small = importOptions();
@@ -295,7 +293,8 @@ TEST(HostileImage, BombsAndDamagedOnesAreLeftOutWithANote) {
     scratch.write("bomb.png", png);
     const std::string scene = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
       "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
-      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":"bomb.png"}],
+      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],
+      "images":[{"uri":"bomb.png"}],
       "accessors":[{"componentType":5126,"count":3,"type":"VEC3"}]})";
     const Expected<ImportedScene> imported = import(scratch.write("bomb.gltf", scene));
     ASSERT_TRUE(imported) << messageOf(imported);

@@ -41,9 +41,9 @@ TEST(Lines, OfGltfListsLoopsAndStrips) {
         const std::string indices = indexed ? fmt::format(R"(,"indices":{})", order) : "";
         return endsOf(linesOf(importedText(
             "lines.gltf",
-            gltf.text(fmt::format(
-                R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":{}{}}}]}}])",
-                positions, mode, indices)))));
+            gltf.text(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],)"
+                                  R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":{}{}}}]}}])",
+                                  positions, mode, indices)))));
     };
     EXPECT_EQ(read(1, false), (Ends{0, 1, 2, 3})) << "the fifth is alone";
     EXPECT_EQ(read(2, false), (Ends{0, 1, 1, 2, 2, 3, 3, 4, 4, 0}));

@@ -17,12 +17,14 @@ namespace tessera {
 namespace {
 
 constexpr const char* kEverything = R"(
-    image { name: "a" uri: "a.tga" wrap_u: MIRROR wrap_v: CLAMP magnification: NEAREST minification: LINEAR_MIPMAP_NEAREST
+    image { name: "a" uri: "a.tga" wrap_u: MIRROR wrap_v: CLAMP magnification: NEAREST
+      minification: LINEAR_MIPMAP_NEAREST
             texcoord_set: 1 offset { x: 0.5 y: -0.25 } scale { x: 2 } rotation_deg: 90 }
     image { name: "b" uri: "a.tga" }
     material { name: "m" base_color { r: 1 g: 0.5 b: 0.25 a: 0.75 } metallic: 0.5 roughness: 0.25 emissive { r: 3 }
                base_color_image: "a" double_sided: true alpha_mode: MASK alpha_cutoff: 0.125
-               metallic_roughness_image: "b" normal_image: "b" normal_scale: -2 occlusion_image: "b" occlusion_strength: 0.5
+               metallic_roughness_image: "b" normal_image: "b" normal_scale: -2 occlusion_image: "b"
+                 occlusion_strength: 0.5
                emissive_image: "a" unlit: true clearcoat: 0.5 clearcoat_roughness: 0.25 transmission: 0.75
                shading: PHONG specular: 0.625 specular_color { r: 0.5 g: 2 b: 1 } shininess: 12 ior: 1.25
                layer { image: "b" mode: DECAL strength: 0.25 source: REFLECTION } layer {} }

@@ -34,7 +34,8 @@ bool says(const Named& named) {
 
 TEST(NodeNames, OfEveryKindOfFileAreOneLine) {
     const std::string mesh =
-        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":3,"type":"VEC3"}])";
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":3,)"
+        R"("type":"VEC3"}])";
     const std::string nodes = R"("nodes":[{"mesh":0,"name":"a\nb\u001b[2J\u0085\u2028z"},{"mesh":0,"name":"Kräne"}],)";
     const Named gltf =
         namesOf("a.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],)" + nodes + mesh + "}");

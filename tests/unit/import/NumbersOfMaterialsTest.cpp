@@ -101,14 +101,15 @@ TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedInWhatWasSaved) {
 TEST(NumbersOfMaterials, OfGltfAreNamedAsItCallsThem) {
     GltfText gltf;
     const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
-    const Numbered shown = numbered(
-        "a.gltf",
-        gltf.text(fmt::format(
-            R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"material":0}}]}}],
-        "materials":[{{"name":"brick","pbrMetallicRoughness":{{"roughnessFactor":9,"metallicFactor":-2,"baseColorFactor":[3,1,1,1]}},"alphaMode":"MASK","alphaCutoff":-1,
-        "emissiveFactor":[0.5,0,2],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":4}},"KHR_materials_clearcoat":{{"clearcoatFactor":1.5}},
+    const Numbered shown = numbered("a.gltf", gltf.text(fmt::format(
+                                                  R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"material":0}}]}}],
+        "materials":[{{"name":"brick","pbrMetallicRoughness":{{"roughnessFactor":9,"metallicFactor":-2,
+        "baseColorFactor":[3,1,1,1]}},"alphaMode":"MASK","alphaCutoff":-1,
+        "emissiveFactor":[0.5,0,2],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":4}},
+        "KHR_materials_clearcoat":{{"clearcoatFactor":1.5}},
         "KHR_materials_ior":{{"ior":0.25}}}}}}])",
-            positions)));
+                                                  positions)));
     ASSERT_TRUE(shown.material) << shown.all();
     EXPECT_EQ(shown.material->roughness, 1.0f);
     EXPECT_EQ(shown.material->metallic, 0.0f);

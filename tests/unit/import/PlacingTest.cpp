@@ -266,7 +266,8 @@ TEST(Placing, AtScaleAndFit) {
 TEST(Placing, ScenesGetANodeOnlyWhereSomethingIsSaid) {
     const Scratch scratch;
     const std::string scene = scratch.write("boxes.tsct", R"(
-        node { name: "a" transform { translation { x: 5 } } node { box { size { x: 2 y: 2 z: 2 } } } node { motion { target: "/a" key { time: 0 } key { time: 1 transform { translation { x: 9 } } } } } }
+        node { name: "a" transform { translation { x: 5 } } node { box { size { x: 2 y: 2 z: 2 } } }
+          node { motion { target: "/a" key { time: 0 } key { time: 1 transform { translation { x: 9 } } } } } }
         node { name: "b" transform { translation { x: 9 } } node { box { size { x: 2 y: 2 z: 2 } } } })");
     ImportOptions options = importOptions();
     options.placing = Placing();

@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* kProgrammed = R"(
     image { name: "a" uri: "a.tga" }
-    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "third" coarser: "over" coarser_below: 40
+    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "third" coarser: "over"
+      coarser_below: 40
                program { surface: "uniform vec3 tint;\n" "void surface(inout Surface s) {}" vertex: "" reach: 0.5 }
                uniform { name: "tint" value: [1, 0.5] } uniform { name: "map" image: "a" } }
     material { name: "over" fill: CORNERS coarser: "m" }

@@ -87,7 +87,8 @@ Expected<ImportedScene> texturedGltf(const Scratch& scratch, const std::string& 
     put(84, "DXT1");
     scratch.write("c.dds", dds + std::string(8, '\x11'));
     const std::string rest = fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{}}},"material":0}}]}}],
         "textures":[{}],"images":[{{"uri":"a.tga"}},{{"uri":"b.ktx2"}},{{"uri":"c.dds"}}]{})",
         positions, coordinates, texture, more);
@@ -185,7 +186,8 @@ image { name: "gone" uri: "nowhere.png" }
   image { name: "broken" uri: "broken.png" }
 image { name: "face" face: ["one.tga", "one.tga", "one.tga", "lost.tga", "one.tga", "one.tga"] }
 image { name: "screen" uri: "still.png" }
-material { name: "m" base_color_image: "gone" normal_image: "there" layer { image: "broken" } layer { image: "there" mode: DECAL }
+material { name: "m" base_color_image: "gone" normal_image: "there" layer { image: "broken" }
+  layer { image: "there" mode: DECAL }
   uniform { name: "a" image: "gone" } uniform { name: "b" value: 3 } }
 material { name: "film" base_color_image: "screen" }
 node { name: "box" material: "m" box { size { x: 1 y: 1 z: 1 } } }

@@ -102,8 +102,10 @@ std::string gltfOf(const std::string& mode, float last, const std::vector<std::u
     std::string json = fmt::format(
         R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
 "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1{}}}]}}],
-"accessors":[{{"bufferView":0,"componentType":5126,"count":5,"type":"VEC3"}},{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}],
-"bufferViews":[{{"buffer":0,"byteLength":60}},{{"buffer":0,"byteOffset":60,"byteLength":{}}}],"buffers":[{{"byteLength":{}}}]}})",
+"accessors":[{{"bufferView":0,"componentType":5126,"count":5,"type":"VEC3"}},
+{{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}],
+"bufferViews":[{{"buffer":0,"byteLength":60}},{{"buffer":0,"byteOffset":60,"byteLength":{}}}],
+"buffers":[{{"byteLength":{}}}]}})",
         mode, indices.size(), indices.size() * 2, bytes.size());
     json.resize((json.size() + 3) / 4 * 4, ' ');
     bytes.resize((bytes.size() + 3) / 4 * 4, '\0');

@@ -22,8 +22,10 @@ constexpr const char* kWall = R"(
 screens { name: "front" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 } upper_left { x: -1.6 y: 2.4 }
   grid { columns: 2 rows: 2 tile_width_px: 8 tile_height_px: 4 bezel_x_px: 2 bezel_y_px: 1 } }
 users { name: "viewer" position { y: 1.7 z: 2.4 } }
-hosts { name: "lower" tiles { screen: "front" column: 0 row: 0 user: "viewer" } tiles { screen: "front" column: 1 row: 0 user: "viewer" } }
-hosts { name: "upper" tiles { screen: "front" column: 0 row: 1 user: "viewer" } tiles { screen: "front" column: 1 row: 1 user: "viewer" } }
+hosts { name: "lower" tiles { screen: "front" column: 0 row: 0 user: "viewer" }
+  tiles { screen: "front" column: 1 row: 0 user: "viewer" } }
+hosts { name: "upper" tiles { screen: "front" column: 0 row: 1 user: "viewer" }
+  tiles { screen: "front" column: 1 row: 1 user: "viewer" } }
 )";
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -66,7 +68,11 @@ protected:
         program("tessera-server", R"(
             report=; while [ $# -gt 0 ]; do [ "$1" = --report ] && report=$2; echo "$1" >>$S/server.args; shift; done
             echo 'tessera-server: listening on 127.0.0.1:4711'
-            done_well() { echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[],"sync":{"waits":[{"tile":"front-1-0","host":"b","frames":2,"ms":9,"reason":"draw"}]}}' >$report; exit 0; }
+            done_well() {
+                echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[],' >$report
+                echo '"sync":{"waits":[{"tile":"front-1-0","host":"b","frames":2,"ms":9,"reason":"draw"}]}}' >>$report
+                exit 0
+            }
             )" + server);
         program("tessera-client",
                 "host=$4; echo \"$@\" >>$S/client.args\nput() { mkdir -p $S/out/tiles/$1; cp $S/$2.png "
@@ -171,7 +177,8 @@ TEST_F(Launching, TakesADeadHostsLastImageFromItsSharedFrame) {
     }
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", R"(
         if [ $host = lower ]; then put front-0-0 red 000002; put front-1-0 green 000002; touch $S/lower
-        else mkdir -p $S/out/tiles/front-0-1; cp $S/ready.frame $S/out/tiles/front-0-1/shown.frame; touch $S/upper; kill -9 $$; fi)"),
+        else mkdir -p $S/out/tiles/front-0-1; cp $S/ready.frame $S/out/tiles/front-0-1/shown.frame; touch $S/upper;
+          kill -9 $$; fi)"),
               0)
         << said();
     const Picture mosaic = load("wall.png");

@@ -55,10 +55,12 @@ constexpr const char* kFlatXml = R"(<?xml version="1.0" encoding="utf-8"?>
     <region id="two &amp; more" xResolution="160" yResolution="90" x="0.4" y="0.25" xsize="0.6" ysize="0.5"/>
   </buffer></display>
   <files>
-    <fileset region="one"><alphaMap><path>one.png</path><componentDepth>1</componentDepth><bitDepth>16</bitDepth><gammaEmbedded>2.2</gammaEmbedded></alphaMap>
+    <fileset region="one"><alphaMap><path>one.png</path><componentDepth>1</componentDepth><bitDepth>16</bitDepth>
+    <gammaEmbedded>2.2</gammaEmbedded></alphaMap>
       <betaMap><path>one-b.png</path></betaMap>
       <geometryWarpFile><path>maps/one.pfm</path><interpolation>linear</interpolation></geometryWarpFile></fileset>
-    <fileset region="two &amp; more"><geometryWarpFile><path>two.pfm</path><interpolation>linear</interpolation></geometryWarpFile></fileset>
+    <fileset region="two &amp; more"><geometryWarpFile><path>two.pfm</path><interpolation>linear</interpolation>
+    </geometryWarpFile></fileset>
   </files>
 </MPCDI>)";
 
@@ -155,9 +157,12 @@ TEST_F(Mpcdi, MeshesShowWhatWarpMapsSayToATenthOfAPixel) {
 TEST_F(Mpcdi, FrustaBecomeScreensAroundTheViewer) {
     Entries entries = flat_;
     entries[0].second =
-        R"(<MPCDI profile="3d" version="1.0"><display><buffer id="b"><region id="left" xResolution="100" yResolution="80" x="0" y="0" xsize="1" ysize="1">
-      <frustum><yaw>-90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle><upAngle>26.565051177</upAngle><downAngle>-26.565051177</downAngle></frustum>
-      </region></buffer></display><files><fileset region="left"><geometryWarpFile><path>maps/one.pfm</path></geometryWarpFile></fileset></files></MPCDI>)";
+        R"(<MPCDI profile="3d" version="1.0"><display><buffer id="b">
+        <region id="left" xResolution="100" yResolution="80" x="0" y="0" xsize="1" ysize="1">
+      <frustum><yaw>-90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle>
+      <upAngle>26.565051177</upAngle><downAngle>-26.565051177</downAngle></frustum>
+      </region></buffer></display><files><fileset region="left"><geometryWarpFile><path>maps/one.pfm</path>
+      </geometryWarpFile></fileset></files></MPCDI>)";
     const auto file = readMpcdi(zip(entries));
     ASSERT_TRUE(file) << file.error().message;
     const auto made = wallOfMpcdi(*file);

@@ -53,7 +53,8 @@ controls { label: "bright" node: "/lamp" field: "intensity" slider { least: 0.1 
 controls { label: "on" node: "/lamp" field: "on" toggle {} }
 controls { label: "colour" node: "/lamp" field: "color" colour {} }
 controls { label: "name" node: "/cart" field: "name" text { bytes: 3 } }
-controls { label: "place" node: "/cart" field: "translation" choice { options { value: "0 0 0" } options { value: "0.1 -2 3e0" } } }
+controls { label: "place" node: "/cart" field: "translation"
+  choice { options { value: "0 0 0" } options { value: "0.1 -2 3e0" } } }
 controls { label: "dark" press { sets { node: "/lamp" field: "intensity" value: "0" } } }
 )");
 };
