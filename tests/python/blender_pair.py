@@ -1,4 +1,5 @@
-"""Within Blender: one of two that have the same file open, and are linked to the same wall. What they wait for are files in a folder."""
+"""Within Blender: one of two that have the same file open, and are linked to the same wall. What they wait for are
+files in a folder."""
 import json
 import os
 import sys
@@ -34,14 +35,16 @@ def come(folder, path, address, name):
             pump.pump()
 
     def told():
-        return {"objects": len(stage.objects), "notes": list(pump.link.notes.values()), "sent": pump.link.counts["sent"],
+        return {"objects": len(stage.objects), "notes": list(pump.link.notes.values()),
+                "sent": pump.link.counts["sent"],
                 "at": {each.name: tuple(each.location) for each in stage.objects}}
 
     bpy.ops.wm.open_mainfile(filepath=path)
     blender_side.install_again()
     stage = bpy.data.collections["Stage"]
     until("both begin", lambda: there("begin"))
-    if name == "b":  # one after the other: of two that link the same file for the first time at once, one may miss the other's edits
+    # One after the other: of two that link the same file for the first time at once, one may miss the other's edits
+    if name == "b":
         until("the other one is linked", lambda: there("a.linked"))
     start(stage, address)
     say("linked")

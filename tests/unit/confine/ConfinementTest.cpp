@@ -269,7 +269,10 @@ TEST(ConfinedProgramTrial, CompilesAndDrawsWithARealProgram) {
     const std::string waves = R"(uniform vec3 tint; uniform float pace;
         float sum(vec3 p) {
             float s = 0.0;
-            for (int i = 0; i < 20; ++i) { s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3); if (s > 9.0) break; }
+            for (int i = 0; i < 20; ++i) {
+                s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3);
+                if (s > 9.0) break;
+            }
             return s;
         }
         void surface(inout Surface s) {
