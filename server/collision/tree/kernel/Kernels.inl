@@ -3,6 +3,8 @@
 namespace tessera::kernel::TESSERA_KERNELS {
 namespace {
 
+// In this order: each needs what stands before it.
+// clang-format off
 #include "server/collision/tree/kernel/Simd.inl"
 #include "server/collision/tree/kernel/Volumes.inl"
 #include "server/collision/tree/kernel/Triangles.inl"
@@ -15,6 +17,7 @@ namespace {
 #include "server/collision/tree/kernel/FitObb.inl"
 #include "server/collision/tree/kernel/FitSphere.inl"
 #include "server/collision/tree/kernel/Divide.inl"
+// clang-format on
 
 using Dop6 = Dop<6, true>;
 using Dop14 = Dop<14, true>;
