@@ -6,7 +6,6 @@
 
 #include "common/change/ChangeList.h"
 #include "common/drawable/Drawable.h"
-#include "common/math/Box.h"
 #include "common/scene/Aspect.h"
 #include "server/programs/NoticeText.h"
 

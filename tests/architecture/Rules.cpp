@@ -277,6 +277,23 @@ Findings checkLengths(const std::vector<SourceFile>& files, int mostLines) {
     return findings;
 }
 
+Findings checkColumns(const fs::path& root, const std::vector<std::string>& paths, int mostColumns) {
+    const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; };  // a character
+    Findings findings;
+    for (const std::string& path : paths) {
+        std::ifstream in(root / path);
+        int lineNumber = 0;
+        for (std::string line; std::getline(in, line);) {
+            ++lineNumber;
+            const auto columns = std::ranges::count_if(line, begins);
+            if (columns > mostColumns)
+                findings.push_back(
+                    {path, lineNumber, fmt::format("has {} columns: at most {} are allowed", columns, mostColumns)});
+        }
+    }
+    return findings;
+}
+
 Findings checkNamesAreUnique(const std::vector<SourceFile>& files) {
     static const std::regex kNamespace(R"(\bnamespace\b\s*([\w:]*)\s*$)"),
         kClass(R"(\b(?:class|struct)\s+(?:alignas\([^)]*\)\s*)?(\w+)\s*(?:final\s*)?(?::[^:].*)?$)");

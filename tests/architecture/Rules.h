@@ -33,6 +33,9 @@ using Findings = std::vector<Finding>;
 [[nodiscard]] Findings checkReadmes(const std::filesystem::path& root, const std::vector<SourceFile>& files,
                                     const std::vector<std::string>& folders);
 [[nodiscard]] Findings checkLengths(const std::vector<SourceFile>& files, int mostLines);
+/// No line has more characters (of UTF-8, not bytes), comments and texts included.
+[[nodiscard]] Findings checkColumns(const std::filesystem::path& root, const std::vector<std::string>& paths,
+                                    int mostColumns);
 /// No header of `folder`, but those in `known`, is included, directly or not, by .cpp files with more than `percent` of
 /// all their lines: so much, about, is compiled again for a change of it.
 [[nodiscard]] Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder,
